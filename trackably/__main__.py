@@ -2,7 +2,7 @@
 
 import signal
 
-if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as it is in the background
+if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # it is ignored in the background
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
 
 import argparse
@@ -60,7 +60,7 @@ def main(arguments: list[str]) -> int:
     stating.add_argument("--emulated", action="store_true", help="do not trust the processor's float64; takes longer")
     given = parser.parse_args(arguments)
     if given.command == "certify":
-        from trackably.given.command import run  # noqa: PLC0415  all that finds proofs
+        from trackably.given.command import run  # noqa: PLC0415  all modules that find proofs
 
         return run(given)
     try:
@@ -73,7 +73,7 @@ def main(arguments: list[str]) -> int:
 
 
 def _certify_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the arguments of the command."""
+    """Declare the arguments of the command `certify`."""
     parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: k or t, then states and inputs by name")
     parser.add_argument(
         "--system", type=Path, metavar="FILE", required=True, help="YAML or JSON: system, state_set, input_set"

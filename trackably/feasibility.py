@@ -28,7 +28,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.tightening import Tightening
 
-_scipy: Any = scipy  # its annotations do not know all that it takes
+_scipy: Any = scipy  # SciPy's annotations refuse some arguments that it takes
 
 # Consecutive time steps of a system, with bounds and waypoints: necessary conditions of every reference.
 #
@@ -104,14 +104,14 @@ class Steps:
         return self.start + step * self.plant.sampling_time
 
     def text(self, value: Value) -> str:
-        """Return the middle of a value with its name and its time."""
+        """Return the text "name = number at t = … s" about a value; the number is the middle of its bounds."""
         return f"{value.name} = {(value.lower + value.upper) / 2:.6g} at t = {self.time(value.step):.6g} s"
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:
     """Yield the claimed steps for each set of waypoints that are whole steps apart.
 
-    Without waypoints, all from the start.
+    Without waypoints, yield the steps from the start of the claim, once.
 
     Only the kernel couples waypoints of different sets. Waypoints hold in a short window around their times; so times
     count as whole steps apart if they are up to this window.
@@ -143,7 +143,9 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
 
 
 def _whole(time: float, start: float, step: float, most: int) -> int:
-    """Return how many whole steps fit from `start` to `time`, allowing for the rounding of times, and at most `most`.
+    """Return how many whole steps fit into a duration `time` [s], at most `most`.
+
+    Durations that rounding of times near `start` [s] makes slightly too short count as whole steps.
 
     A step outside of the claim does not count, however close it is: bounds do not apply there.
     """
@@ -168,7 +170,10 @@ class Courses:
     bounds: Sequence[tuple[float | None, float | None]]
 
     def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
-        """Minimise cost · (v, e) over 0 ≤ e ≤ most. Multipliers are those of the upper ends, then of the lower ones."""
+        """Minimise cost · (v, e) over 0 ≤ e ≤ most, and return SciPy's result.
+
+        Its multipliers `ineqlin.marginals` are first those of the upper ends of rows, then those of the lower ends.
+        """
         sparse, (K, n, size) = _scipy.sparse, self.steps.shape
         blocks = np.stack([-self.steps, np.broadcast_to(np.eye(n, size), self.steps.shape)], axis=1)
         places = (np.arange(K)[:, None] + [0, 1]).ravel(), 2 * np.arange(K + 1)
@@ -194,7 +199,7 @@ def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Least:
-    """The least d ≥ 0 for which a sequence has every row between lower - d elastic and upper + d elastic.
+    """The least d ≥ 0 for which a sequence of states and inputs has each row in [lower − d elastic, upper + d elastic].
 
     `at_lower` and `at_upper` are multipliers λ ≥ 0 of the rows, in their own units. `missing` is d up to the solver's
     tolerance; the checker proves how much of it is certain.
@@ -235,7 +240,7 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
 
     None if there is none.
 
-    Each state is enclosed by an interval of its own, for all others in theirs: a superset of what can be reached.
+    At each step, the states that can be reached are enclosed by a box, which may contain others, too.
     """
     system, state_set, input_set = a_plant(as_written(steps.plant), "plant")
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
@@ -330,9 +335,9 @@ def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[s
 
 
 def _of_nonlinear(steps: Steps) -> Impossible | None:
-    """Return values or bounds that cannot be reached.
+    """Return a proof that a nonlinear system cannot reach a value or a bound; None if none is found.
 
-    None for vehicles, whose headings are known up to whole turns only.
+    Vehicles are not examined, as their headings are known only up to whole turns.
     """
     system = steps.plant.system
     if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
@@ -350,8 +355,9 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
 
 
 def _contradiction(steps: Steps) -> Least | None:
-    """Return the program for the first waypoint value that contradicts those before it, or for the
-    bounds if they alone do.
+    """Return the solved program that shows a contradiction.
+
+    It is about the first waypoint value that contradicts those before it, or if the bounds do so alone, about them.
 
     None if all rows are satisfied up to the tolerance of solvers.
     """
@@ -381,8 +387,9 @@ def _tell(found: Least) -> Impossible:
 
 
 def _multipliers(found: Least, missing: float) -> dict[str, Any]:
-    """Return the contradiction's file, cut to the steps between the first and the last one that
-    matters, at least n steps.
+    """Return the content of a contradiction's file, from the first to the last step with a nonzero multiplier.
+
+    It has at least n steps, as many as the plant has states.
     """
     steps, r = found.steps, len(found.steps.plant.state_set.rows)
     signed, rows = found.at_upper - found.at_lower, len(found.at_upper) - len(found.steps.values)
@@ -403,7 +410,7 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
 
 
 def _bounds(found: Least) -> Iterator[str]:
-    """Yield a text for each bound with a positive multiplier, with the first and the last time of one."""
+    """Yield a text for each bound that takes part in a contradiction, with the first and the last time of this."""
     steps, constraints = found.steps, found.steps.plant.given_constraints
     times: dict[tuple[int, str], list[float]] = defaultdict(list)
     for side, multipliers in (("lower", found.at_lower), ("upper", found.at_upper)):

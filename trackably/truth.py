@@ -50,12 +50,12 @@ from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
 _NEAR = 30
-"""Number of measurements on each side of a time whose pairs are all examined; more distant ones bound little."""
+"""Number of measurements on each side of a time whose pairs are all examined; more distant ones hardly help."""
 
 _CELLS, _TERMS = 300, 12
-_ROUNDING = 1e-9  # of ε
-_STEPS = 3000  # of the linear program for the least ε
-_KNOTS = 4000  # of linear programs for signals
+_ROUNDING = 1e-9  # part of the largest error that is added to all errors, as room for rounding
+_STEPS = 3000  # most steps in the linear program for the least ε
+_KNOTS = 4000  # most knots in linear programs for signals, unless there are more measurements
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,10 @@ Tolerance = float | Mapping[str, float] | None
 
 @dataclass(frozen=True)
 class Sought:
-    """A class of true signals, the `tolerance` with which it is to be followed, and `derived` points to prove that."""
+    """A class `of` true signals of a state, and the `tolerance` within which the reference has to follow them all.
+
+    `derived` points help to prove this: each is a bound at one time that a linear program finds from many measurements.
+    """
 
     of: SignalClass
     tolerance: float = np.inf
@@ -141,7 +144,7 @@ def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: C
     instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
     assert isinstance(truth, Truth), "instance has refused anything else"
     if not isinstance(plant.system, LinearSystem):
-        raise ValueError("truth: signals are known of states of a linear system only")
+        raise ValueError("truth: expected a linear system, as only its states can be compared with true signals")
     if name not in plant.system.states:
         raise ValueError(f"truth: expected names of states, {', '.join(plant.system.states)}, got {name}")
     for sampled in filter(None, (name, truth.rate)):
@@ -159,11 +162,11 @@ def _measure(samples: Samples, noise: float) -> Measured:
 
 
 Points = tuple[Any, Any, Any, Any]
-"""Increasing times [s] at which every signal of a class is known, its values there, their noise, and numbers."""
+"""Points that every signal of a class passes closely: increasing times [s], values, bounds of the distance, indices."""
 
 
 def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
-    """Return the samples, and derived points at times of their own; at a common time the one with less noise."""
+    """Return the samples and the derived points; if some have the same time, only the one with the least noise."""
     found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
     best = {t: i for i, (t, _, _) in sorted(found.items(), key=lambda item: (-item[1][2], -item[0]))}
     times, values, noise, ids = zip(*sorted((*map(float, found[i]), i) for i in best.values()), strict=True)
@@ -172,8 +175,9 @@ def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Upper and lower bounds of the signal from pairs (i, j) of measurements: `upper` and
-    `lower` have shape (pairs, T).
+    """Upper and lower bounds of the signal at T times, from pairs of measurements with the indices `i` and `j`.
+
+    `upper` and `lower` have the shape (pairs, T).
     """
 
     i: Any
@@ -185,7 +189,7 @@ class Sides:
     def near(cls, of: SignalClass, times: Array, known: Points) -> Self:
         """Return the bounds at times (T,) [s] from pairs of nearby measurements.
 
-        No measurement lies between these times.
+        No measurement may lie between these times.
         """
         middle, n = float(np.mean(times)), len(of.samples.times)
         some = _around(known[0], middle)
@@ -213,7 +217,8 @@ class Sides:
     def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int], float]:
         """Return the pair (i, j) with the tightest upper bound on x (T,), and that with the tightest lower bound.
 
-        A pair is judged by its largest distance from x at the T times; the larger one of the two is returned, too.
+        The tightest bound is the one whose largest distance from x, over the T times, is least. The larger one of the
+        two distances is returned last.
         """
         apart = [np.max(side, axis=1) for side in (self.upper - x, x - self.lower)]
         upper, lower = ((int(self.i[k]), int(self.j[k])) for k in map(np.argmin, apart))
@@ -221,7 +226,7 @@ class Sides:
 
 
 def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
-    """Return the indices of so many times on each side of one."""
+    """Return the indices of the last `count` of the times before `middle`, and of the first `count` from it on."""
     return np.arange(np.size(times))[max(0, (place := int(np.searchsorted(times, middle))) - count) : place + count]
 
 
@@ -246,7 +251,7 @@ def true_signal(
     """
     of = sought.of
     if reference.pieces:
-        raise ValueError("truth: needs a reference of kernels, as learn_reference returns, not one of pieces")
+        raise ValueError("truth: expected a reference of kernels, as from learn_reference, got one of pieces")
     edges, state = _edges(name, of, claim, _CELLS, sought.derived), reference.plant.system.states.index(name)
     times = _in_cells(edges)
     upper, lower, derived = _choose(of, times, reference.state_at(times)[:, :, state], sought.derived)
@@ -255,7 +260,7 @@ def true_signal(
     found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
-        raise ValueError(f"truth: the {name} of the reference is not enclosed between all its samples")
+        raise ValueError(f"truth: the {name} of the reference cannot be bounded at all times between its samples")
     smallest = float(np.max(errors)) * _ROUNDING or _ROUNDING
     errors = np.maximum(errors, 0.0) + smallest
     proved = replace(found, errors=tuple(errors.tolist()))
@@ -266,12 +271,12 @@ Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[D
 
 
 def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Derived] = ()) -> Chosen:
-    """Return the pair of measurements for each side of each cell, and derived points for the cells
-    with the largest errors, after those that are known before.
+    """Return the pair of measurements for each side of each cell, and derived points.
 
+    Derived points are those that are `known_before`, and further ones for the cells with the largest errors.
     Errors are those of values x at some times [s] of each cell, of shape (cells, T). More than two measurements
-    together bound a signal more tightly: at the ends of the cells with the largest errors, a linear program combines
-    all nearby ones.
+    together bound a signal more tightly: at the ends of the cells with the largest errors, linear programs combine all
+    nearby ones.
     """
     derived, asked = [*known_before], {d.time for d in known_before}
     ends, apart = times[:, [0, -1]].tolist(), np.zeros(len(times))
@@ -292,11 +297,16 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
 
 
 _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
-"""Part of the largest error that is among the worst; cells a round; most derived points; neighbours on each side."""
+"""For derived points: errors above this part of the largest one are reduced; cells in each round; most derived points;
+measurements on each side that a point is derived from.
+"""
 
 
 def _derive(of: SignalClass, t: float) -> Derived | None:
-    """Return what near measurements together say of a signal at a time, by the multipliers of linear programs."""
+    """Return bounds of a signal at a time [s] from nearby measurements, by the multipliers of linear programs.
+
+    None if a program has no solution, or there are too few measurements.
+    """
     n = len(of.samples.times)
     parts = [_around(of.samples.times, t, _BESIDE), n + _around(of.rates.times if of.rates else (), t, _BESIDE)]
     which = np.concatenate(parts).tolist()
@@ -314,7 +324,7 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
 
 
 def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction) -> list[Fraction] | None:
-    """Return rational multipliers μ_i of samples and ν_j of rates near these, with Σ μ_i = total exactly.
+    """Return rational multipliers μ_i of samples and ν_j of rates, near the given ones, with Σ μ_i = total exactly.
 
     If the second derivative is bounded, Σ μ_i t_i + Σ ν_j = moment too, so that the weighted sum of any straight line's
     values is fixed. None if there are too few samples.
@@ -338,7 +348,7 @@ def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction
     return exact
 
 
-_NO_MULTIPLIER = 1e-9
+_NO_MULTIPLIER = 1e-9  # multipliers up to this one count as 0
 
 
 def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()) -> Array:
@@ -359,12 +369,15 @@ def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derive
 
 
 def _in_cells(edges: Array) -> Array:
-    """Return times at which cells are looked at, their ends included: shape (cells, 5)."""
+    """Return five times [s] in each cell, at which errors are compared, its ends included: shape (cells, 5)."""
     return np.linspace(edges[:-1], edges[1:], 5, axis=1)
 
 
 def _bound(models: tuple[Any, Any]) -> float:
-    """Over-estimate the distance between a reference and both sides, by Bernstein coefficients."""
+    """Return an upper bound of the distances in a cell between the reference and the two sides.
+
+    `models` enclose these distances by cubic polynomials; without a model, the bound is infinite.
+    """
     found = 0.0
     for model in models:
         if model is None:
@@ -395,7 +408,8 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
 class Signals:
     """The signals of a class as `courses` from knot to knot: values, and slopes if the second derivative is bounded.
 
-    The highest derivative is constant between two `knots` [s]. Values are in multiples of `unit`, the noise of samples.
+    The highest derivative is constant between two `knots` [s]. Values are divided by `unit`, the noise of the samples
+    (if this is zero, a part of their range).
     """
 
     courses: Courses
@@ -428,13 +442,13 @@ class Signals:
         return cls(Courses(steps, zero, rows, values - noise, values + noise, growth, bounds), knots, unit)
 
     def value_at(self, t: float) -> Array:
-        """Return the cost vector of the signal's value at a knot."""
+        """Return the cost vector for `Courses.minimise` that gives the signal's value at the knot t [s]."""
         cost = np.zeros(len(self.courses.bounds) + 1)
         cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = 1.0
         return cost
 
     def ends_at(self, t: float) -> tuple[float, float] | None:
-        """Return the least and the largest value at a knot; None where there is none."""
+        """Return the least and the largest value of a signal at the knot t [s]; None if they are not found."""
         low, high = (self.courses.minimise(sign * self.value_at(t)) for sign in (1.0, -1.0))
         return None if low.x is None or high.x is None else (low.fun * self.unit, -high.fun * self.unit)
 
@@ -482,9 +496,9 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
 
 
 def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
-    """Return the indices of measurements that contradict each other, and multipliers of all, the largest of which is 1.
+    """Return the indices of measurements that contradict each other, and the multipliers of all measurements.
 
-    Samples come first, then rates.
+    Without a contradiction, there are no indices. The largest multiplier is 1 or −1. Samples come first, then rates.
     """
     courses = Signals.of(of, cells=cells).courses
     found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
@@ -497,7 +511,7 @@ def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
     return np.flatnonzero(np.abs(multipliers) > _NO_MULTIPLIER).tolist(), multipliers
 
 
-_LEAST_GROWTH = 1e-6  # of the noise
+_LEAST_GROWTH = 1e-6  # measurements contradict each other if their noise bounds must grow by more than this part
 
 
 def _only(of: SignalClass, which: list[int]) -> SignalClass:
@@ -513,11 +527,11 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     return replace(of, samples=samples, rates=some(of.rates, rates) if of.rates and rates else None)
 
 
-# A reference that is to be near: bounds that move.
+# The tolerance of a reference, as bounds that move.
 
-_SHARE = 0.98  # of a tolerance: the rest is for the proof, which bounds cubic polynomials by their coefficients
-_WIDER = 100.0  # the bounds before the first sample and after the last, in widths of those between
-_FEWER = 100  # cells of bounds that move
+_SHARE = 0.98  # part of a tolerance that is imposed; the proof needs the rest, as it bounds cubics by coefficients
+_WIDER = 100.0  # before the first sample and after the last, bounds are further out by this number of widths
+_FEWER = 100  # cells, in each of which the moving bounds are polynomials
 
 
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
@@ -550,7 +564,7 @@ def _pieces(of: TrueSignal) -> tuple[Array, Array]:
 
 
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
-    """Return the plant with the row U − ε ≤ x ≤ D + ε of a state, and bounds far away at all other times."""
+    """Return the plant with one more bound of a state, U − ε ≤ x ≤ D + ε, which is far away outside of the cells."""
     low, high = _pieces(of)
     low[:, 0] -= tolerance
     high[:, 0] += tolerance
@@ -567,7 +581,7 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
     return replace(plant, state_set=Polytope(rows, lower, upper, X.dimension))
 
 
-# What any reference could do.
+# Lower limits for the error of any reference.
 
 
 @dataclass(frozen=True)
@@ -577,7 +591,7 @@ class Accuracy:
     `error` is the proved bound ε. `plant` is the proved bound for the disturbed plant at sampling instants, None if it
     is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of two
     signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program finds
-    for a reference that the plant can follow at sampling instants, with the same sides.
+    for a reference that the plant can follow at sampling instants, with the same U and D.
     """
 
     error: float
@@ -594,7 +608,9 @@ class Accuracy:
 
 
 def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
-    """Return the proved error bound of a state (of the first one with a truth), and lower limits of all others'.
+    """Return the proved error bound of a state, and lower limits for all other references and estimates.
+
+    Without a name, the state is the first one with a truth.
 
     ValueError: the certificate says nothing about the true signal of this state.
     """
@@ -626,7 +642,7 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
 def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certificate:
     """Return the certificate with proved distances between states and their true `signals`.
 
-    NotTrackableError: one is not proved to be within its tolerance.
+    NotTrackableError: a state is not proved to be within its tolerance.
     """
     of, found = certificate, list[TrueSignal]()
     for name, sought in signals.items():

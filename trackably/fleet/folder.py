@@ -30,7 +30,7 @@ class Row:
     `request` is the SHA-256 of all data that the answer depends on: samples, plant, kernels, options and the library's
     version. `files` holds the SHA-256 of each written file, by its name. For a proved reference, the other fields are
     those of `TrackableReference`: misfits and hyperparameters are by name, in the units of the samples; `questions` are
-    the warnings. The method of a `StreamReference` is "stream", and it has no price.
+    the warnings. For a `StreamReference`, `method` is "stream", and there is no `price` (what the bounds cost).
     """
 
     name: str
@@ -78,7 +78,7 @@ def _utf8(text: str) -> str:
 
 
 def outcome_of(failure: NotTrackableError) -> Outcome:
-    """Return the outcome for an answer without a proof."""
+    """Return the outcome of a recording for which learning failed to give a proof."""
     match failure.outcome:
         case Counterexample():
             return "refuted"
@@ -105,7 +105,7 @@ _RUN_BY_SPREADSHEETS = re.compile(r"['=+\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
 
 @dataclass(frozen=True)
 class FleetFolder:
-    """The folder of the answers.
+    """The folder in which a fleet's answers are kept.
 
     A recording's row is written last, so its other files are complete if the row exists.
     """

@@ -74,7 +74,7 @@ class Request:
             inspect.signature(self.learn).bind("samples", "plant", "kernel", "claim", **self.options)
         except TypeError as error:
             raise TypeError(f"learn_many: {self.learn.__name__}: {error}") from None
-        _ = self._shared  # found now, to raise its error before anything is learned
+        _ = self._shared  # computed here, so that its errors come before anything is learned
 
     @cached_property
     def _shared(self) -> Any:
@@ -104,7 +104,10 @@ def _plain(value: object) -> Any:
             return value.tolist()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [type(value).__name__, encode(value)]
-    raise TypeError(f"learn_many: cannot compare an argument of type {type(value).__name__} between runs")
+    raise TypeError(
+        f"learn_many: an argument of type {type(value).__name__} cannot be compared between runs; give numbers, texts, "
+        "lists or objects of this library"
+    )
 
 
 _UNREAD = "0" * 64  # the digest of a recording that could not be read
@@ -112,7 +115,7 @@ _UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 @dataclass(frozen=True)
 class Answer:
-    """A recording's row, and the contents of its files by name; `is_kept` if both already existed."""
+    """A recording's row, and the contents of its files by name. If `is_kept`, both already exist on the disk."""
 
     row: Row
     files: Mapping[str, bytes]
@@ -186,7 +189,7 @@ _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
 def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
-    """Return the contents of the files that each of these functions writes to `name`.json, and beside it."""
+    """Call each function with the path `name`.json in an empty folder; return all files that they write, by name."""
     with TemporaryDirectory() as folder:
         for name, save in saves.items():
             save(Path(folder) / f"{name}.json")
@@ -227,7 +230,7 @@ def answers(
                 yield each
         finally:
             with catch_warnings():
-                simplefilter("ignore")  # joblib warns of what is given up
+                simplefilter("ignore")  # joblib warns of tasks that are cancelled
                 found.close()
 
 
@@ -259,8 +262,8 @@ def _on(cluster: str | None) -> Iterator[None]:
 
 
 _COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
-_MOST_SHOWN = 5  # of the failures, and of the questions
-_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # the rest concerns all recordings
+_MOST_SHOWN = 5  # most failures, and most recordings with questions, that are printed
+_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # others end the run
 
 L = TypeVar("L", TrackableReference, StreamReference)
 
@@ -270,7 +273,7 @@ class Fleet:
     """The results for all recordings, in the order given: `rows`, and in `folder` the files of each and one table.
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
-    Certificates of waypoints are beside it: certificate.at1.json, certificate.at2.json, …
+    Certificates of waypoints are in the same folder: certificate.at1.json, certificate.at2.json, …
     In NAME, bytes that some file systems refuse are written as %XX, and an empty part between slashes as %. A part with
     capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files in other
     places, which versions before this rule wrote, are neither read nor removed.
@@ -312,7 +315,7 @@ class Fleet:
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
         method, learned = ("stream", StreamReference) if row.method == STREAM else ("reference", TrackableReference)
         if kind is not learned:
-            raise InputError(f"{name}: call fleet.{method}({name!r}), as it was learned")
+            raise InputError(f"{name}: call fleet.{method}({name!r}), which fits the function that learned it")
         path = FleetFolder(self.folder).of(name) / "reference.json"
         is_same = digest(read_bytes(path)) == row.files.get(path.name)
         found = kind.load(path) if is_same else None
@@ -363,10 +366,10 @@ def learn_many(
 ) -> Fleet:
     """Learn a reference from each recording, and write references, certificates and a table.
 
-    What was answered before in the same folder is kept if nothing has changed on which it depends: samples, plant,
-    kernels, options and the library's version. So a run that was stopped goes on where it was. A recording that cannot
-    be read, or has no reference, becomes a row with its sentence; the others go on. Files and table have the same bytes
-    whatever the number of workers.
+    Earlier answers in the same folder are kept if nothing has changed on which they depend: samples, plant, kernels,
+    options and the library's version. So a run that was stopped goes on where it was. A recording that cannot be read,
+    or has no reference, becomes a row with a sentence that says why; the others go on. Files and table have the same
+    bytes for any number of workers.
 
     Parameters
     ----------
@@ -391,20 +394,20 @@ def learn_many(
     Raises
     ------
     TypeError, ValueError
-        Where an argument that all recordings share is wrong.
+        If an argument that all recordings share is wrong.
     InputError
-        Where packages for a cluster are not installed.
+        If packages for a cluster are not installed.
     OSError
-        Where a file cannot be written, and another name would not help.
+        If a file cannot be written, and another name of the recording would not help.
     KeyboardInterrupt
-        Where somebody interrupts: with a sentence that says how many recordings are answered.
+        If somebody interrupts; its message says how many recordings are answered.
 
     """
     require_plant(plant)
     instance("kernel", kernel, Kernel | Mapping, "a kernel, or kernels by name")
     sources, where = sources_of(recordings), FleetFolder(path_of("folder", folder))
     if claim != "recorded":
-        as_claim(claim)  # refused now, not by each worker
+        as_claim(claim)  # a wrong claim is refused here, and not by each worker
     request = Request(plant, kernel, claim, options, learn)
     processes = whole("workers", workers, least=1)
     address = None if cluster is None else text("cluster", cluster)

@@ -72,7 +72,7 @@ def _measured_values(measured: Measured) -> Measured:
 def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[Source, ...]:
     """Return the recordings as sources, in the order given.
 
-    TypeError: one is no source. ValueError: there is none, or a name appears twice.
+    TypeError: a recording is no source. ValueError: there are no recordings, or a name appears twice.
     """
     described = "samples by name, or sources such as `recordings_in(folder, read)`"
     instance("recordings", recordings, Iterable, described)
@@ -84,7 +84,7 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
     for i, source in enumerate(found):
         instance(f"recordings[{i}]", source, Source, "a Source")
         if not text(f"recordings[{i}]: name", source.name):
-            raise ValueError(f"recordings[{i}]: a name is needed")
+            raise ValueError(f"recordings[{i}]: expected a name, got an empty text")
     name, count = Counter(source.name for source in found).most_common(1)[0]
     if count > 1:
         raise ValueError(f"recordings: each needs a name of its own, but {name!r} appears {count} times")

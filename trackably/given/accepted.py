@@ -1,4 +1,4 @@
-"""Answers about tables and joints, which exist only with the file that the checker has accepted."""
+"""Answers about tables and joints: they can only be made if the checker accepts their file."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -11,13 +11,13 @@ from trackably.files import new_file, write_atomically
 
 
 class NotAcceptedError(ValueError):
-    """The checker does not accept a statement; the message has its reason."""
+    """The checker does not accept a statement; the message says why."""
 
 
 class AcceptedAnswer(ABC):
-    """An answer whose file has the `content` that the checker judges, with the `verdict` that it has to give.
+    """An answer that the checker accepts: the checker judges the file with its `content`, and gives this `verdict`.
 
-    NotAcceptedError: the checker gives another one.
+    NotAcceptedError: the checker gives another verdict.
     """
 
     verdict: ClassVar[type[Verdict]]
@@ -31,12 +31,12 @@ class AcceptedAnswer(ABC):
     @property
     @abstractmethod
     def content(self) -> Mapping[str, Any]:
-        """The content of its file."""
+        """The content of the file that the checker reads."""
 
     @property
     @abstractmethod
     def explanation(self) -> str:
-        """The accepted statement in a sentence."""
+        """One sentence for the user: the accepted statement."""
 
     def _save(self, what: str, path: Path | str) -> Path:
         write_atomically(file := new_file(what, path), vars(self)["_accepted"])

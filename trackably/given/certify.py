@@ -35,19 +35,19 @@ from trackably.systems.sampling import default_sample, sampled_names, stencils_b
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
-_LEAD = 0.25  # of the time that a motion takes
+_LEAD = 0.25  # part of the duration of a motion for which it may rest before it begins
 _CLOSER, _POINTS = 9, 33
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """Allowances, relative to the size of a curve, that are added to a distance found in float64 until it is proved."""
 
 
 def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: float) -> PolynomialPieces:
-    """Return the flat output z whose state, given by a stencil, is closest to a curve p, to second
-    order in the step [s].
+    """Return the flat output z for which a state equals a curve p up to second order in the step [s].
 
-    The state is y(t) = offset + Σ_j w_j z(t + j step). Up to second derivatives this is g z(t + τ) + offset with the
-    gain g = Σ w_j and the delay τ = Σ j w_j step/g. So z(t) = (p(t − τ) − offset)/g. A curve that ends is extended by
-    its first piece to its own first time, and by its last piece for the `order` steps that inputs look ahead.
+    The stencil says how the state depends on z: y(t) = offset + Σ_j w_j z(t + j step). Up to second
+    derivatives this is g z(t + τ) + offset with the gain g = Σ w_j and the delay τ = Σ j w_j step/g. So z(t) is
+    (p(t − τ) − offset)/g. A curve that ends is extended by its first piece to its own first time, and by its last piece
+    for the `order` steps that inputs look ahead.
     """
     gain = sum(stencil.weights)
     delay = sum(j * w for j, w in enumerate(stencil.weights)) / gain * step
@@ -63,7 +63,10 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
 
 
 def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> PolynomialPieces:
-    """Return pieces with the period of a curve at delayed breakpoints; at its own if float64 has no such period."""
+    """Return periodic pieces with the period of a curve and breakpoints `ends`.
+
+    If float64 cannot represent this exactly, the breakpoints are those of the curve.
+    """
     coarse = 4 * np.spacing(np.max(np.abs(ends)))  # multiples of this have differences that are exact
     ends[0] = np.round(ends[0] / coarse) * coarse
     ends[-1] = ends[0] + curve.period
@@ -77,9 +80,10 @@ def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> Pol
 def distance(
     curve: PolynomialPieces, output: PolynomialPieces, stencil: Stencil, reference: Reference, span: tuple[float, float]
 ) -> float:
-    """Return the largest distance between the stencil's values and the curve from a time to another [s], rounded up.
+    """Return a bound of the distance between a state and the curve over `span` [s]; infinite if none is proved.
 
-    The distance is sought in float64, and then verified by the checker's arithmetic.
+    The state is the `stencil` of the flat `output`. The largest distance is searched for in float64, and a bound
+    slightly above it is then proved by the checker's arithmetic.
     """
     shown = tuple(Fraction(w) for w in stencil.weights)
     apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))
@@ -122,7 +126,7 @@ class CertifiedReference(ProvedReference):
 
     @property
     def explanation(self) -> str:
-        """The proved statement, and the distances of the states from the given ones."""
+        """A text for the user: the proved statement, and the distances of the states from the given ones."""
         said = [self.certificate.explanation]
         if self.moved is not None:
             said += [f"{name} was moved by {moved}" for name, moved in self.moved.items()]
@@ -139,7 +143,7 @@ class CertifiedReference(ProvedReference):
 
 @dataclass(frozen=True)
 class RepairDistance:
-    """The distance by which a repair moved a trajectory: the largest, and the root mean square, in its unit."""
+    """How far a repair moved a curve, in its unit: the largest distance, and the root mean square."""
 
     most: float
     rms: float
@@ -156,28 +160,28 @@ def certify(
     Parameters
     ----------
     trajectory
-        By name of a state, or of a flat output (z1, z2, …): one curve for each flat output of the plant. A plant with
-        one flat output takes the curve of its first state without a name. Curves are splines of SciPy,
-        PolynomialPieces, or samples with the name of an interpolation: an array (one value a step, from step 0), or
-        Samples. A flat trajectory of python-control gives all states; where its basis does not say when it ends (T is
-        left out), a claim from start to end has to.
+        Curves by the name of a state, or of a flat output (z1, z2, …): one for each flat output of the plant. If the
+        plant has only one, a curve without a name is that of the first state that determines it. Curves are splines of
+        SciPy, PolynomialPieces, or samples with the name of an interpolation: Samples, or an array with one value for
+        each step, from step 0 on. A flat trajectory of python-control gives all states; if its basis does not say when
+        it ends (T is left out), give a claim from start to end.
     plant
         The system with its sets.
     claim
         "all_times": all t ≥ 0, curves are at rest after their last piece; "all_phases": all t, curves are periodic; or
-        the window from start to end [s]. Left out, all phases of curves that say that they are periodic, or the window
-        from the latest first time to the earliest last time of the curves.
+        the window from start to end [s]. By default, all phases if all curves are marked as periodic; otherwise the
+        window from the latest first time to the earliest last time of the curves.
     interpolation
-        What is between samples: "linear", "cubic", "quintic", "pchip", "akima".
+        How samples are joined: "linear", "cubic", "quintic", "pchip", "akima".
 
     Notes
     -----
-    A flat output z1 is taken as it is. A curve of a state is shown by the flat output that is nearest to it: that state
-    is off its curve by `CertifiedReference.off`, which is of second order in the sampling time T, and zero where a
-    system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output. They
-    are off the curve's derivatives by second order too, but by first order where those jump: if a motion begins at rest
-    with an acceleration a, its velocity is a T/8 at that time, and not zero. The states and inputs of the reference
-    obey the system exactly, and its certificate is about them.
+    A flat output z1 is taken as it is. For a curve of a state, a flat output is computed with which the state is near
+    the curve: it differs from it by `CertifiedReference.off`, which is of second order in the sampling time T, and zero
+    if a system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output.
+    They are off the curve's derivatives by second order too, but by first order where those jump: if a motion begins at
+    rest with an acceleration a, its velocity is a T/8 at that time, and not zero. The states and inputs of the
+    reference obey the system exactly, and its certificate is about them.
 
     Returns
     -------
@@ -191,9 +195,9 @@ def certify(
     Raises
     ------
     ValueError
-        Where curves do not fit the plant, or a claim does not fit the curves. The plant is not linear.
+        If curves do not fit the plant, a claim does not fit the curves, or the plant is not linear.
     TypeError
-        Where a curve is none.
+        If a curve is none of those above.
 
     """
     given = Given.of(trajectory, plant, claim, interpolation)
@@ -205,8 +209,9 @@ def certify(
 
 @dataclass(frozen=True)
 class Given:
-    """Curves by name, in the order of the flat outputs, each with the stencil by which it
-    depends on its flat output.
+    """Curves by name, in the order of the flat outputs.
+
+    The stencil of a curve says how the state depends on its flat output, as a weighted sum of values at later steps.
 
     `span` is the claimed window [s], or the first period, or the times at which the claimed motion is not at rest.
     """
@@ -242,7 +247,7 @@ class Given:
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
-        """The flat outputs."""
+        """The flat outputs that are nearest to the curves."""
         step, orders = self.plant.sampling_time, self.plant.flatness.orders
         return tuple(
             flat_output(self.curves[name], self.stencils[name], order, step)
@@ -254,7 +259,7 @@ class Given:
         return Reference(self.signals, self.plant)
 
     def prove(self, reference: Reference) -> Outcome:
-        """Prove the claim about a reference, as the checker accepts it. ValueError: the claim does not fit it."""
+        """Return a proof of the claim that the checker accepts, or why there is none. ValueError: wrong claim."""
         return judge(prove_on_window(reference, *self.span) if self.beyond == "end" else prove(reference))
 
     def off(self, certificate: Certificate) -> dict[str, float]:
@@ -281,7 +286,7 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
 
 @contextmanager
 def _as_trajectory() -> Iterator[None]:
-    """Raise an error about the names of samples as one about those of the trajectory's curves."""
+    """Raise errors about the names of samples with "trajectory:" in front, because the names are those of curves."""
     try:
         yield
     except ValueError as error:
@@ -293,7 +298,8 @@ def _span(
 ) -> tuple[float, float]:
     """Return the span of `Given`. ValueError: a claimed window exceeds the curves.
 
-    Before a motion that begins after t = 0, there is a quarter of its time at rest, in which a repair may begin.
+    If a motion begins after t = 0, the span also has up to a quarter of its duration at rest before it, in which a
+    repair may begin.
     """
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
     if beyond == "end":

@@ -1,6 +1,6 @@
 """The command `python -m trackably certify TABLE --system FILE`: what it reads, what it prints, and its exit code.
 
-FILE holds a system with its sets, in the form of params.yaml, and TABLE rows of steps or of times.
+FILE holds a system with its sets, in the form of params.yaml, and TABLE has a row for each step or time.
 """
 
 import sys
@@ -61,7 +61,7 @@ def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
 
 
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
-    """Return the exit code, and what writes a proof or a counterexample, or nothing if there is neither."""
+    """Return the exit code, and a function that writes the proof or the counterexample, or nothing without one."""
     match answer:
         case CertifiedReference() | CertifiedTable():
             return PROVED, answer.save_certificate
@@ -75,14 +75,14 @@ _PARTS = ("system", "state_set", "input_set")
 
 
 def read_plant(path: Path) -> ConstrainedSystem:
-    """Return the plant in a file with `system`, `state_set` and `input_set`, as `written` reads them.
+    """Return the plant in a file with `system`, `state_set` and `input_set`, in the forms of `systems.written`.
 
     null as a set means unbounded. Raises InputError with the file and what is wrong.
     """
     with errors_of(path):
         content = fields_of(_content(path), _PARTS)
         if missing := [name for name in _PARTS if name not in content]:
-            raise ValueError(f"lacks {missing[0]}; null says that nothing is bounded")
+            raise ValueError(f"lacks {missing[0]} (null as a set says that nothing is bounded)")
         system = read_part(content, "system", system_of)
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
         sets = (
@@ -105,7 +105,7 @@ _SCALES = {"t": 1.0, "time": 1.0, "k": None, "step": None}
 """Columns of times, with their unit [s]; None for steps, whose unit is the sampling time."""
 
 _LAYOUT = CsvLayout(missing=("",))
-_OFF = 1e-6  # tolerance of times in a table of steps, in sampling times
+_OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Columns:
         for name, scale in _SCALES.items():
             if name in self.values:
                 return self.values[name] * (scale or sampling_time)
-        raise ValueError(f"expected a column k or step, or t or time; it has {', '.join(self.values)}")
+        raise ValueError(f"expected a column k or step, or t or time; the columns are {', '.join(self.values)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:
         """Return states and inputs at the steps. ValueError: a column is missing, or a time is no step."""
@@ -164,7 +164,7 @@ class Columns:
 def read_columns(path: Path) -> Columns:
     """Read a CSV file with a header, with commas, semicolons or tabs between cells.
 
-    InputError says what is wrong in it.
+    InputError: it cannot be read, or has no such form.
     """
     table = csv_table(path, _LAYOUT)
     filled = [i for i, row in enumerate(zip(*table.columns.values(), strict=True)) if any(row)]
@@ -173,5 +173,5 @@ def read_columns(path: Path) -> Columns:
     heads = [head.partition("[")[0].strip() for head in table.columns]
     if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
         raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
-    table = replace(table.part(filled), advice="")  # there is no layout to change
+    table = replace(table.part(filled), advice="")  # users of the command cannot change the layout
     return Columns(dict(zip(heads, map(table.numbers, table.columns), strict=True)), table.places)

@@ -23,8 +23,8 @@ from trackably.arrays import Array
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import Beyond, PolynomialPieces, is_spline, pieces_of_spline
 
-_DEFAULT_END = 1.0  # of a basis of python-control [s]
-_MISSED = 1e-9  # largest rounding error, relative to the largest value
+_DEFAULT_END = 1.0  # s: T of a basis of python-control, if none is given
+_MISSED = 1e-9  # polynomials may miss the values of states by this part of the largest one
 
 
 def is_flat_trajectory(given: Any) -> bool:
@@ -33,10 +33,10 @@ def is_flat_trajectory(given: Any) -> bool:
 
 
 def states_as_pieces(given: Any, span: tuple[float, float] | None) -> list[PolynomialPieces]:
-    """Return all states of a flat trajectory, from zero, or its first breakpoint, to the end of its basis.
+    """Return all states of a flat trajectory of python-control as pieces, from the start to the end of its basis.
 
-    If a basis has no breakpoints and its T is the default, 1 s, the end of the trajectory is unknown: then the
-    polynomials are used on the claimed `span` [s].
+    A basis begins at its first breakpoint, or at 0. If it has no breakpoints, and T is the default, 1 s, the end of the
+    trajectory is unknown, and the polynomials are used on the claimed `span` [s].
 
     ValueError: states are no polynomials, because the system is not linear, or a span is needed but missing.
     """
@@ -47,7 +47,7 @@ def states_as_pieces(given: Any, span: tuple[float, float] | None) -> list[Polyn
 
 
 def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:
-    """Return the breakpoints [s]."""
+    """Return the breakpoints of a basis; if it has none, the first and the last time [s]."""
     if hasattr(basis, "breakpoints"):
         return list(basis.breakpoints)
     end = float(getattr(basis, "T", _DEFAULT_END))
@@ -55,15 +55,15 @@ def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:
         return 0.0, end
     if span is None:
         raise ValueError(
-            "trajectory: python-control keeps no times, and the T of this basis is its default, 1 s: give the claim "
-            "from start to end, as (0.0, 3.0), or the trajectory a basis with its last time, as PolyFamily(6, T=3.0)"
+            "trajectory: python-control keeps no times, and the T of this basis is the default, 1 s; give a claim from "
+            "start to end, as (0.0, 3.0), or make the trajectory with its last time, as PolyFamily(6, T=3.0)"
         )
     return span
 
 
 def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
     """Return the coefficients of each state between two times: shape (n, degree + 1)."""
-    width, inside = end - start, 1e-9  # the last point of a piece belongs to the next one
+    width, inside = end - start, 1e-9  # times stay inside, as the last point of a piece belongs to the next one
     x = nodes * (1 - inside)
     values = np.asarray(given.eval(start + width * x)[0], dtype=float)
     degree = int(np.max(getattr(given.basis, "degree", given.basis.N - 1)))
@@ -71,12 +71,12 @@ def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
     found = np.linalg.lstsq(powers, values.T, rcond=None)[0].T
     missed, size = np.max(np.abs(found @ powers.T - values)), np.max(np.abs(values))
     if not missed <= _MISSED * max(float(size), 1e-30):
-        raise ValueError(f"trajectory: states are no polynomials of degree {degree}: they are {missed:.3g} off")
+        raise ValueError(f"trajectory: states must be polynomials of degree {degree}, but are {missed:.3g} off")
     return np.asarray(found / width ** np.arange(degree + 1))
 
 
 def shift(c: Array, by: Array | float) -> Array:
-    """Return the coefficients of p(t + by), along the last axis; `by` broadcasts with the other axes."""
+    """Return the coefficients of p(t + by), given those of p along the last axis; `by` broadcasts with the others."""
     found = c.copy()
     for i in range(c.shape[-1] - 1):
         for k in range(c.shape[-1] - 2, i - 1, -1):
@@ -85,9 +85,9 @@ def shift(c: Array, by: Array | float) -> Array:
 
 
 Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]
-"""Between samples: straight lines, splines of degree 3 or 5, or cubic pieces with slopes from neighbours."""
+"""How samples are joined: by straight lines, splines of degree 3 or 5, or cubic pieces with slopes from neighbours."""
 
-_FREE_QUINTIC = 6  # samples: as many as a polynomial of degree 5 has coefficients
+_FREE_QUINTIC = 6  # fewest samples without conditions at the ends, as a polynomial of degree 5 has 6 coefficients
 
 _ACCEPTED = (
     "a spline of SciPy (PPoly, CubicSpline, Akima1DInterpolator, PchipInterpolator, BSpline, BPoly, UnivariateSpline), "
@@ -105,12 +105,14 @@ def repeats(given: Any) -> bool:
 def as_pieces(
     given: Any, beyond: Beyond, interpolation: Interpolation | None = None, step: float | None = None
 ) -> PolynomialPieces:
-    """Return a curve as polynomial pieces; `step` [s] is the time between samples without times.
+    """Convert a curve to polynomial pieces, which go `beyond` their last breakpoint as `PolynomialPieces` describes.
 
-    Proofs are about the float64 coefficients of the pieces. Those of B-splines are computed, and rounded.
+    `given` is a spline of SciPy, PolynomialPieces, or samples, which need an `interpolation`: Samples, or an array of
+    values from t = 0 on, `step` [s] apart. Proofs are about the float64 coefficients of the pieces. Coefficients of
+    B-splines are computed from the given ones, with rounding errors.
 
-    TypeError: it is no curve. ValueError: it has several values, the interpolation is unknown, or breakpoints decrease
-    or are no numbers.
+    TypeError: `given` is none of these. ValueError: a curve has several values at a time, samples have no known
+    interpolation, or breakpoints decrease or are NaN.
     """
     if isinstance(given, PolynomialPieces):
         return PolynomialPieces(given.breakpoints, given.coefficients, beyond)
@@ -121,7 +123,7 @@ def as_pieces(
         given = interpolate(times, values, interpolation, beyond)
     ends, c = pieces_of_spline(given)
     if c.ndim != 2:
-        raise ValueError(f"trajectory: expected one value at a time, got {c.shape[2:]}; name each by itself")
+        raise ValueError(f"trajectory: expected one value at a time, got shape {c.shape[2:]}; give one curve for each")
     return PolynomialPieces(ends, c.T, beyond)
 
 
@@ -137,11 +139,12 @@ def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
 
 
 def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: Beyond) -> Any:
-    """Return the interpolation of samples.
+    """Return the interpolation of samples at `times` [s], as a spline of SciPy.
 
-    Depending on `beyond`, splines are clamped, periodic, or not-a-knot at their ends.
+    At their ends, splines are clamped (`beyond` is "rest"), periodic ("period") or not-a-knot ("end").
 
-    ValueError: the interpolation is unknown or None, there are too few samples for it, or they do not close a period.
+    ValueError: the interpolation is unknown or None, there are too few samples for it, or the first and the last sample
+    of a periodic curve differ.
     """
     if how is None or how not in get_args(Interpolation):
         raise ValueError(f"interpolation: samples need one of {', '.join(get_args(Interpolation))}, got {how!r}")

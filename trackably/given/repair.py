@@ -25,16 +25,19 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Coordinate, Functional
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4
-_INSTANTS = 6  # for each interval between knots
+_INSTANTS = 6  # times in each interval between knots at which bounds are imposed first
 
 
 Side = tuple[Any, Array]
-"""Sparse rows for all coefficients, and what they shall equal, or not exceed."""
+"""Linear conditions on the vector of all coefficients: sparse rows, and the values that they equal or do not exceed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Splines:
-    """B-splines of a `degree` with these `knots` [s], which repeat at the ends, or continue by a period (`repeats`)."""
+    """B-splines of a `degree` with `knots` [s].
+
+    The knots at the ends are repeated, or if it `repeats`, all knots continue with the period.
+    """
 
     knots: Array
     degree: int
@@ -47,7 +50,7 @@ class Splines:
 
     @cached_property
     def padded(self) -> Array:
-        """The knots in SciPy's form."""
+        """The knots in the form of SciPy, with those before the first one and after the last."""
         k, inner = self.degree, self.knots
         if not self.repeats:
             return np.pad(inner, k, mode="edge")
@@ -93,7 +96,7 @@ class Nearest:
     def instants(self) -> Array:
         """Times [s] at which bounds are imposed first: some in each interval between knots.
 
-        Also the steps before the first knot at which inputs look ahead to the motion, where these are claimed.
+        They include the steps before the first knot at which inputs already depend on the motion, if these are claimed.
         """
         first, last = self.given.span
         if self.given.beyond == "rest" and first > 0:
@@ -102,13 +105,16 @@ class Nearest:
         return np.linspace(first, last, _INSTANTS * (len(self.splines.knots) - 1) + 1)
 
     def signals(self, coefficients: Array) -> tuple[PolynomialPieces, ...]:
-        """Return the splines with these coefficients, shape (signals, count)."""
+        """Return the splines with these coefficients, shape (signals, count), as polynomial pieces."""
         of, beyond = self.splines, self.given.beyond
         wrapped = np.take(coefficients, np.arange(len(of.padded) - of.degree - 1) % of.count, axis=1)
         return tuple(as_pieces(BSpline(of.padded, c, of.degree), beyond) for c in wrapped)
 
     def rows(self, weights: Sequence[Sequence[Fraction | float]], t: Array) -> sparse.csr_array:
-        """Return the weighted sum of the flat outputs at t [s] and later steps, as rows for all coefficients."""
+        """Return the matrix that maps all coefficients to a weighted sum of flat outputs, at t [s] and later steps.
+
+        `weights[c][j]` is the weight of flat output c, j steps later.
+        """
         none, step = sparse.csr_array((len(t), self.splines.count)), self.given.plant.sampling_time
         blocks = [
             sum((float(w) * self.splines.basis(t + j * step) for j, w in enumerate(of) if w), start=none)
@@ -119,7 +125,7 @@ class Nearest:
     def solve(self, times: Array, backoff: float) -> Array | None:
         """Return the coefficients nearest to the curves that keep the tightened bounds at some times [s].
 
-        None if there are none.
+        The bounds are tightened by `backoff`, relative to their widths. None if no coefficients keep them.
         """
         equal, aims, at_most = self._begun, self._aims, list[Side]()
         for q in self.given.plant.quantities:
@@ -143,7 +149,7 @@ class Nearest:
 
     @property
     def _aims(self) -> list[Side]:
-        """The states or flat outputs that the curves give, and the curves, each relative to its range."""
+        """The equations by which states or flat outputs equal their curves at the instants, divided by the ranges."""
         found, t = [], self.instants
         for i, (name, curve) in enumerate(self.given.curves.items()):
             stencil, values = self.given.stencils[name], curve(t)
@@ -154,7 +160,10 @@ class Nearest:
         return found
 
     def broken_between(self, coefficients: Array, times: Array, room: float) -> Array:
-        """Return the times of local minima of margins below `room` (relative to a width), on a finer grid."""
+        """Return the times at which the margin of a bound, relative to its width, has a local minimum below `room`.
+
+        The margins are examined on a grid that is finer than `times`.
+        """
         fine = subdivide(times, _FINER)
         found = []
         for q in self.given.plant.quantities:
@@ -167,7 +176,7 @@ class Nearest:
 
 
 def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array | None:
-    """Return the coefficients whose rows are nearest to an aim, and equal or do not exceed others; None if none do."""
+    """Minimise |M x − y|² with (M, y) = `aim`, under the conditions `equal` and `at_most`; None without a solution."""
     (M, wanted), (A, limits) = aim, _stack([*equal, *at_most])
     program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, sum(len(values) for _, values in equal))
     return program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
@@ -187,7 +196,10 @@ Start = Literal["given", "free"]
 """Whether a repaired trajectory has to begin with the given states, or may begin with others."""
 
 _BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-"""Back-offs relative to the widths of bounds, for the solver's tolerance and for times between instants."""
+"""Back-offs (tightenings of the bounds, relative to their widths), tried in turn.
+
+They leave room for the solver's tolerance, and for the times between those at which bounds are imposed.
+"""
 
 _FINER, _EXCHANGES = 8, 3
 
@@ -199,14 +211,14 @@ def repair(
     interpolation: Interpolation | None = None,
     start: Start = "given",
 ) -> CertifiedReference | Counterexample | Unproved:
-    """Return the trajectory itself if it is proved, and otherwise the nearest spline that is.
+    """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
 
     Arguments and exceptions are those of `certify`. The spline has degree 5, or one more than the system looks ahead,
     and up to 400 pieces. It is nearest in the root mean square of all curves, each relative to its own range. It begins
     with the states of the reference that `certify` examines, to the precision of the solver, because a system in these
-    states cannot begin elsewhere; how they differ from the curves is in the notes of `certify`. With `start` "free" it
-    may begin with others. It also may if curves are periodic, or if the given states violate a bound
-    at the start. Quadratic programs with bounds at many times find the spline. The bounds are tightened by a small part
+    states cannot begin elsewhere; the notes of `certify` say how these states differ from the curves. It may begin with
+    other states if `start` is "free", if curves are periodic, or if the given states violate a bound at the start.
+    Quadratic programs with bounds at many times find the spline. The bounds are tightened by a small part
     of their width until the proof succeeds. `CertifiedReference.moved` is the distance by which each curve was moved.
 
     Returns Unproved if no such spline was found within the bounds; another one may exist. Returns a Counterexample if a
@@ -234,9 +246,10 @@ def repair(
 
 
 def _solve(near: Nearest, times: Array, backoff: float) -> tuple[Array | None, Array]:
-    """Return coefficients that keep the bounds at many times [s], and nearly between them, with these times.
+    """Return coefficients that keep the bounds at many times [s], and nearly between them; also return these times.
 
-    The times are the given ones and local minima of margins between them. None as coefficients if there are none.
+    The times are the given ones, and those between them at which a margin was too small. Coefficients are None if no
+    spline keeps the bounds.
     """
     found = None
     for _ in range(_EXCHANGES):
@@ -250,7 +263,7 @@ def _solve(near: Nearest, times: Array, backoff: float) -> tuple[Array | None, A
 def _start_states(given: Given) -> Array | None:
     """Return the states at the start, shape (n,), which a repair has to keep.
 
-    None if the curves are periodic, or if the states at the start violate a bound.
+    None if the curves are periodic, or if the states at the start violate a bound, or nearly do so.
     """
     if given.beyond == "period":
         return None

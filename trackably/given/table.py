@@ -22,7 +22,7 @@ from trackably.systems.intervals import Interval, rounded_text
 class Table:
     """States x(k), shape (N, n), and inputs u(k), shape (N, m) or (N − 1, m), at the steps k from `first_step` on.
 
-    The input at the last state has no successor: it may be left out, and has to keep its bounds if it is given.
+    The input at the last step leads to no state of the table. It may be left out; if given, it has to keep its bounds.
     ValueError: shapes do not fit, there are less than two states, or a number is not finite.
     """
 
@@ -30,7 +30,7 @@ class Table:
     inputs: Array
     first_step: int = 0
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:  # arguments may be whatever NumPy converts to arrays
 
         def __init__(self, states: ArrayLike, inputs: ArrayLike, first_step: int = 0) -> None: ...
 
@@ -61,7 +61,7 @@ class CertifiedTable(AcceptedProof):
 
     @property
     def explanation(self) -> str:
-        """The proved statement in a sentence."""
+        """One sentence for the user: the proved statement."""
         kept = ", ".join(f"{limit.name} in {limit.bounds}" for limit in self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
@@ -71,7 +71,7 @@ class CertifiedTable(AcceptedProof):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The content of its file."""
+        """The content of the file that the checker reads."""
         return _content(FORMAT, self.table, self.plant, self.tolerance)
 
 
@@ -79,7 +79,8 @@ class CertifiedTable(AcceptedProof):
 class RefutedTable(AcceptedRefutation):
     """At `step`, at `time` [s], the table certainly violates a bound, or the dynamics, by at least `violation`.
 
-    `what` describes the row or the state, which has this `index` in a `part` of the table.
+    `what` describes the violation. `part` is "states", "inputs" or "dynamics", and `index` is that of the bound in its
+    set, or of the state whose dynamics are violated.
     """
 
     step: int
@@ -94,13 +95,13 @@ class RefutedTable(AcceptedRefutation):
 
     @property
     def explanation(self) -> str:
-        """The violation in a sentence."""
+        """One sentence for the user: the violation."""
         least = rounded_text(self.violation, "down")
         return f"at step {self.step} (t = {self.time:.6g} s) {self.what}, by at least {least}"
 
     @property
     def content(self) -> dict[str, Any]:
-        """The content of its file."""
+        """The content of the file that the checker reads."""
         at = {"step": self.step, "part": self.part, "index": self.index, "violation": self.violation}
         return {**_content(REFUTED, self.table, self.plant, self.tolerance), "at": at}
 
@@ -112,14 +113,15 @@ def _content(form: str, table: Table, plant: ConstrainedSystem, tolerance: float
     return {"format": form, "version": VERSION, "table": rows, "plant": encode(plant), "tolerance": tolerance}
 
 
-_SMALLEST = 5e-324  # a positive float64
+_SMALLEST = 5e-324  # the smallest positive float64
 
 
 def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> CertifiedTable | RefutedTable | Unproved:
     """Prove that a table keeps the plant's bounds at its steps, and its dynamics within a tolerance; or refute it.
 
-    The tolerance applies to each state, in its unit. The largest violation is reported, relative to the width of its
-    bound or to the tolerance. Returns Unproved if formulas may be undefined at a step.
+    The tolerance applies to each state, in its unit. Of several violations, the one is reported that is largest
+    relative to the width of its bound or to the tolerance. Returns Unproved if neither is proved, for example because a
+    formula may be undefined at a step.
 
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
@@ -151,7 +153,7 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
             step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
             return RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance)
         if (over := defect - Fraction(tolerance)) > 0:
-            return unproved(0, float(over), "the tolerance is next to what f leads to")
+            return unproved(0, float(over), "a difference is too close to the tolerance to decide which is larger")
         shown, above = tolerance, nextafter(float(defect), inf) if defect else 0.0
         with suppress(NotAcceptedError):  # only a defect that the checker accepts as a tolerance is reported
             shown = CertifiedTable(table, plant, above or _SMALLEST, above).defect
@@ -170,7 +172,7 @@ def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
 
 
 Limits = list[tuple[str, float, float]]
-"""For each limit, the sentence about its violation, how much of an excess is allowed, and what it is relative to."""
+"""For each limit: the text about its violation, the excess that is allowed, and the size to which it is relative."""
 
 
 def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tuple[Part, int, Limits], ...]:
@@ -193,9 +195,9 @@ def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tu
 
 
 def _excesses(table: checked.Table, part: Part, row: int) -> list[tuple[Fraction, Fraction]]:
-    """Return lower and upper bounds of the excess over each limit in a row, which are equal where it is rational.
+    """Return a lower and an upper bound of the excess over each limit in a row; they are equal if it is rational.
 
-    Of dynamics with tolerance 0 these are bounds of |x⁺ − f(x, u)|. Raises UndefinedError.
+    For the dynamics, with tolerance 0, the excess is |x⁺ − f(x, u)|. Raises UndefinedError.
     """
     try:
         return [(of, of) if isinstance(of, Fraction) else _ends(of) for of in checked.excesses(table, part, row)]

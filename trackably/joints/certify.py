@@ -27,12 +27,12 @@ from trackably.joints.trajectory import JointTrajectory
 from trackably.systems.intervals import Interval, ends_shown, ends_within, rounded_text
 
 TOLERANCE = 1e-9
-"""Largest jump between pieces that counts as rounding, in the unit of the derivative."""
+"""From piece to piece, a derivative may jump by at most this, in its unit: such a jump counts as rounding."""
 
 
 @dataclass(frozen=True)
 class ObservedDistance:
-    """How far a repair moved a joint, in its unit, as seen in float64 at many times: no part of what is proved.
+    """How far a repair moved a joint, in the joint's unit, computed in float64 at many times. This is not proved.
 
     `most` is the largest distance, `rms` the root mean square.
     """
@@ -48,11 +48,11 @@ class ObservedDistance:
 class CertifiedTrajectory(AcceptedProof):
     """A `trajectory` that keeps all limits of `joints` between its points, as accepted by the checker.
 
-    Derivatives below a joint's highest limited one jump by at most `tolerance` from piece to piece, each in its unit.
-    `moved` tells by how much a repair moved each joint, and `factor` by how much the trajectory was slowed down: no
-    part of the proof.
+    From piece to piece, the position of a joint and its derivatives below the highest limited one jump by at most
+    `tolerance`, each in its unit. `moved` tells how far a repair moved each joint, and `factor` by how much the
+    trajectory was slowed down; neither is part of the proof.
 
-    NotAcceptedError (a ValueError): the checker does not accept it.
+    NotAcceptedError (a ValueError): the checker does not accept this statement.
     """
 
     trajectory: JointTrajectory
@@ -63,7 +63,7 @@ class CertifiedTrajectory(AcceptedProof):
 
     @property
     def explanation(self) -> str:
-        """The proved statement in a sentence."""
+        """One sentence for the user: the proved statement."""
         first, last = ends_within(*self.trajectory.span)
         times = f"t from {first} s to {last} s"
         if self.trajectory.rests:
@@ -75,17 +75,18 @@ class CertifiedTrajectory(AcceptedProof):
 
     @property
     def content(self) -> dict[str, Any]:
-        """The content of its file."""
+        """The content of the file that the checker reads."""
         return _content(FORMAT, self.trajectory, self.joints, self.tolerance)
 
 
 @dataclass(frozen=True)
 class BrokenLimit:
-    """A violation of a joint's `limits` that begins at about `begins` [s]; at `time` [s] it is `violation`.
+    """A violation of the `limits` of a `joint`, which begins at about `begins` [s].
 
-    It is about one piece, and `violation` is the largest one found there. If the derivative `jumps`, the limits of the
-    next higher derivative are violated beyond any number, and `violation` is the jump. `place` is where the checker
-    finds it.
+    `order` names the derivative, such as "velocity". `violation` is the largest excess that was found on one polynomial
+    piece, rounded down, and occurs at `time` [s]. If the derivative `jumps`, the next higher derivative is infinite and
+    exceeds any limits; then `limits` is None, and `violation` is the size of the jump. `place` has the indices by which
+    the checker finds the violation.
     """
 
     joint: str
@@ -109,10 +110,11 @@ class BrokenLimit:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BrokenLimits(AcceptedRefutation):
-    """The first violation of each joint along a `trajectory`: an entry of `broken` for each joint
-    that violates a limit.
+    """A proof that joints violate limits along a `trajectory`.
 
-    NotAcceptedError (a ValueError): the checker does not accept it.
+    `broken` has one entry for each joint that violates a limit: its first violation.
+
+    NotAcceptedError (a ValueError): the checker does not accept this statement.
     """
 
     trajectory: JointTrajectory
@@ -122,17 +124,17 @@ class BrokenLimits(AcceptedRefutation):
 
     @property
     def first(self) -> BrokenLimit:
-        """The earliest violation of all."""
+        """The violation that begins earliest, over all joints."""
         return min(self.broken, key=lambda broken: broken.begins)
 
     @property
     def explanation(self) -> str:
-        """The first violation of each joint, in the order of time."""
+        """A text for the user: the first violation of each joint, in the order of time."""
         return "; ".join(map(str, sorted(self.broken, key=lambda broken: broken.begins)))
 
     @property
     def content(self) -> dict[str, Any]:
-        """The content of its file."""
+        """The content of the file that the checker reads."""
         broken = [{**each.place, "violation": each.violation} for each in self.broken]
         return {**_content(BROKEN, self.trajectory, self.joints, self.tolerance), "broken": broken}
 
@@ -146,29 +148,30 @@ def certify_joints(
     ----------
     trajectory
         A JointTrajectory with the names of the joints, in any order, or what `JointTrajectory.of` takes, with a column
-        for each joint in their order. Where it rests beyond its end, this is proved, too.
+        for each joint in their order. If the trajectory rests after its end, the limits are proved there, too.
     joints
         The joints with their limits.
     tolerance
-        By how much a joint's derivatives below its highest limited one may jump from piece to piece, each in its unit.
-        A jump beyond it breaks the next limit: the acceleration is infinite where a velocity jumps.
+        The largest jump, from piece to piece, of a joint's position and of its derivatives below the highest limited
+        one, each in its unit. A larger jump breaks the limits of the next derivative. For example, the acceleration is
+        infinite where the velocity jumps.
 
     Returns
     -------
     CertifiedTrajectory
-        Proved, without any error: limits that are touched are kept. It is about the polynomials of the float64
-        coefficients; the rounding of who evaluates them is not in it.
+        Proved, without any rounding error: a trajectory may touch its limits. The proof is about the polynomials with
+        the given float64 coefficients. It does not include the rounding errors of a program that evaluates them.
     BrokenLimits
         Refuted: for each joint that breaks a limit, which one is broken first, when, and by how much.
     Unproved
-        Neither: a number is too large, or the check takes too long.
+        Neither proved nor refuted, because a number is too large, or the check takes too long.
 
     Raises
     ------
     ValueError
-        Where names do not fit, or the tolerance is not positive.
+        If the names of the trajectory's joints are not those of `joints`, or the tolerance is not positive.
     TypeError
-        Where the trajectory is none.
+        If `trajectory` or `joints` has another type.
 
     """
     given, tolerance = fit_joints(trajectory, joints), positive("certify_joints: tolerance", tolerance)
@@ -187,15 +190,16 @@ def certify_joints(
 def stretch_joints(
     trajectory: Any, joints: Joints, tolerance: float = TOLERANCE
 ) -> CertifiedTrajectory | BrokenLimits | Unproved:
-    """Return the trajectory slowed down by the least factor with which it keeps all limits; itself if it keeps them.
+    """Return the trajectory, slowed down by the least factor with which it keeps all limits.
 
-    With s times the duration, a derivative of order r is s⁻ʳ times as large. So the least s is the largest of
-    (q^(r)/limit)^(1/r), over all joints, orders and times. It is rounded up until the proof succeeds, by 1e-9 at most.
-    `CertifiedTrajectory.factor` is s. Arguments are those of `certify_joints`.
+    A trajectory that keeps them already is returned as it is. With s times the duration, a derivative of order r is s⁻ʳ
+    times as large. So the least s is the largest of (q^(r)/limit)^(1/r), over all joints, orders and times. It is
+    rounded up until the proof succeeds, by a part of 1e-9 at most. `CertifiedTrajectory.factor` is s. Arguments are
+    those of `certify_joints`.
 
     Returns BrokenLimits if slowing down does not help: a position is outside its limits, or a derivative jumps.
 
-    ValueError: zero is not inside the limits of some derivative, so that a joint may not rest; else as
+    ValueError: the limits of some derivative do not have 0 inside, so that slowing down need not help; otherwise as
     `certify_joints`.
     """
     given, outcome = fit_joints(trajectory, joints), certify_joints(trajectory, joints, tolerance)
@@ -212,21 +216,23 @@ def stretch_joints(
 
 
 def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
-    """Return the outcome that limits are not proved, with the reason; it names the first of them."""
+    """Return the outcome that limits are not proved, with a `reason`. It names the first limited derivative."""
     r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
     bounds = Interval(*joints.limits[r, j].tolist())
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
 
 
 def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
-    """Return a trajectory of exactly these joints, in their order. Raises as `certify_joints`."""
+    """Convert to a trajectory of exactly these joints, in their order. Raises the errors of `certify_joints`."""
     instance("certify_joints: joints", joints, Joints, "Joints")
     given = trajectory if isinstance(trajectory, JointTrajectory) else JointTrajectory.of(trajectory, joints.names)
     if given.names == joints.names:
         return given
     if {*given.names} != {*joints.names}:
         odd = sorted({*given.names} ^ {*joints.names})
-        raise ValueError(f"trajectory: must have the joints {', '.join(joints.names)}, but {odd[0]!r} is in one only")
+        raise ValueError(
+            f"trajectory: must have the joints {', '.join(joints.names)}, but {odd[0]!r} is missing, or is none of them"
+        )
     order = [given.names.index(name) for name in joints.names]
     return JointTrajectory(joints.names, given.breakpoints, given.coefficients[order], given.rests)
 
@@ -249,13 +255,14 @@ def _content(form: str, trajectory: JointTrajectory, joints: Joints, tolerance: 
     }
 
 
-# What is broken is sought in float64, and told exactly.
+# Violations are searched for in float64, and then computed exactly.
 
 
 def _on_pieces(c: Array, r: int, widths: Array) -> Array:
     """Return the Bernstein coefficients of r-th derivatives on pieces, along the last axis.
 
-    A polynomial lies between its least and largest one. `c` has the shape (J, K, n), and `widths` (K,) [s].
+    On its piece, a polynomial lies between its least and its largest Bernstein coefficient. `c` has the shape (J, K, n)
+    of joints, pieces and powers of time, and `widths` (K,) [s].
     """
     d = polyder(c, r, axis=2)
     n = d.shape[2]
@@ -263,9 +270,10 @@ def _on_pieces(c: Array, r: int, widths: Array) -> Array:
 
 
 def within_limits(c: Array, widths: Array, joints: Joints) -> Flags:
-    """Return for each piece whether its Bernstein coefficients, and so its derivatives, keep all limits: (K,).
+    """Return for each piece whether the Bernstein coefficients of all derivatives are within the limits: shape (K,).
 
-    Up to rounding. `c` has the shape (J, K, n), and `widths` (K,) [s].
+    If so, all joints keep all limits on this piece, up to rounding. `c` has the shape (J, K, n) of joints, pieces and
+    powers of time, and `widths` (K,) [s].
     """
     kept = np.full(len(widths), True)
     for r in range(joints.order + 1):
@@ -275,7 +283,7 @@ def within_limits(c: Array, widths: Array, joints: Joints) -> Flags:
 
 
 def _roots(p: Polynomial, width: float) -> list[float]:
-    """Return the times inside of a piece at which a polynomial is zero, up to rounding."""
+    """Return the times [s], since the start of a piece of this `width`, at which p is zero, up to rounding."""
     sizes = np.abs(p.coef) * width ** np.arange(float(len(p.coef)))
     used = np.flatnonzero(sizes > 1e-14 * np.max(sizes))
     found = np.roots(p.coef[: used[-1] + 1][::-1]) if len(used) else np.zeros(0)
@@ -283,12 +291,12 @@ def _roots(p: Polynomial, width: float) -> list[float]:
 
 
 def extremes(p: Polynomial, width: float) -> Array:
-    """Return the times since a breakpoint at which a polynomial may have its minimum or maximum, ends included."""
+    """Return the times [s], since the start of a piece of this `width`, at which p may have its minimum or maximum."""
     return np.array([0.0, *_roots(p.deriv(), width), width])
 
 
 def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> Iterator[BrokenLimit]:
-    """Yield the first violation of each joint."""
+    """Yield the first violation of each joint that violates a limit."""
     subject: Subject = read_joints(_content(FORMAT, given, joints, tolerance))
     limits, jumps = undecided(subject)
     parts = [*((j, i, r, _outside) for j, r, i in limits), *((j, i, r, _jump) for j, r, i in jumps)]
@@ -300,7 +308,7 @@ def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> I
 
 
 def _jump(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
-    """Return the jump of a derivative at a breakpoint; None if it is small enough."""
+    """Return the jump of a derivative at a breakpoint; None if it is within the tolerance."""
     by, t = abs(subject.jump(j, r, i)), subject.breakpoints[i]
     if by <= Fraction(subject.jumps[r]):
         return None
@@ -311,7 +319,7 @@ def _jump(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
 def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     """Return the violation of a derivative's limits on a piece; None if there is none."""
     limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
-    assert limit is not None, "it is one of those that are not decided"
+    assert limit is not None, "only derivatives with limits are undecided"
     exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
     p, h = Polynomial([float(c) for c in exact]), float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
@@ -323,7 +331,7 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
 
 
 def _begins(p: Polynomial, limit: tuple[float, float], h: float) -> float:
-    """Return the first time at which a polynomial leaves its limits; h if it is not seen to do so."""
+    """Return the first time, since the start of a piece of width h [s], at which p is outside; h if none is found."""
     ends = np.sort([0.0, h, *(t for end in limit for t in _roots(p - end, h))])
     between = p((ends[:-1] + ends[1:]) / 2)
     outside = np.flatnonzero((between < limit[0]) | (between > limit[1]))
@@ -335,13 +343,16 @@ def _below(by: Fraction) -> float:
 
 
 def _least_factor(given: JointTrajectory, joints: Joints) -> float:
-    """Return the least s ≥ 1 for which derivatives of order r, divided by s^r, are inside their limits."""
+    """Return the least s ≥ 1 for which all derivatives, divided by s^r for order r, keep their limits."""
     widths, s = np.diff(given.breakpoints), 1.0
     for r in range(1, joints.order + 1):
         low, high = joints.limits[r].T
         if len(wrong := np.flatnonzero(~((low < 0) & (high > 0)))):
             name = joints.names[wrong[0]]
-            raise ValueError(f"stretch_joints: the limits of the {ORDERS[r]} of {name} must have 0 inside")
+            raise ValueError(
+                f"stretch_joints: the limits of the {ORDERS[r]} of {name} must have 0 inside, as slowing down "
+                "brings it close to 0"
+            )
 
         def largest(values: Array, low: Any, high: Any) -> Any:
             return np.max(np.maximum(values / high, values / low), axis=-1)

@@ -1,4 +1,4 @@
-"""A gate for streamed chunks of motion: it only lets proved motion run, and a proved stop follows the end of it."""
+"""A gate for streamed chunks of motion: it lets only proved motion run, which always ends with a proved stop."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trackably.joints.limits import Joints
 from trackably.joints.repair import repair_joints
 from trackably.joints.trajectory import JointTrajectory, hermite
 
-_CLOSEST = 1e-6  # s; pieces are no shorter
+_CLOSEST = 1e-6  # s: the gate makes no shorter pieces
 _SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
 """Shortest and longest duration of a stop [s], and the number of durations tried."""
 _AT_ONCE = 64
@@ -26,11 +26,11 @@ _AT_ONCE = 64
 
 @dataclass(frozen=True, eq=False)
 class GateAnswer:
-    """The motion `running` from now on, proved for all times and at rest after its end, and the `reason` for it.
+    """The motion `running` from now on, which is proved for all times and ends at rest, and the `reason` for it.
 
-    `kind` is "stitched": the chunk, from the time at which the running motion joins it; "repaired": the motion nearest
-    to the chunk that can be reached from the running one; "stopped": a stop; "kept": the motion that ran before, up to
-    its stop, because nothing of the chunk can be run.
+    `kind` says what runs. "stitched": the chunk, from the time at which the running motion reaches it. "repaired": the
+    motion nearest to the chunk that can be reached from the running one. "stopped": a stop. "kept": the motion that ran
+    before, up to its stop, because no part of the chunk can be run.
     """
 
     kind: Literal["stitched", "repaired", "stopped", "kept"]
@@ -42,14 +42,14 @@ class GateAnswer:
 class Gate:
     """Let chunks of motion through to `joints`, as a policy or a planner streams them: `gate(chunk, running, now)`.
 
-    The gate has no state and no clock: the running motion is a value that an answer contains and the next call takes.
-    Chunks and `now` [s] use the same clock. A new motion begins `lead` [s] after `now`, so that the receiver has it in
-    time. If the chunk is elsewhere at that time, the running motion joins it by one polynomial of degree 2 R − 1 for
-    limits up to order R, with the derivatives of both below order R at its ends. It joins at the first point of the
-    chunk for which the polynomial keeps all limits. A chunk that does not end at rest is followed by the shortest stop,
-    among some durations, that keeps all limits; if there is none, the chunk is cut at an earlier point. Positions of
-    continuous joints may differ by whole turns. If all this fails, quadratic programs look for the nearest motion
-    (`repair_joints`), as long as `budget` [s] of computation is not used up.
+    The gate has no state and no clock: each answer contains the running motion, and the caller gives it to the next
+    call. Chunks and `now` [s] use the same clock. A new motion begins `lead` [s] after `now`, so that the receiver has
+    it in time. If the state of the chunk is another one at that time, a polynomial leads to the first point of the
+    chunk for which it keeps all limits. Its degree is 2 R − 1, where R is the order of the highest limited derivative,
+    and at its ends, it has the positions and derivatives below order R of the two motions. A chunk that does not end at
+    rest is followed by the shortest stop that keeps all limits, among some durations; if there is none, the chunk is
+    cut at an earlier point. Positions of continuous joints may differ by whole turns. If all this fails, quadratic
+    programs look for the nearest motion (`repair_joints`), as long as `budget` [s] of computation is not used up.
 
     ValueError: `lead` is negative, or `budget` or `tolerance` is not positive.
     """
@@ -103,9 +103,9 @@ class Gate:
         return GateAnswer("kept", running, reason)
 
     def stop(self, running: CertifiedTrajectory, now: float) -> GateAnswer:
-        """Return the shortest stop that begins `lead` after `now` [s], or the running motion up to its own.
+        """Return the shortest stop that is found `lead` after `now` [s]; the running motion if it ends no later.
 
-        Raises as a call.
+        Raises the errors of a call.
         """
         before = self._until(running, now)
         stopped = self._braked(before, before.span[1])
@@ -125,10 +125,8 @@ class Gate:
         return self._prove(before.followed_by(after.breakpoints[1:], after.coefficients))
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
-        """Return the running motion from the piece at `now` up to the earliest time [s] at which
-        a new one may begin.
-        """
-        instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, as of at_rest or of an answer")
+        """Return the running motion from the piece at `now` [s] to the earliest start of a new motion."""
+        instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, from at_rest or from an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
             raise ValueError("gate: the running motion must end at rest, and have the joints of the gate")
@@ -152,9 +150,9 @@ class Gate:
         return replace(given, coefficients=c)
 
     def _entry(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory | None:
-        """Return a motion from the end of the running one to the end of the chunk.
+        """Return a motion from the end of `before`, the running motion, to the end of the chunk `given`.
 
-        None if there is no way.
+        None if no point of the chunk can be reached within the limits.
         """
         start, R = before.span[1], self._order
         state = before.state(start, R)
@@ -173,7 +171,10 @@ class Gate:
         return to_chunk.followed_by(ends[k + 1 :], given.coefficients[:, k:])
 
     def _stopping(self, motion: JointTrajectory) -> JointTrajectory | None:
-        """Return a motion that ends at rest, by a stop after the last piece from which one is possible."""
+        """Return the motion, with a stop after the last piece at whose end one is possible, unless it ends at rest.
+
+        None if no stop is possible.
+        """
         if np.all(np.abs(motion.at_ends(self._order)[1:, -1]) <= self.tolerance / 2):
             return motion
         return self._braked(motion, motion.span[0])
@@ -181,10 +182,11 @@ class Gate:
     def _braked(self, motion: JointTrajectory, since: float) -> JointTrajectory | None:
         """Return a motion up to the last end of a piece at which a stop can begin, and the shortest stop there.
 
-        The stop does not begin before a time [s]. None if none is possible.
+        The stop begins at the time `since` [s] or later. None if no stop keeps the limits.
 
-        The velocity is the polynomial of least degree with the derivatives of both ends; the end position follows. If
-        only velocities are limited, they may jump, and a stop takes the shortest duration.
+        The velocity of the stop is the polynomial of least degree that begins with the derivatives of the motion, and
+        ends with zeros; the last position follows from it. If no derivative above the velocity is limited, the velocity
+        may jump to zero.
         """
         states, ends = motion.at_ends(self._order), motion.breakpoints[1:]
         durations, possible = np.geomspace(_SHORTEST, _LONGEST, _STOPS), np.flatnonzero(ends >= since)
@@ -202,7 +204,7 @@ class Gate:
         return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
-        """Return the motion nearest to a chunk from the end of the running one, with time for a stop after it."""
+        """Return the motion nearest to the chunk `given` from the end of `before`, with time for a stop; or None."""
         start, R = before.span[1], self._order
         state = before.state(start, R)
         ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])

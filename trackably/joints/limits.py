@@ -21,7 +21,7 @@ from trackably.systems.polytopes import Polytope
 
 Limit = float | tuple[float, float] | None
 Limits = Limit | Sequence[Limit] | Mapping[str, Limit]
-"""A limit for all joints, one for each in their order, or one by name. A number l stands for [−l, l], None for none."""
+"""One limit for all joints, or one for each, in order or by name. A number l means [−l, l], and None means no limit."""
 
 _LARGEST_FILE = 10_000_000  # bytes
 _NAMELESS = "joints: give names=, or limits by name, as velocity={'elbow': 2.0}"
@@ -68,10 +68,10 @@ class Joints:
         object.__setattr__(self, "names", known)
         object.__setattr__(self, "continuous", turning)
         if not np.any(np.isfinite(self.limits)):
-            raise ValueError("joints: some limit is needed: position, velocity, acceleration, jerk or snap")
+            raise ValueError("joints: give at least one limit of position, velocity, acceleration, jerk or snap")
         for name in known:
             if name in turning and np.any(np.isfinite(self.position[known.index(name)])):
-                raise ValueError(f"joints: {name} is continuous, so that its position has no limits")
+                raise ValueError(f"joints: {name} is continuous, so its position must have no limits")
 
     @property
     def limits(self) -> Array:
@@ -89,21 +89,22 @@ class Joints:
         return np.array([name in self.continuous for name in self.names])
 
     def widened(self, part: float) -> Self:
-        """Return limits that are wider by a part of their widths, for example 1e-9 for rounding.
+        """Return limits whose widths are larger by a `part` of them, for example 1e-9 for rounding errors.
 
-        Narrower if it is negative.
+        A negative part makes them narrower.
 
-        ValueError: nothing is left inside.
+        ValueError: a limit becomes empty.
         """
         widths = np.nan_to_num(np.diff(self.limits, axis=2), posinf=0.0)
         wide = self.limits + real("widened: part", part) * widths / 2 * [-1.0, 1.0]
         return type(self)(*wide.tolist(), names=self.names, continuous=tuple(self.continuous))
 
     def plant(self, sampling_time: float) -> ConstrainedSystem:
-        """Return the chains of integrators from the highest limited derivative, held over each step [s], to positions.
+        """Return the joints as a plant: for each joint, a chain of integrators from its input to its position.
 
-        States are position, velocity, … of each joint in turn, named `elbow`, `elbow_velocity`; inputs are the highest
-        derivatives, such as `elbow_jerk`. The model is exact at the steps if this derivative is held over each of them.
+        The inputs are the highest limited derivatives, such as `elbow_jerk`. States are position, velocity, … of each
+        joint in turn, named `elbow`, `elbow_velocity`. The model is exact at the steps, `sampling_time` [s] apart, if
+        the inputs are constant over each step.
         ValueError: only positions are limited, or a name is no identifier.
         """
         n, count = self.order, len(self.names)
@@ -133,8 +134,9 @@ class Joints:
     def from_joint_limits_yaml(cls, path: Path | str) -> Self:
         """Return the joints of a `joint_limits.yaml`, in the form of MoveIt and ros2_control.
 
-        There, `joint_limits` has, by joint, has_velocity_limits and max_velocity, min_position and max_position, and
-        likewise for acceleration and jerk; it may be inside `ros__parameters`. A limit is used only if its `has_…` is
+        In such a file, `joint_limits` has for each joint has_velocity_limits and max_velocity, has_position_limits,
+        min_position and max_position, and the same for acceleration and jerk as for velocity; it may be inside
+        `ros__parameters`. A limit is used only if its `has_…` is
         true. If decelerations have a limit of their own, the smaller one is used for both. Joints with angle_wraparound
         and no limits of position are continuous. Effort and soft limits are not read. InputError: the file cannot be
         read, has another form, or a limit that it declares is missing or negative.
@@ -160,7 +162,7 @@ def different_names(what: str, given: Any) -> tuple[str, ...]:
     """Return the names of joints. TypeError: some are no names. ValueError: there are none, or some are equal."""
     known = names(what, given)
     if not known or len({*known}) < len(known):
-        raise ValueError(f"{what} must be different, one at least, got {', '.join(known) or 'none'}")
+        raise ValueError(f"{what}: expected one or more different names, got {', '.join(known) or 'none'}")
     return known
 
 
@@ -173,7 +175,7 @@ def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
     elif (
         given is None
         or is_number(given)
-        or (  # one pair for all, unless there are two joints
+        or (  # a pair is one limit for all joints; for two joints, it is a list of their limits
             isinstance(given, tuple) and len(given) == 2 != len(known) and all(map(is_number, given))
         )
     ):
@@ -181,7 +183,7 @@ def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
     else:
         each = [given] if isinstance(given, str) else [*given]
         if len(each) != len(known):
-            raise ValueError(f"joints: {order}: expected one for each of {len(known)} joints, got {len(each)}")
+            raise ValueError(f"joints: {order}: expected a limit for each of {len(known)} joints, got {len(each)}")
     found = np.array([_limit(f"joints: {order} of {name}", one) for name, one in zip(known, each, strict=True)])
     found.flags.writeable = False
     return found
@@ -199,7 +201,9 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
         raise ValueError(f"{what}: expected a number, or a lower and an upper end, got shape {ends.shape}")
     low, high = ends.tolist()
     if not low < high or np.isinf(low) != np.isinf(high):
-        raise ValueError(f"{what}: must be a number above zero, or an interval with an interior, got [{low}, {high}]")
+        raise ValueError(
+            f"{what}: expected a number above zero, or lower < upper, both finite or both infinite, got [{low}, {high}]"
+        )
     return low, high
 
 
@@ -209,7 +213,7 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
 def _of_urdf(path: Path) -> dict[str, Any]:
     data = read_bytes(path, _LARGEST_FILE)
     if b"<!DOCTYPE" in data.upper() or b"<!ENTITY" in data.upper() or b"\0" in data:
-        raise ValueError("a URDF needs no document type and no entities: they are not read")
+        raise ValueError("expected a URDF without document type, entities and NUL bytes, which are not read")
     try:
         root = ElementTree.fromstring(data)
     except (ElementTree.ParseError, LookupError, ValueError) as error:
@@ -232,7 +236,7 @@ def _of_urdf(path: Path) -> dict[str, Any]:
         position[name] = None if kind == "continuous" else ends
         velocity[name] = _number(said, "velocity", name) if limit is not None else None
     if not position:
-        raise ValueError("no joint moves")
+        raise ValueError("expected a revolute, continuous or prismatic joint that mimics no other one, got none")
     return {"position": position, "velocity": velocity, "continuous": [n for n, of in position.items() if of is None]}
 
 
@@ -264,7 +268,7 @@ def _of_yaml(path: Path) -> dict[str, Any]:
 
 
 def _joint_limits(content: Any) -> Mapping[str, Any] | None:
-    """Return the value of `joint_limits`, at the top or inside nodes and their ros__parameters."""
+    """Return the value of `joint_limits`, at the top of a file, or inside of nodes and their ros__parameters."""
     for _ in range(5):
         if not isinstance(content, Mapping):
             return None

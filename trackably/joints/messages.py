@@ -29,14 +29,15 @@ def read_joint_trajectory(
 ) -> JointTrajectory:
     """Return a `trajectory_msgs/msg/JointTrajectory` of an .mcap or .yaml file, as the controller of ROS 2 runs it.
 
-    In an MCAP file, it is the message with this number on the topic, which may be left out if there is only one. Times
-    count from the message's start. Pieces have the degree that the fields of both their points give; see
-    `JointTrajectory.through` for this and for `upsampled`. Points without positions are integrated by the trapezoidal
-    rule from the point before, as `Trajectory::deduce_from_derivatives` does (the same file and commit). If a
-    trajectory begins later than its start, the controller begins at the joints' actual positions: that piece is left
-    out.
+    In an MCAP file, it is the message with the number `message`, from 0, on the `topic`, which may be left out if the
+    file has only one. Times count from the message's start. The degree of a piece depends on the fields that both its
+    points have; see `JointTrajectory.through` for this and for `upsampled`. Points without positions are integrated by
+    the trapezoidal rule from the point before, as `Trajectory::deduce_from_derivatives` does (in the file and commit
+    named there). If the first point is later than the message's start, the controller first moves there from the
+    joints' actual positions, which are unknown here: that piece is left out.
 
-    InputError: the file cannot be read, has no such message, or its points do not fit its joints.
+    InputError: the file cannot be read, has no such message, or its points do not fit its joints. ValueError: the name
+    of the file has another suffix.
     """
     file, number = path_of("read_joint_trajectory", path), whole("read_joint_trajectory: message", message, least=0)
     if file.suffix in (".yaml", ".yml"):
@@ -57,9 +58,9 @@ A field that the message leaves out is empty.
 
 
 def _deduce(before: list[Array], fields: list[Array], h: float) -> tuple[list[Array], list[Array]]:
-    """Return the fields before a step h [s] and after it, with integrated positions if they have none.
+    """Return the fields of two points, `before` and h [s] later; missing positions of the later one are integrated.
 
-    Fields before it that are needed and unknown are set to zero.
+    Velocities and accelerations of the first point that are needed for this, but missing, are set to zero.
     """
     position, reached, acceleration = fields
     if position.size:
@@ -68,7 +69,7 @@ def _deduce(before: list[Array], fields: list[Array], h: float) -> tuple[list[Ar
     v = v if v.size else np.zeros(q.size)
     if not reached.size:
         if not acceleration.size:
-            raise ValueError("a point has neither positions nor anything to integrate")
+            raise ValueError("a point has neither positions nor anything to integrate (velocities or accelerations)")
         a = a if a.size else np.zeros(q.size)
         reached = v + (a + acceleration) * 0.5 * h
     return [q, v, a], [q + (v + reached) * 0.5 * h, reached, acceleration]
@@ -77,10 +78,12 @@ def _deduce(before: list[Array], fields: list[Array], h: float) -> tuple[list[Ar
 def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: bool) -> JointTrajectory:
     """Return the pieces between the points."""
     if len(points) < 2:
-        raise ValueError("two points at least are needed: where the joints are before them is not in a message")
+        raise ValueError(
+            "two points at least are needed, as a message does not say where the joints are before its first point"
+        )
     before = points[0][1]
     if not before[0].size:
-        raise ValueError("points[0]: needs positions")
+        raise ValueError("points[0]: expected positions, got none")
     times = [time / _NANOSECONDS for time, _ in points]
     if upsampled and all([field.size > 0 for field in fields] == [True, False, False] for _, fields in points):
         return JointTrajectory.through(times, [fields[0] for _, fields in points], names=joints, upsampled=True)
@@ -104,12 +107,14 @@ def _receive(file: Path, topic: str | None, number: int) -> Any:
         topic = topics[0]
     received = read_messages(file, [text("read_joint_trajectory: topic", topic)])[topic]
     if number >= len(received):
-        raise InputError(f"{file}: there are {len(received)} messages on {topic!r}, and none of number {number}")
+        raise InputError(
+            f"{file}: there are {len(received)} messages on {topic!r}, numbered from 0, and none is number {number}"
+        )
     return received[number].content()
 
 
 def _points(content: Any) -> tuple[tuple[str, ...], list[Point]]:
-    if (inner := _field(content, "trajectory")) is not None:  # of an action's goal
+    if (inner := _field(content, "trajectory")) is not None:  # the goal of an action contains the message
         content = inner
     joints, points = _field(content, "joint_names"), _field(content, "points")
     if not isinstance(joints, list | tuple) or not isinstance(points, list | tuple):
@@ -145,9 +150,9 @@ def _field(node: Any, name: str) -> Any:
 def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic: str = "/joint_trajectory") -> Path:
     """Write a `trajectory_msgs/msg/JointTrajectory` to an .mcap or .yaml file; return the path. Raises OSError.
 
-    Points are the breakpoints, at times since the first one rounded to nanoseconds, with the fields from which the
-    controller makes pieces of this degree. Because of rounding, the file is not exactly the proved trajectory: prove
-    the result of `read_joint_trajectory`.
+    Points are the breakpoints, at times since the first one rounded to nanoseconds, with as many fields as the
+    controller needs for pieces of this degree. Because of rounding, the file is not exactly the proved trajectory; so
+    prove what `read_joint_trajectory` reads from it.
 
     ValueError: the degree is above 5, derivatives in the points jump, or the kind of file is unknown.
     """

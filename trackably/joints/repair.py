@@ -2,8 +2,8 @@
 by quadratic programs.
 
 A derivative of a B-spline is a B-spline of a lower degree, and lies between its least and its largest coefficient.
-These are linear in the coefficients of the positions: limits between the points are a few hundred linear inequalities
-for each joint, and joints are independent. So bounds never have to be checked between the points.
+All these coefficients are linear in those of the positions. So limits at all times become a few hundred linear
+inequalities for each joint, and never have to be checked between the knots. Joints are independent of each other.
 """
 
 from __future__ import annotations
@@ -38,26 +38,27 @@ from trackably.joints.trajectory import JointTrajectory
 _DEGREE, _FEWEST, _LOOKS, _TIMES = 5, 40, 4, 4001
 _ROUNDING = 1e-6
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
-"""Back-offs relative to the widths of limits, for the solver's tolerance."""
+"""Back-offs (tightenings of the limits, relative to their widths), tried in turn: room for the solver's tolerance."""
 
 
 def repair_joints(
     trajectory: Any, joints: Joints, start: Any = None, tolerance: float = TOLERANCE, seconds: float = np.inf
 ) -> CertifiedTrajectory | Unproved:
-    """Return the trajectory itself if it is proved, and otherwise the nearest spline that is.
+    """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
 
     The spline has degree 5 and knots at the breakpoints, with further ones in between if these are few. It takes the
     same time, and rests where the given trajectory rests. It is nearest in the root mean square of each joint's
-    positions, among splines whose B-spline coefficients keep the limits (`Joints`). These are slightly fewer than all
-    splines that keep them. `CertifiedTrajectory.moved` tells about how far each joint was moved.
+    positions, among splines whose B-spline coefficients keep the limits (`Joints`). A few splines keep the limits
+    although their coefficients do not; they are not considered. `CertifiedTrajectory.moved` tells about how far each
+    joint was moved.
 
     Parameters
     ----------
     trajectory, joints, tolerance
         As in `certify_joints`.
     start
-        The running state at the start, shape (orders, J): positions, velocities, accelerations, … of the joints in
-        their order; missing orders are zero. By default it is the trajectory's own state.
+        The state with which the spline begins, shape (orders, J): positions, velocities, accelerations, … of the joints
+        in their order; missing orders are zero. By default it is that of the trajectory.
     seconds
         After this time, no further quadratic program is begun.
 
@@ -66,7 +67,7 @@ def repair_joints(
     CertifiedTrajectory
         Proved.
     Unproved
-        No such spline was found, or the time was over. A slower one may exist (`stretch_joints`).
+        No such spline was found, or the time was over. A slower motion may exist (`stretch_joints`).
 
     Raises
     ------
@@ -109,7 +110,10 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
 
 
 def _beyond_limits(joints: Joints, held: Array) -> str:
-    """Return which value of a fixed start is outside of its limits by more than rounding; empty if none is."""
+    """Return a sentence about the first value of the start that is outside of its limits; "" if there is none.
+
+    An excess that may be due to rounding does not count.
+    """
     lower, upper = np.moveaxis(joints.widened(_ROUNDING).limits[: len(held)], 2, 0)
     for r, j in np.argwhere((held < lower) | (held > upper)).tolist():
         low, high = joints.limits[r, j]
@@ -119,8 +123,9 @@ def _beyond_limits(joints: Joints, held: Array) -> str:
 
 @dataclass(frozen=True, eq=False)
 class HeldSplines(Splines):
-    """Splines of which the first `order` coefficients are fixed; if they end at rest (`rests`), the last `order` ones
-    are equal.
+    """Splines whose first `order` coefficients are fixed, by the state at the start.
+
+    If they end at rest (`rests`), the last `order` coefficients are equal.
     """
 
     order: int = 1
@@ -135,7 +140,7 @@ class HeldSplines(Splines):
 
     @cached_property
     def coefficients_of(self) -> list[Any]:
-        """Matrices from the coefficients to those of the derivatives, by order."""
+        """For each order r, the matrix that maps the coefficients of a spline to those of its r-th derivative."""
         found, t = [sparse.eye_array(self.count, format="csr")], self.padded
         for r in range(self.order):
             p, n = _DEGREE - r, self.count - r
@@ -153,7 +158,7 @@ class HeldSplines(Splines):
         return sparse.hstack([inner, end @ np.ones((self.order, 1))], format="csc")
 
     def start_coefficients(self, state: Array) -> Array:
-        """Return coefficients that begin with a state (R,), and are zero where they are free."""
+        """Return the coefficients of a spline that begins with a state, shape (R,); free coefficients are zero."""
         c = np.zeros(self.count)
         R = self.order
         first = np.stack([D[[0], :R].toarray()[0] for D in self.coefficients_of[:R]])
@@ -164,7 +169,7 @@ class HeldSplines(Splines):
 def _solve(
     splines: HeldSplines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
-    """Yield the coefficients of each joint in turn, until one has no solution or the time is over."""
+    """Yield the coefficients of each joint in turn; end at a joint without a solution, or if the time is over."""
     times, E = subdivide(splines.knots, _LOOKS), splines.free
     free_of_limits = [(sparse.csr_array((1, E.shape[1])), np.ones(1))]
     part = 1 / np.sqrt(2.0 * len(times))

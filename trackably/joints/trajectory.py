@@ -23,15 +23,16 @@ _ACCEPTED = (
     "or a JointTrajectory"
 )
 _AT_TARGET = 1e-3  # s; the duration of a motion of Ruckig that begins at its target and takes no time
-_OFF = 1e-9  # largest rounding error of pieces that are read, relative to the largest position
+_OFF = 1e-9  # pieces may differ from a planner's own positions by this part of the largest one, or of 1
 
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
     """Joint j is q_j(t) = Σ_k c_jik (t − t_i)^k for t_i ≤ t ≤ t_(i+1), with `breakpoints` t_i [s], c = `coefficients`.
 
-    Shapes (K + 1,) and (J, K, degree + 1), with J `names`. The stored float64 numbers are exact, and pieces may jump.
-    If it `rests`, all joints stay at their last positions; otherwise nothing is defined at later times.
+    `breakpoints` have the shape (K + 1,), and `coefficients` (J, K, degree + 1), with J `names`. The stored float64
+    numbers are exact, and q may jump from piece to piece. If it `rests`, all joints stay at their last positions;
+    otherwise the trajectory is not defined after its last breakpoint.
 
     ValueError: shapes do not fit, breakpoints do not increase, a number is not finite, or names repeat.
     """
@@ -41,7 +42,7 @@ class JointTrajectory:
     coefficients: Array
     rests: bool = True
 
-    if TYPE_CHECKING:  # arrays are made of what is given
+    if TYPE_CHECKING:  # arguments may be whatever NumPy converts to arrays
 
         def __init__(
             self, names: Sequence[str], breakpoints: ArrayLike, coefficients: ArrayLike, rests: bool = True
@@ -59,13 +60,13 @@ class JointTrajectory:
     def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
         """Convert a planner's trajectory, for example a spline of SciPy with a column for each joint.
 
-        An example is `CubicSpline(t, q)` with q (N, J). It may also be splines by name of a joint, a `Trajectory` of
-        Ruckig, or the result of TOPP-RA's `compute_trajectory`. By default, names are q1, q2, …. Later proofs are about
-        the float64 coefficients; those of B-splines, of Ruckig's profiles and of TOPP-RA's constant accelerations are
-        computed, and rounded.
+        `given` is such a spline, as `CubicSpline(t, q)` with q of shape (N, J), splines by name of a joint, a
+        `Trajectory` of Ruckig, or the result of TOPP-RA's `compute_trajectory`. By default, `names` are q1, q2, ….
+        Proofs are about the float64 coefficients of the pieces. If B-splines, Ruckig's profiles or TOPP-RA's constant
+        accelerations are given, these coefficients are computed here, with rounding errors.
 
-        TypeError: it is something else. ValueError: a spline has no column for each name, or a planner's own values
-        differ.
+        TypeError: `given` is none of these. ValueError: a spline does not have one column for each name, or the pieces
+        differ from the planner's own values.
         """
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
@@ -75,7 +76,7 @@ class JointTrajectory:
                     raise TypeError(f"trajectory: expected a curve for each joint, got {short(curve)}")
             parts = [cls.of(curve, [name], rests) for name, curve in given.items()]
             if not parts:
-                raise ValueError("trajectory: no joint is given")
+                raise ValueError("trajectory: expected a spline for each joint, got an empty mapping")
             ends = _shared_breakpoints([part.breakpoints for part in parts])
             return cls([*given], ends, join([part.on(ends).coefficients for part in parts]), rests)
         given = getattr(given, "cspl", given)  # TOPP-RA's splines
@@ -109,10 +110,10 @@ class JointTrajectory:
         Each field has the shape (N, J). A piece is linear if its points have positions only, cubic if both have
         velocities, and quintic if both have accelerations too. With `upsampled` (the controller's parameter
         positions_upsampling), positions without velocities get those of the cubic spline that begins and ends at rest.
-        Formulas are those of `Trajectory::interpolate_between_points` and `fill_cubic_spline_velocities`, in
+        The controller's formulas are in `Trajectory::interpolate_between_points` and `fill_cubic_spline_velocities`, in
         ros2_controllers, joint_trajectory_controller/src/trajectory.cpp at commit
-        94e74de35f9d04f313aca8f29df66c3a76004aa7, solved here from their conditions at both ends. Rounding errors of the
-        controller's evaluation in float64 are not included.
+        94e74de35f9d04f313aca8f29df66c3a76004aa7. Here, the same polynomials are found from their conditions at both
+        ends. Rounding errors of the controller's evaluation in float64 are not included.
 
         ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (for which
         the controller commands zero positions).
@@ -122,7 +123,9 @@ class JointTrajectory:
         given = {"velocities": velocities, "accelerations": accelerations}
         fields = [q, *(array(f"trajectory: {name}", of, *q.shape) for name, of in given.items() if of is not None)]
         if accelerations is not None and velocities is None:
-            raise ValueError("trajectory: accelerations need velocities: the controller ignores them, and positions")
+            raise ValueError(
+                "trajectory: accelerations need velocities, as the controller commands zero positions without them"
+            )
         known = _known(names, q.shape[1])
         if upsampled and len(fields) == 1:
             fields.append(np.asarray(CubicSpline(t, q, bc_type="clamped")(t, 1)))
@@ -156,14 +159,14 @@ class JointTrajectory:
         return np.stack([self(t, order) for order in range(orders)])
 
     def at_ends(self, orders: int) -> Array:
-        """Return the derivatives below an order at the end of each piece: shape (orders, K, J)."""
+        """Return positions and their derivatives below order `orders` at the end of each piece: (orders, K, J)."""
         moved = shift(self.coefficients, np.diff(self.breakpoints))
         return np.stack([polyder(moved, r, axis=2)[:, :, 0].T for r in range(orders)])
 
     def on(self, ends: Array) -> Self:
-        """Return the motion with these breakpoints [s], at rest where it is not defined.
+        """Return the same motion with the breakpoints `ends` [s]; it rests at times at which it was not defined.
 
-        Between the first and the last one, its own are among them up to rounding.
+        Its own breakpoints between the first and the last of `ends` must be among `ends`, up to rounding.
         """
         own, middle = self.breakpoints, (ends[:-1] + ends[1:]) / 2
         i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
@@ -173,7 +176,7 @@ class JointTrajectory:
         return replace(self, breakpoints=ends, coefficients=c)
 
     def followed_by(self, ends: Array, c: Array) -> Self:
-        """Return the motion with further pieces, of which these are the last times [s] and the coefficients."""
+        """Return the motion with further pieces, given by the time at which each ends [s] and by their coefficients."""
         return replace(
             self, breakpoints=np.append(self.breakpoints, ends), coefficients=join([self.coefficients, c], axis=1)
         )
@@ -201,17 +204,17 @@ def _rising(given: ArrayLike) -> Array:
     t = array("trajectory: times", given, None)
     if len(t) < 2 or not np.all(np.diff(t) > 0):
         raise ValueError(
-            f"trajectory: times must be two at least, each larger than the one before, got {short(t.tolist())}"
+            f"trajectory: expected two or more times, each larger than the one before, got {short(t.tolist())}"
         )
     return t
 
 
 def hermite(start: Array, end: Array, widths: Array) -> Array:
-    """Return polynomials with these values and derivatives at both ends of pieces: (J, K, 2 R).
+    """Return the coefficients of polynomials with given values and derivatives at both ends of pieces: (J, K, 2 R).
 
-    Shapes: start and end (R, K, J), by order of the derivative, and widths (K,) [s]. With x = t/h, the lower half of
-    the coefficients of x^k are h^k q^(k)/k! at the start; the upper half solves the conditions at x = 1, where the
-    derivative of x^k is r! times k over r.
+    `start` and `end` have the shape (R, K, J), by order of the derivative, and `widths` (K,) [s]. With x = t/h, the
+    first R coefficients, of x^k, are h^k q^(k)/k! at the start. The other R solve the conditions at x = 1, where the
+    r-th derivative of x^k is r! times the binomial coefficient "k choose r".
     """
     R = len(start)
     low, high = slice(R), slice(R, 2 * R)
@@ -225,7 +228,7 @@ def hermite(start: Array, end: Array, widths: Array) -> Array:
 
 
 def _shared_breakpoints(ends: Sequence[Array]) -> Array:
-    """Return all breakpoints from the latest first to the earliest last one [s], once if they agree up to rounding."""
+    """Return the breakpoints of all curves [s] in the time that they share; those that agree up to rounding, once."""
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
         raise ValueError("trajectory: the joints' curves have no time in common")
@@ -235,7 +238,7 @@ def _shared_breakpoints(ends: Sequence[Array]) -> Array:
 
 
 def join(parts: Sequence[Array], axis: int = 0) -> Array:
-    """Return pieces (J, K, n) of several degrees as one array: of more joints, or along axis 1 of more times."""
+    """Join pieces (J, K, n) of several degrees into one array, along axis 0 (more joints) or axis 1 (more times)."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis)
 
@@ -250,7 +253,7 @@ def _of_spline(given: Any) -> tuple[Array, Array]:
 def _of_ruckig(given: Any) -> tuple[Array, Array]:
     """Return pieces of constant jerk between the times at which the jerk of some joint changes."""
     if len(given.profiles) != 1:
-        raise ValueError("trajectory: a trajectory of Ruckig must have one profile, so no intermediate waypoints")
+        raise ValueError("trajectory: a trajectory of Ruckig must have one profile, without intermediate waypoints")
     end = given.duration or _AT_TARGET
     changes = [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
     ends = _shared_breakpoints([np.append(times[times < end], end) for times in changes])
@@ -262,7 +265,7 @@ def _of_ruckig(given: Any) -> tuple[Array, Array]:
 
 
 def _of_toppra(given: Any) -> tuple[Array, Array]:
-    """Return a cubic path q(s) at s(t) with constant accelerations between grid points: pieces of degree 6."""
+    """Return the pieces of q(s(t)), of degree 6: the path q(s) is cubic, and s(t) has constant accelerations."""
     path = getattr(given._path, "cspl", None)
     if path is None:
         raise ValueError("trajectory: a path of TOPP-RA must be one of its SplineInterpolator")
@@ -272,7 +275,7 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
     ]
     s = _shared_breakpoints([grid, knots])
     i = np.clip(np.searchsorted(grid, s, side="right") - 1, 0, len(grid) - 2)
-    v = np.sqrt(np.interp(s, grid, speeds**2))  # of constant accelerations, the square of the speed is linear in s
+    v = np.sqrt(np.interp(s, grid, speeds**2))  # at constant acceleration, the square of the speed is linear in s
     t = times[i] + 2 * (s - grid[i]) / np.maximum(speeds[i] + v, np.finfo(float).tiny)
     k = np.clip(np.searchsorted(knots, (s[:-1] + s[1:]) / 2, side="right") - 1, 0, len(knots) - 2)
     path, half = shift(cubic[:, k], s[:-1] - knots[k]), np.diff(v) / np.diff(t) / 2
@@ -285,9 +288,9 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
 
 
 def _verify(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:
-    """Return pieces after comparing them with a planner's values halfway between breakpoints.
+    """Return the pieces, after a comparison with a planner's `values` halfway between breakpoints.
 
-    ValueError: they differ.
+    ValueError: they differ by more than rounding.
     """
     middle = (ends[:-1] + ends[1:]) / 2
     wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1)

@@ -1,6 +1,6 @@
 """Read measured samples from CSV, MCAP and Parquet files: signals over time, and a report of what was repaired.
 
-What belongs to MCAP is in `mcap_file`, and to Parquet in `parquet_file`: reading CSV needs none of their packages.
+The readers of MCAP and Parquet are in `mcap_file` and `parquet_file`, so that reading CSV needs none of their packages.
 """
 
 from trackably.recordings.clocks import CLOCKS as CLOCKS

@@ -26,13 +26,13 @@ _SWAPPED = str.maketrans(".,", ",.")
 _BEGINS_AS_DATE = re.compile(r"\s*\d{4}-\d\d-\d\d")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
-_LONGEST = 1000  # digits, before and behind the point: a float64 has no more, and `EXACT` loses none of so many
+_LONGEST = 1000  # most digits, and limit of the decimal exponent: float64 needs less, and `EXACT` keeps all
 
 
 def exact(value: object, mark: str | None = None) -> Decimal:
     """Return a number of a file without rounding. ValueError: it is no finite number of at most 1000 digits.
 
-    In a text, `mark` stands in front of the fraction; without a mark, texts are no numbers.
+    `mark` is the decimal mark of a number that is written as text; without a mark, texts are no numbers.
     """
     number, hint = value, ""
     if isinstance(value, str):
@@ -54,7 +54,7 @@ def exact(value: object, mark: str | None = None) -> Decimal:
 
 
 def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
-    """Return `number` times `scale` plus `offset` (these as written in decimal), rounded once.
+    """Return `number` times `scale` plus `offset`, both taken as their shortest decimals, rounded once.
 
     ValueError: the result is too large for float64.
     """
@@ -84,7 +84,8 @@ _TIME = re.compile("%[HIMSpfXcT]")
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
-_PROBE = datetime(2024, 5, 17, 13, tzinfo=UTC)  # no field has the value that strptime takes for one left out
+# strptime takes 1900-01-01 00:00 for what a format leaves out. Year, month, day and hour of this probe are others.
+_PROBE = datetime(2024, 5, 17, 13, tzinfo=UTC)
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 
@@ -113,7 +114,7 @@ class DateTimes:
             )
 
     def seconds(self, stamp: object, _mark: str | None = None) -> Decimal:
-        """Return the time [s] since 1970, UTC, exactly. ValueError: this is no text, or no such stamp."""
+        """Return the time [s] since 1970, UTC, exactly. ValueError: this is no text, or has another format."""
         if not isinstance(stamp, str):
             raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
         try:
@@ -162,7 +163,7 @@ def _read_iso(text: str) -> tuple[datetime, str]:
     """Return a stamp in whole seconds, and the digits of its fraction: datetime would cut these after six."""
     moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
     fraction = match[1] if match else "0"
-    if moment.microsecond != int(f"{fraction:0<6.6}"):  # it is one of minutes
+    if moment.microsecond != int(f"{fraction:0<6.6}"):  # the fraction is not one of seconds
         raise ValueError
     return moment.replace(microsecond=0), fraction
 
@@ -216,7 +217,7 @@ CLOCKS: Mapping[str, Clock] = {
 
 
 RECORDED = Ticks(NANOSECOND, absolute=True)
-"""The clock of recorders. Their times are never doubted: those of simulations count from zero."""
+"""The clock of MCAP recorders. `doubt` accepts all its times, because those of simulations count from zero."""
 
 
 def frames(rate: float) -> Ticks:
@@ -264,7 +265,7 @@ def clock_named(clock: object) -> Clock:
 
 
 Origin = int | Literal["first"] | None
-"""The time zero [ns] on the file's own clock; or the first sample of all signals; or None: the clock's default."""
+"""The time zero [ns] on the file's own clock, "first" for the first sample of all signals, or None for the default."""
 
 _EPOCH = datetime(1970, 1, 1)
 

@@ -60,7 +60,7 @@ def _unpack(path: Path, data: bytes) -> bytes:
         with gzip.open(BytesIO(data)) as packed:
             found = packed.read(LARGEST + 1)
     except (OSError, EOFError, zlib.error) as error:
-        raise InputError(f"{path}: a gzip file that cannot be unpacked ({error}): is it whole?") from error
+        raise InputError(f"{path}: a gzip file that cannot be unpacked ({error}); is it whole?") from error
     if len(found) > LARGEST:
         raise InputError(f"{path}: this gzip file unpacks to more than {LARGEST} bytes: unpack it and leave out a part")
     return found
@@ -69,7 +69,7 @@ def _unpack(path: Path, data: bytes) -> bytes:
 def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
     refuse_other_kinds(path, data)
     if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
-        raise InputError(f"{path}: it begins with the mark of UTF-8, but its encoding is said to be {encoding!r}")
+        raise InputError(f"{path}: it begins with the mark of UTF-8, so give the encoding 'utf-8', not {encoding!r}")
     if _has_nul_bytes(encoding):
         return
     if data.startswith(_UTF16_MARKS):
@@ -90,7 +90,7 @@ _NO_HEADER = (
     "such layouts)"
 )
 SEPARATORS = (",", ";", "\t")
-_TITLE = 100  # lines at most above a header
+_TITLE = 100  # lines in which a header below a title is searched for, for a hint
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
 
@@ -101,8 +101,8 @@ class CsvLayout:
     `separator`: one character; None detects comma, semicolon or tab by the header. `decimal`: the decimal mark, "." or
     ",". `encoding`: its name in Python. `comment`: lines that start with it are ignored; empty for none. `skip`:
     numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that mean a missing
-    value, in upper or lower case. `columns`: the names of the columns of a file without a header. Messages about files
-    use these names, which are the same in files that describe recordings. TypeError, ValueError: a value is invalid.
+    value, in upper or lower case. `columns`: the names of the columns of a file without a header. TypeError,
+    ValueError: a value is invalid.
     """
 
     separator: str | None = None
@@ -152,7 +152,7 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
         if len(row) < len(header) or any(row[len(header) :]):
             named = "the layout names" if layout.columns else "in the header"
             raise InputError(
-                f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}: is it whole?"
+                f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}; is the line whole?"
             )
         places.append(f"line {line}")
         rows.append(row)
@@ -174,14 +174,14 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
     """Return the separator and the names in the header.
 
-    A separator is chosen by the number of wanted names it finds.
+    If the layout names no separator, the one is chosen by which most wanted names are found, and then most names.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
         try:
             firsts[separator] = [cell.strip() for cell in next(_records(path, text, layout, separator), (0, []))[1]]
         except InputError as error:
-            refused.append(error)  # as when another separator follows a quoted name
+            refused.append(error)  # for example, a quoted name is followed by another separator
     if not firsts:
         raise refused[0]
     if not any(firsts.values()):

@@ -50,11 +50,9 @@ _LISTED = 60
 
 
 def find(node: object, path: str) -> object:
-    """Return the value at `path`; None if it, or a message around it, is unset or null.
+    """Return the value at `path` in a decoded message; None if it, or a message around it, is unset or null.
 
-    LookupError: there is no such field.
-
-    ValueError: several entries of a list have the name in the path.
+    LookupError: there is no such field. ValueError: several entries of a list have the name in the path.
     """
     if not path or node is None:
         return node
@@ -74,17 +72,19 @@ def find(node: object, path: str) -> object:
 
 
 def leaves(message: object) -> list[str]:
-    """List the paths of numbers and texts in a message: of each list only the first entry, and a
-    limited number in all.
+    """Return the paths of numbers and texts in a message, for error messages.
+
+    Of each list, only the first entry is examined. If there are too many paths, the last one is "…".
     """
     found = list(islice(_leaves(message, "", _DEPTH), _LISTED + 1))
     return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
 
 
 def labels(message: object, path: str) -> list[tuple[str, str]]:
-    """Return the names of the list entries that a path selects by number: a transform's child frame, or a name.
+    """Return the names of the list entries that a path selects by number.
 
-    With each, return the path in which it replaces the number.
+    A name is a transform's child frame, or what the field `name` holds. With each name, return the path in which it
+    replaces the number.
     """
     found = []
     for number in _NUMBERED.finditer(path):
@@ -113,9 +113,9 @@ def _splits(path: str) -> Iterator[tuple[str, str]]:
 
 
 def _fields(node: object) -> Mapping[str, object] | None:
-    """Return what a message holds by name, None for fields that are unset; None for what is no message.
+    """Return the fields of a message by name, with None for unset ones; None if `node` is no message.
 
-    Fields of Protobuf may tell unset from zero.
+    Some fields of Protobuf distinguish unset from zero.
     """
     match node:
         case Mapping():
@@ -184,7 +184,9 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
             case Channel():
                 channels[record.id] = record
             case Message(channel_id=number) if number not in channels:
-                raise InputError(f"{path}: a message is of channel {number}, which is not described")
+                raise InputError(
+                    f"{path}: damaged, as a message belongs to channel {number}, which the file does not describe"
+                )
             case Message(channel_id=number):
                 counts[number] += 1
                 if (topic := channels[number].topic) in messages:
@@ -244,7 +246,7 @@ def _unpack(path: Path, chunk: Chunk) -> Chunk:
     """Return the chunk unpacked. InputError: it is larger than declared, or larger than recorders make chunks."""
     size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
     if size > _CHUNK:
-        raise InputError(f"{path}: a chunk of {size} bytes, where {_CHUNK} are read at most")
+        raise InputError(f"{path}: a chunk of {size} bytes is larger than {_CHUNK} bytes, the most that are read")
     if chunk.compression not in _UNPACK:
         return chunk
     data = _UNPACK[chunk.compression](chunk.data, size + 1)
@@ -352,17 +354,19 @@ def _pair(stamp: object) -> Decimal:
             if not any(map(is_none, parts)):
                 seconds, nanoseconds = map(exact, parts)
                 return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
-    raise ValueError(f"expected seconds and nanoseconds, got {shorten(stamp)} (a number or a text needs its unit said)")
+    raise ValueError(
+        f"expected seconds and nanoseconds, got {shorten(stamp)} (give the unit of a stamp that is a number or a text)"
+    )
 
 
 @dataclass(frozen=True)
 class Field:
     """The number at `path` in the messages on `topic`, multiplied by `scale` (1e-3 converts millimetres to metres).
 
-    Then `offset` is added, in the new unit (273.15 makes kelvins of degrees Celsius).
-    A path is `pose.position.x`, `joints[2].angle`, or `transforms[child_frame_id=base].transform.translation.x` for the
-    entry of a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a
-    `Stamp` in it. `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
+    Then `offset` is added, in the new unit (273.15 converts degrees Celsius to kelvins). Examples of a path are
+    `pose.position.x`, `joints[2].angle`, and `transforms[child_frame_id=base].transform.translation.x` for the entry of
+    a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a `Stamp` in it.
+    `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
     scaled too. TypeError, ValueError: as for a `Column`, or topic or time are of another kind.
     """
 
@@ -427,7 +431,9 @@ def read_mcap(
         for (topic, time), of in groups.items()
     }
     if len({of.clock.absolute for of in readings.values()}) > 1:
-        raise ValueError("signals: they are timed by clocks with different zeros; read them one by one")
+        raise ValueError(
+            "signals: their clocks count from different zeros; read signals of different clocks by calls of their own"
+        )
     messages = read_messages(path, {topic for topic, _ in readings})
     found = recording_of(
         *((of, _table(f"{path}, {topic}", of, messages[topic], time)) for (topic, time), of in readings.items())
@@ -436,11 +442,14 @@ def read_mcap(
 
 
 def _table(source: str, reading: Reading, messages: Sequence[Received], time: MessageTime) -> Table:
-    """Return a row for each message, None where it lacks a field. InputError: no message has one, or one is damaged."""
+    """Return a table with a row for each message, and None for a missing field.
+
+    InputError: a field is in no message, or a message is damaged.
+    """
     paths = {name: time.field if name == reading.time else name for name in reading.names}
     columns: dict[str, list[object]] = {name: [] for name in paths}
     missing, frames = {*paths}, dict[str, tuple[str, ...]]()
-    for message in messages:  # one at a time: a decoded message may be much larger than what is kept of it
+    for message in messages:  # one at a time, as a decoded message may be much larger than the values kept
         content = message.content()
         for name, path in paths.items():
             value = None
@@ -460,13 +469,16 @@ def _table(source: str, reading: Reading, messages: Sequence[Received], time: Me
 
 
 def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str, ...]]) -> None:
-    """Raise ValueError if the number in a path selects another frame than before, as may happen on `/tf`."""
+    """Raise ValueError if the index of an entry in a path selects another frame than in earlier messages.
+
+    This may happen on `/tf`, where messages do not all have the same transforms.
+    """
     if "[" not in path:
         return
     found = labels(content, path)
     named = tuple(label for label, _ in found)
     if (before := frames.setdefault(path, named)) != named:
         raise ValueError(
-            f"is of {', '.join(named)} here, and was of {', '.join(before)} before; name the one that is meant: "
+            f"is of {', '.join(named)} here, and was of {', '.join(before)} before; select it by its name: "
             f"{found[0][1] if found else path}"
         )

@@ -15,10 +15,10 @@ from trackably.systems.intervals import ends_shown
 
 @dataclass(frozen=True)
 class Finding:
-    """A kind of error and its repair, both in `what`, that concerns `count` rows or values, the
-    first of which is `first`.
+    """One kind of error in a file, and its repair: `what` describes both.
 
-    Readers warn of a finding that `is_doubtful`: its repair may be wrong.
+    The error is in `count` rows or values; `first` is the place of the first one. Readers warn of a finding that
+    `is_doubtful`, as its repair may be wrong.
     """
 
     what: str
@@ -32,9 +32,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Cleaning:
-    """The findings in the `rows` (a number) of the file or topic `source`, for printing.
+    """A report for printing: the errors that were found in a file or topic, the `source`, and their repairs.
 
-    None if there were no errors.
+    `rows` is the number of rows that were read. Without errors, there are no `findings`.
     """
 
     source: str
@@ -43,7 +43,7 @@ class Cleaning:
 
     @property
     def questions(self) -> list[str]:
-        """The sentences of which readers warn."""
+        """The sentences about doubtful findings, which readers issue as warnings."""
         return [f"{self.source}: {finding}" for finding in self.findings if finding.is_doubtful]
 
     def __str__(self) -> str:
@@ -55,9 +55,10 @@ class Cleaning:
 class Recording:
     """`signals` by name: samples, each with their own times [s] since the common `origin` [ns].
 
-    Where the file says the standard deviation of each sample, it is their `relative_noise`, for noise_std = 1. The
-    origin is exact, on the file's own clock. It is `absolute` if that clock counts from 1970, as epoch stamps, dates
-    and most log times do. `cleanings` are the reports of errors and repairs for each table or topic.
+    If the file has a standard deviation for each sample, these are the `relative_noise` of the samples, to be used with
+    noise_std = 1. The origin is exact, on the file's own clock. The recording is `absolute` if that clock counts from
+    1970, as epoch stamps, dates and most log times do. `cleanings` are the reports of errors and repairs for each table
+    or topic.
     """
 
     signals: Mapping[str, Samples]
@@ -131,7 +132,7 @@ def _only(samples: Samples, chosen: npt.NDArray[np.intp]) -> Samples:
 
 
 def _gaps(samples: Samples) -> str:
-    """Return a text on the longest gap and the number of gaps; "" if there is none."""
+    """Return a text about the longest gap in the times and the number of gaps; "" if there are none."""
     if not (gaps := samples.gaps):
         return ""
     start, end = max(gaps, key=lambda gap: gap[1] - gap[0])

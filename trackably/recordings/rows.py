@@ -1,4 +1,4 @@
-"""Rows of a file before any repair, the repairs, the refusal of remaining errors, and the resulting recording."""
+"""Turn rows of a file into a recording: repair errors as the user chooses, and refuse the remaining ones."""
 
 import math
 from bisect import bisect_right
@@ -82,9 +82,9 @@ class Rows:
 def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     """Return the fewest rows whose removal leaves non-decreasing stamps; of two swapped rows, the later one.
 
-    These are not simply the rows earlier than their predecessor: after one stamp far in the future, those would be all
-    others. The remaining rows are a longest non-decreasing subsequence, found by patience sorting from the end in O(n
-    log n).
+    Dropping each row that is earlier than its predecessor is no solution: after one stamp far in the future, that would
+    drop all others. The remaining rows are a longest non-decreasing subsequence, found by patience sorting from the
+    end in O(n log n).
     """
     smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
     chains: list[Any] = []  # [k]: the row of that stamp, and the rest of its chain
@@ -99,9 +99,9 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     return [row for row in range(len(stamps)) if row not in kept]
 
 
-_TIMES_NOISE = 6.0  # times the root of the sum of two variances
-_TIMES_USUAL = 15.0  # times the usual difference of neighbours in time, which includes noise
-_FEWEST = 10  # neighbours: with fewer, there is no usual difference
+_TIMES_NOISE = 6.0  # standard deviations of a difference: if two values at one time differ by more, they are doubtful
+_TIMES_USUAL = 15.0  # the same without known noise, in usual differences of neighbours in time
+_FEWEST = 10  # pairs of neighbours: with fewer, there is no usual difference
 
 
 def far_apart(rows: Rows) -> tuple[Finding, ...]:
@@ -208,7 +208,7 @@ REPAIRS: Mapping[str, Repair] = {
 
 def chosen_repairs(repairs: Sequence[Repair | str]) -> tuple[Repair, ...]:
     """Return the repairs in their order, names looked up in `REPAIRS`. ValueError: a name is unknown."""
-    instance("repairs", repairs, tuple | list, "a list of them, in their order")
+    instance("repairs", repairs, tuple | list, "a list of repairs, in their order")
     for repair in repairs:
         if not callable(repair) and repair not in [*REPAIRS]:
             raise ValueError(f"there is no repair {repair!r}; there are {', '.join(REPAIRS)}")
@@ -270,7 +270,7 @@ def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Clea
     for repair in repairs:
         rows, found = repair(rows)
         findings += found
-    if len(rows.values) > 1:  # of a single signal a zero is an ordinary value
+    if len(rows.values) > 1:  # if there is only one signal, a zero is an ordinary value
         findings += _finding(rows, rows.all_zero(), "zero in every signal, kept")
     _refuse_empty(rows)
     _refuse_disorder(rows)
@@ -302,7 +302,7 @@ def _refuse_repeats(rows: Rows) -> None:
         raise InputError(
             f"{rows.where(second)}: {name!r} has a second value at {plain(rows.require_times()[second])} s, "
             f"the first is in {rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, "
-            f"keep_last_of_repeated or average_repeated makes one of them)"
+            f"keep_last_of_repeated or average_repeated leaves one value)"
         )
 
 

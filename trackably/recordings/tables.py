@@ -58,14 +58,14 @@ _KINDS = (
 
 
 def refuse_other_kinds(path: Path, data: bytes) -> None:
-    """Raise InputError for a file of a kind that another reader reads, or none, recognised by its first bytes."""
+    """Raise InputError if the first bytes show a kind of file that another reader reads, or no reader."""
     for start, kind, help_ in _KINDS:
         if data.startswith(start):
             raise InputError(f"{path}: this is {kind}: {help_}")
 
 
 def refuse_no_mcap(path: Path, data: bytes) -> None:
-    """Raise InputError for a file that is no MCAP file, with the kind of file that it is."""
+    """Raise InputError if a file is no MCAP file; the message says what it is."""
     if not data or data.startswith(MCAP):
         return
     refuse_other_kinds(path, data)
@@ -107,7 +107,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a file, or of a topic, the `source`: cells by name as they are written, None for no value.
+    """Columns of the `source`, a file or a topic: cells by column as they are written, None for no value.
 
     `places` names each row, "line 12" or "row 3", and `stamps` are their times [s] once these are known, None for no
     time. `mark` is the decimal mark of numbers written as text; without one, texts are no numbers. Messages call a
@@ -163,7 +163,7 @@ class Reading:
         check_signals(self.signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
         instance("time", self.time, str | None, "the name of a column, or None to count rows")
         if isinstance(self.clock, DateTimes) and self.time is None:
-            raise ValueError("time: None counts rows, and no count is a date: give frames(rate) as unit")
+            raise ValueError("time: None counts rows, and no count is a date; give frames(rate) as unit")
         chosen_repairs(self.repairs)
         if self.origin not in (None, "first"):
             whole('origin in nanoseconds (or None, or "first")', self.origin)
@@ -190,7 +190,7 @@ class Reading:
         return list(dict.fromkeys(name for name in names if name is not None))
 
     def stamped(self, table: Table) -> Table:
-        """Return the table with its times. InputError: a cell has another content."""
+        """Return the table with its times. InputError: a cell is no time stamp of the clock."""
         if self.time is None:
             return replace(table, stamps=[self.clock.seconds(row) for row in range(len(table.places))])
         return replace(table, stamps=table.convert(self.time, lambda cell: self.clock.seconds(cell, table.mark)))
@@ -205,7 +205,7 @@ class Reading:
         ]
 
     def rows(self, table: Table) -> Rows:
-        """Return the values of a table with its times. InputError: a cell has another content."""
+        """Return the values of a table with its times. InputError: a cell is no number."""
         columns = self.columns.items()
         values = {name: table.numbers(of.name, of.scale, of.offset) for name, of in columns}
         noise_std = {name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std}
@@ -222,7 +222,7 @@ def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, describe
 
 
 def recording_of(*tables: tuple[Reading, Table]) -> Recording:
-    """Return the recording of tables, whose clocks have one zero, and whose repairs, origin and window are the same.
+    """Return the recording of tables whose clocks count from one zero, with the same repairs, origin and window.
 
     Raises InputError; warns the caller's caller of implausible stamps, and of repairs that may be wrong.
     """

@@ -113,7 +113,7 @@ through = JointTrajectory.through
 one = partial(Joints, names=["a"])
 WRONG = {
     "a limit in words": (lambda: one(velocity="fast"), "velocity of a: expected numbers, got 'fast'"),
-    "limits turned round": (lambda: one(position={"a": (1, 0)}), "interior, got [1.0, 0.0]"),
+    "limits turned round": (lambda: one(position={"a": (1, 0)}), "both infinite, got [1.0, 0.0]"),
     "a function": (lambda: certify_joints(np.sin, ARM), "expected a spline of SciPy with a column"),
     "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, but 'a' is"),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),

@@ -33,5 +33,5 @@ def test_gzip_is_unpacked(tmp_path):
     assert read_csv(path, "t", "s", {"x": "x"})["x"].values.tolist() == [1.0, 2.0]
     for broken in (packed[:-9], packed[:-1] + b"\xff", packed[:12] + b"\xff" + packed[13:], packed[:3]):
         path.write_bytes(broken)
-        with pytest.raises(InputError, match=r"some\.csv\.gz: a gzip file that cannot be unpacked .*: is it whole"):
+        with pytest.raises(InputError, match=r"some\.csv\.gz: a gzip file that cannot be unpacked .*; is it whole"):
             read_csv(path, "t", "s", {"x": "x"})

@@ -29,7 +29,7 @@ WRONG = {
         lambda: csv(origin=1.5e9),
         'origin in nanoseconds (or None, or "first"): expected a',
     ),
-    "repair alone": (lambda: csv(repairs="sort_rows"), "repairs: expected a list of them, in their order, got 'sort_"),
+    "repair alone": (lambda: csv(repairs="sort_rows"), "repairs: expected a list of repairs, in their order, got 'so"),
     "repair unknown": (lambda: csv(repairs=["sort"]), "there is no repair 'sort'; there are drop_rows_without_time,"),
     "between": (lambda: csv(between=(2, 1)), "between: expected (start, end) in seconds, start < end, or None, got"),
     "spacing": (lambda: thin_out(Samples([0, 1], [1, 2]), None), "every: seconds: expected a number, got None"),

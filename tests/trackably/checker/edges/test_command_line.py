@@ -17,7 +17,10 @@ from trackably.checker.__main__ import INTERRUPTED, PROVED, REFUTED, UNDECIDED, 
 from trackably.checker.limits import BYTES
 
 LONG = hostile.instants(100_000)
-SOON = "import runpy, sys\nimport trackably.checker.watch\nsys.modules['trackably.checker.watch']._PATIENCE = 0\n"
+SOON = (
+    "import runpy, sys\nimport trackably.checker.watch, trackably.checking\n"
+    "for name in ('checker.watch', 'checking'): sys.modules[f'trackably.{name}']._PATIENCE = 0\n"
+)
 COMMANDS = {
     "checker": "from trackably.checker.__main__ import run\nrun()",
     "library": "sys.argv[1:1] = ['check']\nrunpy.run_module('trackably', run_name='__main__')",

@@ -28,7 +28,7 @@ def read(path, field):
 def test_frames_are_not_mixed(tmp_path):
     path = tmp_path / "tf.mcap"
     write_tf(path, ("base",), ("arm",), ("base",), ("arm", "base"))
-    with pytest.raises(InputError, match=r"message 2, .* is of arm here, and was of base before; name the one"):
+    with pytest.raises(InputError, match=r"message 2, .* is of arm here, and was of base before; select it by"):
         read(path, f"transforms[0].{X}")
     assert read(path, f"transforms[child_frame_id=base].{X}") == [0.04, 2.04, 3.04]
     assert read(path, f"transforms[child_frame_id=arm].{X}") == [1.03, 3.03]
