@@ -121,7 +121,7 @@ def with_value(stored: float, value: float) -> float:
 
 
 def amplitude(scales: Scales) -> Search:
-    """Search for a standard deviation of the signal, down to very small ones, as only these may be feasible."""
+    """Search for a standard deviation of the signal, down to very small ones; others may be infeasible."""
     size = scales.amplitude
     return Search((1e-12 * size, 1e3 * size), (0.1 * size, 10.0 * size))
 

@@ -20,7 +20,7 @@ from numpy.polynomial import Polynomial
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Scales, Search, as_learned, with_value
 
-# Jets are arrays of a function of time and its derivatives. How they depend on a length scale, and jets of products.
+# Jets are arrays of a function of time and its derivatives. These functions differentiate jets and multiply them.
 
 
 def lengthscale_gradient(jet: Array, r: Array) -> Array:
