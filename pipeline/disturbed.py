@@ -39,7 +39,7 @@ _HORIZON, _PART = 15, 0.95
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A plant whose bounds are tightened, the reference proved for it, and the one that is proved without disturbance.
+    """A plant with tightened bounds, a reference proved for these, and a `nominal` one proved without disturbance.
 
     Both are proved for the first `steps` steps at least.
     """
@@ -53,12 +53,12 @@ class Case:
 
     @cached_property
     def tube(self) -> TubeController:
-        """The controller that knows of disturbances, with the weights of the other one."""
+        """The controller that leaves room for disturbances, with the weights of `controller`."""
         return TubeController(self.tightening, self.horizon, self.controller.Q, self.controller.R)
 
     @cached_property
     def controller(self) -> Controller:
-        """The controller that does not."""
+        """The nominal controller, which leaves no room for disturbances."""
         return scaled_controller(self.tightening.given, self.horizon)
 
 
@@ -90,7 +90,7 @@ def random_systems(count: int) -> Iterator[Case]:
 def random_case(seed: int, steps: int = 150) -> Case | None:
     """Return one of the random systems; None where its disturbances leave nothing, or its reference has no proof.
 
-    Every other one is measured with noise.
+    Every other system is measured with noise.
     """
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 4))
@@ -165,9 +165,9 @@ class Counts:
 
 
 def disturbed_runs(case: Case, steps: int) -> Counts:
-    """Run the loops for at least so many steps of the tube controller: greedy, drawn and constant disturbances in turn.
+    """Run loops until the tube controller has made at least `steps` steps, and count what happens.
 
-    Most runs start in x_r ⊕ Z, every twentieth one off the tube.
+    Disturbances are greedy, drawn and constant in turn. Most runs start in x_r ⊕ Z, and every twentieth outside of it.
     """
     found, given = Counts(case.name), case.tightening.given
     for i in count():
@@ -177,7 +177,7 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
         first = case.robust.state(0) + _start_of(case, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
         loop = _loop(case, case.tube, case.robust, first, i)
-        # Without any tolerance; the first state is a given one.
+        # Bounds have no tolerance here. The first state is given, so it is not counted.
         states, inputs = given.state_set.margin(loop.states[1:]), given.input_set.margin(loop.inputs)
         broken = int(np.sum(states < 0) + np.sum(inputs < 0))
         found += Counts("", len(loop.inputs), 1, broken, len(loop.without_plan))
@@ -190,7 +190,7 @@ def disturbed_runs(case: Case, steps: int) -> Counts:
 
 
 def plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
-    """Return the plant and the disturbances of run i, the same each time."""
+    """Return the plant and the disturbances of run i; they are the same at each call."""
     return disturbed_plant(_KINDS[i % 3], case.tightening, i)
 
 
@@ -208,7 +208,7 @@ def _loop(case: Case, controller: SteppedController, reference: Reference, first
 
 
 def _start_of(case: Case, i: int) -> Array:
-    """Return an error of the measured state, in Z; for every twentieth run any from which there is a plan."""
+    """Return the first error of the measured state: in Z, or for every twentieth run any error that allows a plan."""
     e = start(case.tube.invariant, i)
     if i % _OFF_EVERY:
         return e
@@ -220,7 +220,7 @@ def _start_of(case: Case, i: int) -> Array:
 
 
 def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
-    """Return the first step at which the nominal controller has no plan or a bound is broken, from the reference on."""
+    """Return the first step at which the nominal controller has no plan or breaks a bound; it starts on `reference`."""
     loop = _loop(case, case.controller, reference, reference.state(0), i)
     outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
     steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]

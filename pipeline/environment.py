@@ -1,7 +1,7 @@
 """What results depend on beside code and parameters: the processor's instructions, and versions of packages.
 
-OpenBLAS and NumPy choose their code by processor, and that for AVX-512 rounds otherwise than that for AVX2. The
-instructions that all x86-64 processors with AVX2 share are a common ground: results are then the same to the last bit.
+OpenBLAS and NumPy choose their code by processor, and the code for AVX-512 rounds differently from that for AVX2.
+With only the instructions that all x86-64 processors with AVX2 share, results are the same to the last bit.
 Both libraries read the environment once, when they are loaded; worker processes and the kernels of notebooks inherit
 it.
 """
@@ -20,10 +20,10 @@ _NAMED_SO_SINCE = (2, 4)
 
 
 def pin() -> None:
-    """Set the environment for numerical libraries, unless NumPy is loaded: then it is too late for this process.
+    """Set the environment for numerical libraries. If NumPy is loaded already, it is too late, and nothing is done.
 
-    One thread: faster for small matrices, and sums do not depend on the number of cores. Kernels that are named in the
-    environment already stay as they are.
+    Libraries use one thread, which is faster for small matrices; sums then do not depend on the number of cores.
+    Kernels that the environment names already are not changed.
     """
     if "numpy" in sys.modules:
         return
@@ -61,10 +61,10 @@ NAMES = (PYTHON, *PACKAGES, BLAS, SIMD)
 def environment() -> dict[str, str]:
     """Return what the numbers of this process depend on, by name.
 
-    Nothing in it differs between machines that write the same bytes: no processor's name, no operating system, no
-    time, and of Python only the minor version.
+    Machines that write the same bytes have the same entries. So the names of processor and operating system and the
+    time are left out, and Python has its minor version only.
     """
-    # Imported late: whoever pins kernels must not load NumPy.
+    # Imported late, because `pin` must be called before NumPy is loaded.
     import scipy.linalg  # noqa: F401, PLC0415  its BLAS is one of those that are asked about
     from threadpoolctl import threadpool_info  # noqa: PLC0415
 
@@ -78,7 +78,7 @@ def environment() -> dict[str, str]:
 
 
 def _is_used(library: dict[str, str]) -> bool:
-    """Return whether a library is NumPy's or SciPy's, or shared: solvers that are loaded but not used bring others."""
+    """Return whether NumPy or SciPy uses a library. Solvers that are loaded bring libraries of their own."""
     owners = {part for part in Path(library["filepath"]).parts if part.endswith(".libs")}
     return owners <= {"numpy.libs", "scipy.libs"}
 

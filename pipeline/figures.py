@@ -45,7 +45,7 @@ Drawings = dict[str, Callable[[], Figure]]
 _POINTS = 1501
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56
-_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # until this multiple of the last sample's time
+_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of the drawing, in times of the last sample, and number of points
 # The landscape spans these factors around the learned hyperparameters: an overview, and a closer view.
 _OVERVIEW, _CLOSER = 8.0, 1.25
 _FIRST_STEPS = 50
@@ -92,7 +92,7 @@ class _Figures:
 
     @cached_property
     def with_curves(self) -> dict[str, Reference]:
-        """Those that have a curve of their own."""
+        """The references in `shown` that have a curve of their own."""
         methods = methods_in_figures(self.fitted.learned)
         return {method.name: self.shown[method.name] for method in methods if method.has_own_curve}
 

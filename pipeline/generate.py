@@ -50,7 +50,7 @@ def generate(experiment: Experiment, results: Results) -> None:
 
 
 def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
-    """Ask about samples that are too many to learn from, and of which half are not enough."""
+    """Yield a question for each name with so many samples that learning takes long."""
     for name, samples in sampled.by_name.items():
         if len(samples) > MANY:
             yield (
@@ -113,7 +113,7 @@ def _read_mcap(source: McapField) -> Samples:
 
 
 def _between(source: CsvColumn | McapField, unit: float = 1.0) -> tuple[float, float] | None:
-    """Return between which times, in this `unit` [s], samples are of any use: others are not judged."""
+    """Return the first and last time, in this `unit` [s], of the samples that are used; None: all are used."""
     if (wanted := source.excerpt) is None:
         return None
     if wanted.end == inf:
@@ -127,7 +127,7 @@ def _scale(source: CsvColumn | McapField) -> float:
 
 
 def _refuse_beyond(what: str, recorded: Samples, wanted: Excerpt) -> None:
-    """Raise InputError where samples are to be held out that the recording does not have."""
+    """Raise InputError if the recording ends before the samples that are to be held out."""
     last, until = float(recorded.times[-1]), wanted.end + wanted.held_out
     if not last > wanted.end or until - last > _MISSING * wanted.held_out:
         raise InputError(

@@ -51,7 +51,7 @@ def margin_profile(reference: Reference, quantity: Quantity, last_step: int, ins
 def smallest_defect(reference: Reference, last_step: int) -> float:
     """Return min over u(0…last_step) ∈ U of max_k |x_r(k+1) − f(x_r(k), u(k))|_∞, in the unit of the states.
 
-    A convex program searches for the inputs, and the dynamics are not solved for them: this is an independent check of
+    A convex program searches for the inputs; the dynamics are not solved for them. So this independently checks
     Definition 1 of the paper. It is zero, up to the accuracy of the solver, if and only if the system can follow the
     reference. ValueError: the system is not affine in its inputs.
     """

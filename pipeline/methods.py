@@ -116,9 +116,10 @@ class Task:
 
 @dataclass(frozen=True)
 class Fit:
-    """What a method found, and how: `fits` programs were solved; `iterations` are columns of a table.
+    """What a method found, and how.
 
-    `final_step` and `trace` are those of Algorithm 1, None for other methods.
+    `fits` is the number of programs that were solved, and `iterations` are columns of a table. `final_step` and `trace`
+    are those of Algorithm 1; they are None for other methods.
     """
 
     solution: Solution
@@ -319,7 +320,7 @@ SOUND_INTERVALS = Method(
     check=check_periodic,
     looks_like=INTERVALS.name,
 )
-# The instants of the grid are those of the first steps only: later ones fall on other phases.
+# The grid has the instants of the first steps only; later steps fall on other phases of the period.
 GRID = Method(
     "grid",
     partial(_constrained, lambda task: on_grid(task.plant, periodic_of(task).last_step)),
@@ -327,7 +328,7 @@ GRID = Method(
     check=check_periodic,
     has_own_curve=False,
 )
-# All instants that ever occur; of the times between them nothing is claimed.
+# All sampling instants of a period, which is a whole number of steps; nothing is claimed between them.
 SAMPLED = Method(
     "sampled",
     partial(_constrained, lambda task: on_period(task.prior, task.plant)),
@@ -339,7 +340,7 @@ ROBUST = robustly(JOINT, "robust")
 _CONSTRAINED = (HYPERPARAMETERS, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED)
 
 REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
-"""Every experiment compares these, and the loop is closed on the first and the last."""
+"""Methods that every experiment compares; loops are closed on the references of the first and the last."""
 
 METHODS = {
     method.name: method

@@ -71,8 +71,8 @@ def plan_of(project: Path) -> list[Stage]:
 def run(plan: Sequence[Stage], folder: Path, jobs: int, told: Callable[[str], None]) -> None:
     """Run every stage in `folder`, at most `jobs` at a time, and tell how long each took.
 
-    Raises NoReferenceError with what a stage said when it failed, or for an output that it did not write; stages that
-    have begun are waited for.
+    Raises NoReferenceError if a stage fails, with what the stage said, or if it does not write an output. Stages that
+    have begun are then waited for.
     """
     waiting, done = [*plan], set[str]()
     running: dict[Future[float], Stage] = {}

@@ -300,7 +300,7 @@ def table_of_hyperparameters(learned: Mapping[str, LearnedReference]) -> Table:
 
 
 def table_of_bounds(active: tuple[ActiveBound, ...]) -> Table:
-    """Return the bounds that hold a reference back, with their times and what each costs, in the order of time."""
+    """Return the active bounds of a reference in the order of time, with what each of them costs."""
     ordered = sorted(active, key=lambda bound: (bound.time, bound.name))
     rows = [[bound.name, bound.side, bound.time, bound.multiplier, bound.price] for bound in ordered]
     return Table(["bound of", "side", "t [s]", "multiplier", "price"], rows, digits=4)

@@ -75,11 +75,11 @@ def metrics_of(
 def summary_of(
     metrics: Mapping[str, Mapping[str, Any]], margins: Mapping[str, Sequence[MarginProfile]]
 ) -> dict[str, float | None]:
-    """Return the few numbers that tell an experiment, from those of its methods `unconstrained` and `joint`.
+    """Return the few numbers that summarise an experiment, from those of its methods `unconstrained` and `joint`.
 
-    J of both (l where nothing is constrained), and what the guarantee costs; the smallest margin of both as a part of
-    the bound's width; the root mean square distance of both to the truth, or to the samples held out where the truth is
-    not known. Beside the price is that of the method `hyperparameters`.
+    For both methods these are J (l if nothing is constrained), the smallest margin relative to the bound's width, and
+    the root mean square distance to the truth, or to the samples held out if the truth is not known. The price, which
+    is what the guarantee costs, is given for `joint` and for the method `hyperparameters`.
     """
     both, priced = (UNCONSTRAINED.name, JOINT.name), (JOINT.name, HYPERPARAMETERS.name)
     worst = {name: min(p.worst[0] / p.quantity.bounds.width for p in margins[name]) for name in both}
@@ -94,8 +94,8 @@ def summary_of(
 def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[str, Array]:
     """Return `time` [s], and for each method the smallest margin of all quantities as a part of their bounds' widths.
 
-    A row is the smallest of as many sampling intervals as it takes to have at most 300 rows; NaN stands for a quantity
-    that is not defined.
+    A row has the smallest margin of several sampling intervals, so that there are at most 300 rows. NaN stands for a
+    quantity that is not defined.
     """
     profile = next(iter(margins.values()))[0]
     count = len(profile.margins)
@@ -110,9 +110,9 @@ def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[st
 
 
 def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
-    """Return margins at the sampled instants: those of many periods where there is one.
+    """Return margins at the sampled instants, for a periodic reference those of many periods.
 
-    The instants of each period fall on other phases than those before.
+    The instants of each period fall on other phases than those of the period before.
     """
     period = reference.period
     if period is not None:
@@ -156,7 +156,7 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
 
 
 def _condensed(sampled: Sampled) -> dict[str, Any]:
-    """Return how many samples of each name are learned from by fewer centres; nothing where all are."""
+    """Return for each name with condensed samples how many there are, and how many centres; else an empty result."""
     counts = {
         name: {"samples": len(of) + of.scatter.count, "centres": len(of)}
         for name, of in sampled.by_name.items()
@@ -166,7 +166,7 @@ def _condensed(sampled: Sampled) -> dict[str, Any]:
 
 
 def _roots(kind: str, mean_squares: Mapping[str, float]) -> dict[str, float]:
-    """Return the root mean square of all that is sampled, each with the same weight; of several also that of each."""
+    """Return the root mean square over all sampled names, with equal weights, and of each if there are several."""
     by_name = {name: float(np.sqrt(square)) for name, square in mean_squares.items()}
     if not by_name:
         return {}
@@ -177,7 +177,7 @@ def _roots(kind: str, mean_squares: Mapping[str, float]) -> dict[str, float]:
 def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
     """Return what each bound costs, summed over the times at which it is active.
 
-    The sum of all is D. A part may be negative: such a bound only stops what the others cause.
+    The sum of all is the price D. The price of a bound may be negative; such a bound only stops what others cause.
     """
     prices: dict[str, float] = {}
     for bound in active:

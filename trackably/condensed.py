@@ -1,15 +1,17 @@
-"""Replace the samples in a short time by a few, exactly for every signal that is a polynomial there.
+"""Replace the samples of a short interval by a few; this is exact for every signal that is a polynomial there.
 
 Let samples y_i = g(t_i) + ε_i have noise of variance σ_n²/w_i, and let g be a polynomial of a degree below d. Gauss's
 quadrature for the measure Σ_i w_i δ(t − t_i) has d nodes τ_a and masses λ_a > 0; the Lagrange polynomials L_a of these
 nodes are orthogonal, Σ_i w_i L_a(t_i) L_b(t_i) = λ_a δ_ab. So
 
-    Σ_i w_i (y_i − g(t_i))² = Σ_a λ_a (Y_a − g(τ_a))² + R,    Y_a = Σ_i w_i L_a(t_i) y_i / λ_a:
+    Σ_i w_i (y_i − g(t_i))² = Σ_a λ_a (Y_a − g(τ_a))² + R,    Y_a = Σ_i w_i L_a(t_i) y_i / λ_a.
 
-d samples Y_a of g at τ_a with independent noise of variance σ_n²/λ_a, and a sum of squares R that does not depend on g.
+So d samples Y_a of g at τ_a, with independent noise of variance σ_n²/λ_a, say the same about g; the sum of squares R
+does not depend on g.
 
-If there are many samples, a user chooses a number of centres that represent them, or "auto" for as few as the samples
-allow. l and the mean of all samples are then compared with those of the centres.
+The new samples are called centres. A user chooses their largest number, or "auto" for as few as represent the samples
+well. `Condensation` compares the negative log marginal likelihood l and the posterior mean given the centres with those
+given all samples.
 """
 
 from collections.abc import Mapping
@@ -31,15 +33,15 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import sampled_signals
 
 NODES = 4
-"""d: the error for a smooth signal is then of fourth order."""
+"""d, the number of centres in each interval; the error for a smooth signal is of this order in its length."""
 
 
 def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[Array, Array, Array, ResidualStatistics]:
-    """Return `NODES` times [s], values and relative noises in place of n, and the residuals of those that they replace.
+    """Return times [s], values and relative noises of `NODES` samples in place of n, and statistics of the residuals.
 
-    The same samples if n is no larger. The orthonormal polynomials at the samples are the columns of Q in a QR
-    decomposition of √w times the powers of t. The nodes are the eigenvalues of Qᵀ diag(t) Q, the Jacobi matrix (Golub
-    and Welsch, 1969).
+    If n is at most `NODES`, return the given samples, and no residuals. The orthonormal polynomials at the samples are
+    the columns of Q in a QR decomposition of √w times the powers of t. The nodes are the eigenvalues of Qᵀ diag(t) Q,
+    the Jacobi matrix (Golub and Welsch, 1969).
     """
     if len(times) <= NODES:
         return times, values, relative_noise, ResidualStatistics()
@@ -47,7 +49,7 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[A
     x, root = (times - middle) / half, 1 / relative_noise
     q, _ = np.linalg.qr(root[:, None] * np.polynomial.legendre.legvander(x, NODES - 1))
     nodes, directions = np.linalg.eigh(q.T @ (x[:, None] * q))
-    at_nodes = q @ directions  # √w L_a/√λ_a: orthonormal
+    at_nodes = q @ directions  # the orthonormal columns √w L_a/√λ_a
     root_of_mass = root @ at_nodes
     along = (root * values) @ at_nodes
     left = root * values - at_nodes @ along
@@ -56,18 +58,19 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[A
     return middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter
 
 
-_OF_L = 4.0  # largest insignificant change of l: as much as one hyperparameter gains by chance
-_OF_NOISE = 0.1  # σ_n
+_OF_L = 4.0  # a larger change of l is significant; a useless hyperparameter may change l by as much, by chance
+_OF_NOISE = 0.1  # in σ_n: a larger change of the mean is visible
 
 
 @dataclass(frozen=True)
 class Condensation:
-    """The effect of replacing `count` samples of `name` by `centres` samples; they are compared with `beside` samples.
+    """The effect of replacing `count` samples of `name` by `centres` samples.
 
-    `change_of_l` is l of the compared samples minus l of the centres, for the same hyperparameters. `apart` is the
-    largest distance of the two posterior means, at the times of both and halfway between these, in standard deviations
-    σ_n of the noise. Both are exact if `beside` is `count`, and estimates otherwise. None: they could not be computed
-    in float64.
+    The centres are compared with `beside` samples: all samples, or a larger number of centres. `change_of_l` is l of
+    the `beside` samples minus l of the centres, for the same hyperparameters. `apart` is the largest distance between
+    the two posterior means, in standard deviations σ_n of the noise; means are compared at the times of both sets and
+    halfway between these. Both numbers are exact if `beside` is `count`, and estimates otherwise. They are None if they
+    could not be computed in float64.
     """
 
     name: str
@@ -79,7 +82,7 @@ class Condensation:
 
     @classmethod
     def of(cls, name: str, prior: Prior, fewer: Samples, more: Samples) -> Self:
-        """Compare the posteriors of `fewer` and of `more` samples, which both represent the same samples."""
+        """Compare the posteriors given `fewer` and given `more` samples; both sets represent the same recording."""
         count = len(fewer) + fewer.scatter.count
 
         stencil = next(iter(fewer.by_name(name).values())).stencil
@@ -87,7 +90,7 @@ class Condensation:
         between = np.concatenate([times, (times[1:] + times[:-1]) / 2])
 
         def evaluate(samples: Samples) -> tuple[float, Array]:
-            """Return l, and the posterior mean as the first kind of samples measures it; no large matrices are kept."""
+            """Return l, and the posterior mean as samples of the first kind measure it; keep no large matrices."""
             posterior = Posterior(prior, samples)
             return posterior.negative_log_likelihood, stencil.measured(posterior.signal, between)
 
@@ -100,7 +103,7 @@ class Condensation:
 
     @property
     def is_large(self) -> bool:
-        """Whether the change is significant: of l more than by chance, or of the mean more than is visible."""
+        """Whether l changes by more than chance explains, or the mean by more than is visible."""
         return abs(self.change_of_l or 0.0) > _OF_L or (self.apart or 0.0) > _OF_NOISE
 
     def __str__(self) -> str:
@@ -112,24 +115,27 @@ class Condensation:
         return f"{said}: with {of}, l changes by {self.change_of_l:.2g} and {mean}"
 
 
-_LEAST_GAIN = 4  # samples for each centre: with fewer, condensing is not worthwhile
+_LEAST_GAIN = 4  # samples for each centre, in the first comparison
 _LOST = 0.01  # allowed relative increase of the mean square residual of polynomials
-_DEVIATIONS = 3.0  # allowed standard deviations; that of a mean square of n normal numbers is √(2/n) times itself
+_DEVIATIONS = 3.0  # standard deviations of a mean square that count as chance; n normal numbers have √(2/n) times it
 
 
 def condense(samples: Samples, centres: int) -> Samples:
-    """Return at most `centres` samples that represent all of them; the same samples if they are no more.
+    """Return at most `centres` samples that represent all `samples`; the same ones if there are no more than `centres`.
 
     The time between the first sample and the last is divided into equal bins, and `condensed_bin` replaces the samples
-    in each. Nothing is lost for a signal that is a cubic polynomial in each bin. ValueError: fewer centres than one bin
-    needs, or samples of several kinds.
+    in each. Nothing is lost for a signal that is a cubic polynomial in each bin. Raises ValueError if there are fewer
+    centres than one bin needs, or if the samples are of several kinds.
     """
     if len(samples) <= centres:
         return samples
     if centres < NODES:
-        raise ValueError(f"centres: at least {NODES} are needed, got {centres}")
+        raise ValueError(f"centres: expected at least {NODES}, got {centres}")
     if isinstance(samples.stencil, Stencils):
-        raise ValueError("centres: samples of several kinds must be condensed before they are joined")
+        raise ValueError(
+            "centres: expected samples of one kind, but these mix several kinds; condense each kind before you join "
+            "them"
+        )
     ends = np.linspace(samples.times[0], samples.times[-1], centres // NODES + 1)[1:-1]
     cuts = [0, *np.searchsorted(samples.times, ends).tolist(), len(samples)]
     arrays = samples.times, samples.values, samples.relative_noise
@@ -142,14 +148,13 @@ def condense(samples: Samples, centres: int) -> Samples:
 def condensed_enough(samples: Samples) -> Samples:
     """Return as few samples as possible without a significant increase of the residuals.
 
-    All of them if half is not enough.
-
-    This is judged from the samples alone; `Condensation` judges the loss for a kernel.
+    If half of the samples is not enough, all of them are returned. The residuals depend on the samples only;
+    `Condensation` judges the loss for a kernel.
 
     Beginning with a quarter of the samples, centres are halved while the mean square residual of the polynomials grows
     by less than 1 %, plus an allowance for chance. Beginning with few would be wrong, as two numbers of centres have
     equal residuals if neither resolves the signal. The smallest number that passes is doubled, to lose far less still.
-    If nothing below a quarter passes, a quarter is used, provided that its residuals hardly exceed those of one half.
+    If no number below a quarter passes, the comparison begins again with half of the samples.
     """
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
     for finest in (quarter, half):
@@ -162,7 +167,7 @@ def condensed_enough(samples: Samples) -> Samples:
 
 
 def _allowance(samples: Samples, finest: int) -> float:
-    """Return the largest allowed mean square residual of fewer centres than the `finest`."""
+    """Return the largest mean square residual that is allowed for fewer centres than `finest`."""
     least = condense(samples, finest).scatter.mean_square
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
     return float(least * (1 + _LOST + chance))
@@ -176,7 +181,7 @@ Centres = int | Literal["auto"] | None
 
 
 def checked_centres(given: object) -> Centres:
-    """Return the option. TypeError or ValueError: it is neither "auto", None, nor a valid whole number."""
+    """Return the option. Raises TypeError or ValueError unless it is "auto", None or a whole number ≥ `NODES`."""
     if given is None:
         return None
     if isinstance(given, str):
@@ -187,10 +192,10 @@ def checked_centres(given: object) -> Centres:
 
 
 def condense_by_name(given: Mapping[str, Samples], centres: Centres, times: int = 1) -> dict[str, Samples]:
-    """Return the samples to learn from; with "auto", up to `MANY` samples of a name are not condensed.
+    """Return the samples to learn from, for each name at most as many as `centres` allows.
 
-    "auto" chooses as many centres as the samples need, multiplied by `times` if the kernel needs more; all samples if
-    that is more than half of them.
+    "auto" keeps up to `MANY` samples of a name. Of more, it chooses as many centres as the samples need, multiplied by
+    `times` (larger than 1 if the kernel needs more); it keeps all samples if that is more than half of them.
     """
     return {name: _condense(samples, centres, times) for name, samples in given.items()}
 
@@ -200,8 +205,8 @@ def cost_of(
 ) -> tuple[Condensation, ...]:
     """Return the effect of learning from `fewer` samples instead of those `given`, for the hyperparameters of `prior`.
 
-    There is one for each flat output with fewer samples. They are compared with all samples if a dense matrix of these
-    is feasible, otherwise with twice as many as `fewer`.
+    The result has one entry for each flat output whose samples were condensed. The centres are compared with all
+    samples if a dense covariance matrix of these is feasible, otherwise with twice as many centres.
     """
     most = LARGEST_DENSE // max(1, len(given) - plant.signal_count + 1)
     more = {

@@ -79,7 +79,7 @@ class Tolerances(Fields):
         return self
 
     def rules_for(self, artifact: str, topic: str) -> Callable[[str], Rule]:
-        """Return what finds the rule of a field: many values have the same, and it is sought once."""
+        """Return a function that finds the rule of a field, and searches only once for fields of the same name."""
         among = [rule for rule in self.rules if _any(artifact, rule.artifact) and _any(topic, rule.topic)]
         return cache(lambda field: next(rule for rule in among if _any(field, rule.field)))
 

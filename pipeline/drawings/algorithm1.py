@@ -84,7 +84,7 @@ def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
 _STEP: Final = r"iteration $\bar{k}$ [steps]"
 _LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}
 _ZOOMED: Final = 11
-_EVERY: Final = 5  # so many iterations from one marker of a published curve to the next
+_EVERY: Final = 5  # iterations from one marker of a published curve to the next
 
 
 @with_style
@@ -93,7 +93,7 @@ def convergence(
 ) -> Figure:
     """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark where each of its tests first holds.
 
-    `published` curves have the names of the trace, with `k_bar`; of NaN nothing is drawn.
+    `published` curves have the names of the trace, with `k_bar`; NaN is not drawn.
     """
     count = len(trace.hyperparameters)
     figure = Figure(figsize=(PAGE, max(3.8, 1.3 * count)))
@@ -124,7 +124,7 @@ def _published(axes: Axes, k: Array, values: Array) -> None:
 
 
 def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
-    """Draw m̄ and the `margin` of the prior mean in X: the state test holds where m̄ is smaller."""
+    """Draw m̄ and the `margin` of the prior mean in X; the state test holds if m̄ is smaller than this margin."""
     axes.plot(trace.k_bar, trace.mean_bound, color=BLUE)
     axes.set_ylabel(r"bound $\bar{m}$ on $|m^+ - m|$ [–]")
     axes.set_ylim(bottom=0)

@@ -253,7 +253,7 @@ def _legend(figure: Figure, axes: Axes, columns: int = 6) -> None:
 
 _EVERY: Final = 5
 _CLOSE: Final = 0.01
-"""Lines to the reference are left out once they are shorter than this part of the picture."""
+"""Relative to the picture: lines to the reference that are shorter than this are left out."""
 
 
 @with_style
@@ -300,7 +300,7 @@ _NAMED: Final[tuple[dict[str, Any], ...]] = (
     {"color": NAVY, "marker": "s", "markersize": 6, "linestyle": "none", "zorder": 4},
 )
 _SHOWN: Final = (-0.03, 0.12)
-"""Margins between these parts of a width are shown, and larger ones where no loop comes so near."""
+"""Margins relative to a width that are shown; a panel shows larger ones if no loop has such small margins."""
 
 
 @with_style

@@ -314,7 +314,7 @@ class Experiment(Fields):
         return tuple(METHODS[name] for name in self.methods)
 
     def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
-        """Return where hyperparameters are learned: in the given intervals, or in those that suit the samples."""
+        """Return the intervals in which hyperparameters are learned, as given or as they suit the samples."""
         return SearchSpace.around(samples, self.learned_prior, self.search.starts)
 
     def goal(self, samples: tuple[Samples, ...]) -> Goal:

@@ -29,19 +29,22 @@ from trackably.systems.tightening import InvariantSet, Tightening, tightening
 
 
 def drawn(of: DisturbanceSet, seed: int) -> Disturbances:
-    """Return points of a set, the same for the same seed; every call draws another one."""
+    """Return a function that draws another point of a set at each call, and the same sequence for the same seed."""
     rng = np.random.default_rng(seed)
     return lambda k, successor: of.draw(rng)
 
 
 def constant(of: DisturbanceSet, row: Array) -> Disturbances:
-    """Return, at all steps, the point of a set that lies farthest in the direction of `row` (n,)."""
+    """Return a function that gives, at all steps, the point of a set that lies farthest in the direction `row` (n,)."""
     point = of.farthest(row)
     return lambda k, successor: point
 
 
 def greedy(of: DisturbanceSet, state_set: Polytope) -> Disturbances:
-    """Return the point of a set that takes the state furthest towards the bound that is nearest, in parts of widths."""
+    """Return a function that gives the point of a set which takes the state furthest towards its nearest bound.
+
+    The nearest bound has the smallest distance relative to the width between bounds.
+    """
     X = Inequalities.of(state_set)
 
     def pushed(k: int, successor: Array) -> Array:
@@ -56,10 +59,10 @@ _WARM_UP = 60
 
 
 def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Successor, Disturbances]:
-    """Return how the plant moves, and what W adds to it: drawn, greedy or constant.
+    """Return the plant's successor function and its disturbances in W, which are drawn, greedy or constant.
 
-    The plant moves as its model, or as a vertex where the model may be wrong: drawn, as another vertex at each step;
-    greedy, as the one that takes the state nearest to a bound; constant, as the same at all steps.
+    The plant moves as its model. If the model may be wrong, it moves as one of the vertices: "drawn" draws a vertex at
+    each step, "greedy" takes the one that brings the state nearest to a bound, and "constant" keeps one.
     """
     W, of_disturbance, of_plant = tightened.disturbance, np.random.default_rng(seed), np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
@@ -82,7 +85,7 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
 
 
 def noise(tightened: Tightening, seed: int) -> Disturbances | None:
-    """Return noise drawn from V, if the state is measured with noise; it has nothing to do with disturbances drawn."""
+    """Return noise drawn from V, independently of the disturbances; None if the state is measured without noise."""
     return None if tightened.noise is None else drawn(tightened.noise, 10**6 + seed)
 
 
@@ -162,7 +165,7 @@ def _controllers(experiment: Experiment, tightened: Tightening) -> dict[str, Ste
 def _loop(
     experiment: Experiment, tightened: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
 ) -> ClosedLoop:
-    """Run one loop from the reference on. Where there is no plan, the fallback is applied."""
+    """Run one loop that starts on the reference. At steps without a plan the fallback input is applied."""
     steps, (moved, pushed) = _steps(experiment), disturbed_plant(kind, tightened, 0)
     return simulate(
         controller,
@@ -200,11 +203,11 @@ Columns = dict[str, list[float] | float]
 
 
 def prices(experiment: Experiment, fitted: Fitted) -> Columns:
-    """Return `sizes` of both sets, as parts of the given ones, and for each the `price` J − min l and the `misfit`.
+    """Return `sizes` of W and V relative to the given sets, and for each the `price` J − min l and the `misfit`.
 
-    Zero is the reference `joint`, one the reference `robust`; those between and beyond are learned here, from the
-    hyperparameters of their neighbours, for the same feedback, and proved. Sizes without a proved reference are left
-    out. `largest` is the size at which nothing is left of the bounds.
+    Size 0 is the reference `joint`, and size 1 the reference `robust`. References of other sizes are learned here, from
+    the hyperparameters of their neighbours, for the same feedback, and proved. Sizes without a proved reference are
+    left out. `largest` is the size at which nothing is left of the bounds.
     """
     tightened = experiment.tightening
     assert tightened, "asked for where there is a disturbance"

@@ -14,7 +14,7 @@ from trackably.control.references import TrackedReference
 from trackably.systems.linear import LinearSystem
 
 _CORNER = 1e-7
-"""A support point no further beyond an edge than this part of the set's size counts as on the edge."""
+"""Relative to the set's size: a support point that lies beyond an edge by no more counts as on the edge."""
 
 
 def feasible_set(controller: Controller, reference: TrackedReference, k: int) -> Array:

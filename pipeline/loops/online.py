@@ -72,7 +72,7 @@ class OnlineLoop:
 
     @property
     def offers(self) -> Course:
-        """Return numbers of the updates: `taken` (1 or 0), and `widening` where feasibility was the reason."""
+        """Return for each update whether it was `taken` (1 or 0), and the `widening`; NaN if there is none."""
         columns = {
             "taken": np.array([float(o.accepted) for o in self.updates]),
             "widening": np.array([np.nan if o.widening is None else o.widening for o in self.updates]),
@@ -150,7 +150,7 @@ def decide_update(
         return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)
     if isinstance(result, Unsolved):
         return ReferenceUpdate(k, counts, learned, False, result.explanation)
-    # The tolerance makes up for rounding on the reference that is tracked already. A new one must not need it.
+    # The tolerance allows for rounding on a reference that is tracked already. A new reference must do without it.
     if not result.keeps_sets:
         reason = f"within the tolerance only: {result.explanation}"
         return ReferenceUpdate(k, counts, learned, False, reason, -result.slack)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ON, ABOVE, BELOW = "on", "above", "below"
 _SMALLEST = 1e-3
-"""Initial states closer to the reference than this part of the widths are not tried."""
+"""Relative to the widths: initial states that are closer to the reference than this are not tried."""
 
 
 def initial_states(controller: "Controller", reference: TrackedReference, step: int = 0) -> dict[str, Array]:

@@ -64,7 +64,7 @@ class Tail:
 
 
 def tail(signal: KernelSum, start: float) -> Tail | None:
-    """Return the bounds from `start` [s] on; None if a sample is within ζ of it: the bounds need monotone decay."""
+    """Return the bounds from `start` [s] on; None if a sample is within ζ of it, as they need monotone decay."""
     if not start - np.max(signal.centres) > signal.kernel.decay_distance:
         return None
     kappa, rate = np.abs(signal.kernel.jet(start - signal.centres, 1)) @ np.abs(signal.weights)
@@ -110,7 +110,8 @@ class Iteration:
     """One iteration at k̄ = `k_bar`: the solution, and the two tests of its bounds from t̄ on.
 
     `tail` holds the bounds and `growth_rates` are [τ_low, τ_high] per second; both are None while the ζ-test fails.
-    `keeps_states`: later states stay in X. `keeps_rates`: later steps stay within the growth rates.
+    `keeps_states` says whether all later states stay in X, and `keeps_rates` whether all later steps stay within the
+    growth rates.
     """
 
     k_bar: int

@@ -10,7 +10,7 @@ from trackably.gp.samples import Samples
 
 def setpoint_change(t: Array) -> Array:
     """Return r = sin(2π t) − 1 until 0.25 s, then 0, of Example 1 (T_s = 0.01 s: sin(πk/50) − 1 for k < 25)."""
-    # k T_s = 0.25 counts as reached however it is rounded: hence half a millisecond less.
+    # Half a millisecond less, so that k T_s = 0.25 counts as reached, however it is rounded.
     return np.asarray(np.where(t < 0.25 - 5e-4, np.sin(2 * np.pi * t) - 1, 0.0))
 
 

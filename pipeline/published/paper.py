@@ -64,10 +64,10 @@ _T = SYSTEM.sampling_time
 _KERNEL = Periodic(signal_std=1.0, lengthscale=1.5, period=1.0)
 _CENTRES = np.arange(7) / 7
 _WORST = 0.37
-"""The time [s] at which the input is as large as (8) lets it be, found by trying a hundred."""
+"""The time [s] at which the input can be largest within (8); it was found by trying a hundred times."""
 _TIMES_EACH = 60
 _ROOM = 3e-3
-"""The part of (8)'s bounds that is kept free, for times between those of the linear program."""
+"""How much the bounds of (8) are tightened, so that they also hold between the times of the linear program."""
 
 
 def reference_between_intervals() -> Reference:

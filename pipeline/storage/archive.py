@@ -39,7 +39,7 @@ class Sampled:
 
     @property
     def only(self) -> Samples:
-        """Return the samples where there is one flat output, those that show where it is; ValueError: several are."""
+        """The samples of the only flat output, of the kind that shows its level. ValueError if there are several."""
         (samples,) = self.samples
         return samples.of_level
 
@@ -50,7 +50,7 @@ class Sampled:
         return {name: of for first, together in flat for name, of in together.by_name(first).items()}
 
     def mean_squares(self, signals: Sequence[Signal]) -> dict[str, float]:
-        """Return the mean of squares of samples minus what these flat outputs give in their place, by name."""
+        """Return by name the mean square of the samples minus the samples that these flat outputs would give."""
         return {
             name: of.mean_square(of.values - self.measured(name, signals, of.times))
             for name, of in self.by_name.items()

@@ -23,8 +23,8 @@ import scipy
 
 from trackably.arrays import Array
 
-_MOST_STEPS = 30  # for each wall: a step makes one positive or zero, and some need several steps
-_HELD = 1e-9  # a wall closer than this counts as touched
+_MOST_STEPS = 30  # steps of the solver for each wall (a bound in the program), before it gives up
+_HELD = 1e-9  # a bound that is violated by no more than this counts as satisfied
 
 
 def least_norm(normals: Array, offsets: Array) -> Array | None:
@@ -49,7 +49,7 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
     return w
 
 
-_NEGLIGIBLE = 1e-12  # of the largest eigenvalue: covariances of smooth processes are known no better
+_NEGLIGIBLE = 1e-12  # smaller eigenvalues, relative to the largest, are dropped: they are rounding errors
 
 
 def root(covariance: Array) -> Array:
@@ -65,10 +65,10 @@ def root(covariance: Array) -> Array:
     return np.asarray(std[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
-_CHAINS = 50
+_CHAINS = 50  # independent chains, which move at the same time
 _BURN_IN = 25  # first moves of each chain, which are discarded; without bounds, one would suffice
-_INSIDE = 1e-6  # standard deviations from each bound to the start
-_MOST_REFLECTIONS = 5_000  # of one particle in one move
+_INSIDE = 1e-6  # standard deviations: distance of the start from each bound
+_MOST_REFLECTIONS = 5_000  # of one particle in one move; if it needs more, the region is too small to draw from
 
 
 class NoRoom(ArithmeticError):
@@ -90,7 +90,7 @@ class BoundedNormal:
         """
         lengths = np.linalg.norm(rows, axis=1)
         if np.any((lengths == 0) & ((lower > 0) | (upper < 0))):
-            raise NoRoom("a value without any uncertainty is outside of its bounds")
+            raise NoRoom("a value that is known exactly (its variance is zero) is outside of its bounds")
         normals, offsets = np.vstack([rows, -rows]), np.concatenate([-lower, upper])
         lengths = np.concatenate([lengths, lengths])
         some = (lengths > 0) & np.isfinite(offsets)
@@ -104,7 +104,7 @@ class BoundedNormal:
         """
         found = least_norm(self.normals, self.offsets - _INSIDE)
         if found is None:
-            raise NoRoom(f"no point inside all bounds by {_INSIDE:g} standard deviations is found in float64")
+            raise NoRoom(f"no point that keeps all bounds by {_INSIDE:g} standard deviations was found in float64")
         return found
 
     def draws(self, count: int, seed: int) -> Array:
@@ -145,7 +145,7 @@ class BoundedNormal:
 
     def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
         """Return the time at which each particle leaves the region, infinity if never, and the wall
-        that it crosses: (P,) both.
+        (index of the bound) that it crosses, both of shape (P,).
 
         h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
         reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just

@@ -7,7 +7,8 @@ of Chebyshev points s_k, up to an error that falls geometrically with their numb
 
 Bounds that are long active add hundreds of kernels with large weights that cancel: the input of a chain of integrators
 is a difference of order r, which adds weights of the size 1/T^r with alternating signs. With few points they are added
-up before anything is rounded. Rounding errors are bounded by the number of kernels times the sum of |c|, and both fall.
+up before kernels are evaluated and rounded. Rounding errors are bounded by the number of kernels times the sum of |c|,
+and both fall.
 """
 
 import math
@@ -18,18 +19,18 @@ import numpy as np
 from trackably.gp.factors.low_rank import interpolation, nodes
 from trackably.gp.signal import KernelSum
 
-_FEWEST = 64  # kernels: of fewer, rounding errors are small
-_LEAST, _GROWTH = 2.0, 1.125  # points in a correlation time that are tried first, and how their number grows
-_ROUNDINGS = 8.0  # by which values may differ; bounds of the rounding errors of sums are many times larger
+_FEWEST = 64  # kernels: a sum of fewer is not changed, as its rounding errors are small
+_LEAST, _GROWTH = 2.0, 1.125  # points per correlation time that are tried first, and the factor to the next number
+_ROUNDINGS = 8.0  # largest difference of values, in units of ε Σ_i |c_i| κ(0); bounds of rounding errors are larger
 _BEYOND = 2.0  # correlation times before the first centre and after the last at which functions are compared
 _EPS = float(np.finfo(float).eps)
 
 
 def compact(signal: KernelSum) -> KernelSum:
-    """Return the function as a sum of at most half as many kernels, or as it is where these do not suffice.
+    """Return the function as a sum of at most half as many kernels, or unchanged if so few do not suffice.
 
-    They suffice if values differ by less than a few roundings of Σ_i |c_i| κ(0), by which the given sum may be off
-    itself. Values are compared at many times, which is no proof: bounds are proved of the result.
+    They suffice if values differ by at most a few roundings of Σ_i |c_i| κ(0); the given sum itself may be off by as
+    much. Values are compared at many times, which is no proof. Later proofs are about the returned function.
     """
     centres, kernel = signal.centres, signal.kernel
     if len(centres) < _FEWEST or not kernel.is_analytic or not np.ptp(centres):

@@ -4,12 +4,13 @@
   It is 6 times as fast as `Dense` for 300 samples, 10 times for 1,000: most references are learned with it.
 - `Quasiseparable` by tails: covariances with later samples pass through a small state, for Matérn kernels and sums of
   them. Time is linear: 7 times as fast as `Dense` for 1,000 samples, 30 times for 3,000, the only way for 100,000.
-- `Quasiseparable` without: only neighbours covary where a kernel decays within a small part of the samples' span.
+- `Quasiseparable` without tails: only neighbours covary where a kernel decays within a small part of the samples' span.
 - `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a periodic one. It is 30
   times as fast as `Dense` for 1,500 samples.
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
-Those that apply are tried in the order of their estimated cost; all but `Dense` only where they agree with it.
+The factorisations that apply are tried in the order of their estimated cost. Where a dense matrix is possible, the
+others apply only if their estimated difference from it is negligible.
 """
 
 import math
@@ -31,15 +32,15 @@ from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
-_LARGEST_MATRIX = 2**28  # entries: 2 GiB, of which a factorisation holds two
-_WITHIN_A_LAG = 1.0  # as λ times a lag: covariances of tails and of samples within lags differ by e^λ
-_BLOCK = 64  # samples
-_LARGEST_BLOCK = LARGEST_DENSE // 2
+_LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; a factorisation holds two of this size
+_WITHIN_A_LAG = 1.0  # tails are used up to this λ times the longest lag; within it, numbers differ in size by e
+_BLOCK = 64  # smallest number of samples in a block with tails
+_LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are not used
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
-_MOST_WAVES = 0.65  # for each sample: with more, the dense matrix is faster
-_COST_OF_LOOKING = 5e5  # nanoseconds: one half for the search for other structure, one for the fastest other way
-_AGREEMENT = 3e-9  # relative, with the dense factorisation: less than the promised 1e-8, as errors are only estimated
+_MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
+_COST_OF_LOOKING = 5e5  # nanoseconds: if `Fourier` costs less, no other way is looked for, as that takes as long
+_AGREEMENT = 3e-9  # largest relative difference from `Dense`: below the promised 1e-8, as it is only estimated
 _LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
 
@@ -63,7 +64,7 @@ class Candidate(NamedTuple):
 
 
 def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
-    """Factorise K + V, K being the covariance of the samples; None if it is not positive definite in float64.
+    """Factorise K + V, where K is the covariance of the samples; None if K + V is not positive definite in float64.
 
     Raises ValueError as `candidates`.
     """
@@ -88,7 +89,7 @@ def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
     elif n > LARGEST_DENSE:
         raise ValueError(
             f"samples: {n} of {' and '.join(stencil.names)} are too many to learn from together; thin them out to "
-            f"{LARGEST_DENSE}, or give one of them"
+            f"{LARGEST_DENSE}, or give samples of one kind only"
         )
     if not found and n**2 > _LARGEST_MATRIX:
         raise ValueError(
@@ -123,7 +124,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         and (rung := samples.ladder.rung(density, min(_MOST_WAVES * n, _LARGEST_MATRIX / n)))
     ):
         m = rung.waves
-        cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4  # waves are used about ten times
+        cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4  # waves serve about ten factorisations
         yield Candidate(cost, partial(Fourier.of, samples.ladder, rung, density, prior.noise_std**2))
         if cost < _COST_OF_LOOKING:
             return
@@ -131,7 +132,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         return
 
     def of_blocks(cut: Cut) -> Candidate:
-        terms = terms_of(samples, times[0])  # the shorter the times, the less is rounded
+        terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
         of_instants = kernel.value_and_gradient
         return Candidate(cut.cost, lambda: Quasiseparable.of(row_blocks(terms, cut, of_instants), variances))
 
@@ -151,6 +152,6 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         return
     covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
     if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
-        cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5  # a basis is used ten times
+        cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5  # a basis serves ten
         known = samples.relative_noise, prior.noise_std**2
         yield Candidate(cost, lambda: LowRank.of(bases.of(count), covariance, *known))

@@ -19,7 +19,7 @@ Interval = tuple[float, float]
 class Scales:
     """Scales of `count` samples: the signal's `amplitude`, and the `span` and smallest `spacing` [s] of the times.
 
-    Times over which the signal changes are not sought below the `shortest` [s].
+    A learned time over which the signal changes (a length scale) is sought above the `shortest` [s].
     """
 
     amplitude: float
@@ -42,7 +42,7 @@ class Search(NamedTuple):
 class Learned(float):
     """The current value of a hyperparameter learned in `interval`.
 
-    If this is None, the interval is chosen from the samples.
+    If `interval` is None, it is chosen from the samples.
     """
 
     __slots__ = ("interval",)
@@ -90,7 +90,7 @@ class Hyperparameter:
 
 def hyperparameter(given: Any) -> float:
     """Return a hyperparameter in its stored form. ValueError, which says what is expected, if it is not valid."""
-    if type(given) in (Learned, float) and 0 < given < math.inf:  # what optimisers ask for, thousands of times
+    if type(given) in (Learned, float) and 0 < given < math.inf:  # a short way, as optimisers ask thousands of times
         return given  # type: ignore[no-any-return]
     match given:
         case None:
@@ -121,7 +121,7 @@ def with_value(stored: float, value: float) -> float:
 
 
 def amplitude(scales: Scales) -> Search:
-    """Search for a standard deviation of the signal; it may have to become small until a reference is feasible."""
+    """Search for a standard deviation of the signal, down to very small ones; others may be infeasible."""
     size = scales.amplitude
     return Search((1e-12 * size, 1e3 * size), (0.1 * size, 10.0 * size))
 

@@ -30,13 +30,19 @@ class JointPrior:
 
     def __post_init__(self) -> None:
         if not self.parts or len(set(self.names)) != len(self.parts) or len(self.names) != len(self.parts):
-            raise ValueError(f"prior: one name for each process is needed, got {self.names} for {len(self.parts)}")
+            raise ValueError(
+                f"prior: every process needs a different name, got {self.names}; the number of processes is "
+                f"{len(self.parts)}"
+            )
         for name in sorted(self.shared):
             values = [part.hyperparameters[name] for part in self.parts if name in part.hyperparameters]
             if not values:
                 raise ValueError(f"prior: {name} is shared, but no process has a hyperparameter of that name")
             if len({(v, v.interval if isinstance(v, Learned) else ()) for v in values}) > 1:
-                raise ValueError(f"prior: {name} is shared, so that all processes must have the same {name}")
+                raise ValueError(
+                    f"prior: {name} is shared, but its values or intervals differ between processes; give all the same "
+                    f"{name}"
+                )
 
     @property
     def hyperparameters(self) -> dict[str, float]:
@@ -140,7 +146,10 @@ class JointPosterior:
 
     @property
     def information(self) -> Array:
-        """The average information about ln θ of the learned hyperparameters, shape (p, p): see `Posterior`."""
+        """An approximate Hessian of the summed l in ln θ of the learned hyperparameters, shape (p, p).
+
+        It is the sum of `Posterior.information` over the processes.
+        """
         total = np.zeros((len(self.prior.learned), len(self.prior.learned)))
         for part, places in zip(self.parts, self.prior.places, strict=True):
             total[np.ix_(places, places)] += part.information
@@ -155,12 +164,12 @@ class JointPosterior:
         return moved
 
     def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
-        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step), from pairs (c, w_c), at t [s]: the shape of t."""
+        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step) at t [s], for pairs (c, w_c); the shape is that of t."""
         return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
     def jets(self, process: int, t: Array, order: int) -> Array:
         """Return the mean of one process with its time derivatives, and their ∂/∂ln θ of all learned hyperparameters,
-        as `Posterior.jets` does: shape (1 + p, order + 1, *t.shape).
+        as `Posterior.jets` does; the shape is (1 + p, order + 1, *t.shape).
         """
         own = self.parts[process].jets(t, order)
         found = np.zeros((1 + len(self.prior.learned), *own.shape[1:]))
@@ -169,7 +178,7 @@ class JointPosterior:
         return found
 
 
-# The common period of kernels: if there is one, constraints on one period hold for all times.
+# The common period of kernels. If there is one, constraints on one period hold for all times.
 
 
 def common_period(kernels: Sequence[Kernel]) -> float | None:
@@ -189,7 +198,10 @@ def period_of(kernels: Sequence[Kernel]) -> float:
             raise TypeError(f"{needed} a periodic kernel, got {type(kernel).__name__}")
     period = common_period(kernels)
     if period is None:
-        raise TypeError(f"{needed} one for all signals, got {sorted(kernel.period or 0.0 for kernel in kernels)}")
+        raise TypeError(
+            f"{needed} the same period for all signals, got the periods [s] "
+            f"{sorted(kernel.period or 0.0 for kernel in kernels)}"
+        )
     return period
 
 

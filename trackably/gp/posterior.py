@@ -29,8 +29,9 @@ class Posterior:
     """A Gaussian process given samples.
 
     Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of K + σ_n²
-    I. Raises IllConditioned, on first use, if it does not exist. The prior mean is the function `base`, with the kernel
-    and the mean of the prior, all known; or the constant of the prior if there is none.
+    I. Raises IllConditioned, on first use, if it does not exist. If there is a `base`, this function is the prior mean;
+    it has the kernel and the mean of the prior, whose hyperparameters are then known. Otherwise the prior mean is the
+    constant of the prior.
     """
 
     prior: Prior
@@ -48,7 +49,7 @@ class Posterior:
         return self.with_kernels(self.weights, _NONE, _NONE)
 
     def mean(self, t: Array) -> Array:
-        """Return m⁺(t): the shape of t [s]."""
+        """Return the posterior mean m⁺(t) at times t [s], elementwise; an array of the same shape as t."""
         return self.signal(t)
 
     def variance(self, t: Array) -> Array:
@@ -56,12 +57,12 @@ class Posterior:
         return self.variance_of(np.ones(1), 0.0, t)
 
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
-        """Return the variance of Σ_j w_j g(t + j step), with weights (J,) and step [s], at t [s]: the shape of t."""
+        """Return the variance of Σ_j w_j g(t + j step) at t [s], for weights (J,) and a step [s]; same shape as t."""
         width = 4 * len(weights) * len(self.samples.centres)
         return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
 
     def jets(self, t: Array, order: int) -> Array:
-        """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`: shape (1 + p, order + 1, *t.shape)."""
+        """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`, with shape (1 + p, order + 1, *t.shape)."""
         width = (order + 1) * self._weights_and_gradient.size
         return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)
 
@@ -86,27 +87,26 @@ class Posterior:
 
     @property
     def information(self) -> Array:
-        """Return (∂_i A c)ᵀ A⁻¹ (∂_j A c), shape (p, p): the mean of the observed and the expected Hessian of l.
+        """Return (∂_i A c)ᵀ A⁻¹ (∂_j A c), shape (p, p), an approximate Hessian of l in ln θ.
 
-        The equality is exact if A is linear in the hyperparameters; otherwise the matrix resembles the Hessian. It is
-        positive semi-definite, and costs no more than ∂c/∂ln θ (the average information of Gilmour, Thompson and
-        Cullis).
+        If A is linear in the hyperparameters, it is the mean of the Hessian of l and its expected value (the average
+        information of Gilmour, Thompson and Cullis). It is positive semi-definite, and costs no more than ∂c/∂ln θ.
         """
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
 
     def covariance_with(self, rows: RowKernel) -> Array:
-        """Return the covariance of rows and the n samples: shape (rows, n)."""
+        """Return the covariance of rows and the n samples; the shape is (rows, n)."""
         return self.samples.stencil.combine(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
-        """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for the columns of an (n, m)."""
+        """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)
 
     def weights_beside(self, seen: Array) -> Array:
         """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
 
-        (L κ(·, S))ᵀ ν, for multipliers ν of the rows, is what samples have `seen` of them.
+        `seen` is (L κ(·, S))ᵀ ν for multipliers ν of the rows, the covariance of each sample with Σ_a ν_a L_a g.
         """
         return self.weights - self.solve(seen)
 
@@ -120,7 +120,7 @@ class Posterior:
 
     @cached
     def misfit_gradient(self) -> Array:
-        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c for fixed weights c: shape (p,)."""
+        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c for fixed weights c; the shape is (p,)."""
         return self._form_gradient(self.weights)
 
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
@@ -133,14 +133,14 @@ class Posterior:
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
     def _form_gradient(self, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w for fixed weights w: shape (p,)."""
+        """Return ∂/∂ln θ of wᵀ A w for fixed weights w; the shape is (p,)."""
         by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 
     @property
     def information_about_mean(self) -> float:
-        """dᵀA⁻¹d, half the second derivative of l by the mean; o + d m are the samples of a process that rests at m."""
+        """dᵀA⁻¹d, half the second derivative of l by the mean m; a process at rest at m has the samples o + d m."""
         weighted, d = self._of_level
         return float(weighted @ d)
 
@@ -227,14 +227,14 @@ class Posterior:
 
     @cached
     def _weights_and_gradient(self) -> Array:
-        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres: shape (1 + p, m)."""
+        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres; the shape is (1 + p, m)."""
         moved, _ = self._moved_weights
         together = np.concatenate([self.weights[None], -moved.T])
         return self.samples.stencil.spread(self._factored.weights_at_centres(together))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
-        """A⁻¹ ∂A c and ∂A c of the learned hyperparameters: shapes (n, p) and (p, n)."""
+        """A⁻¹ ∂A c and ∂A c of the learned hyperparameters; the shapes are (n, p) and (p, n)."""
         by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
         by_theta = np.vstack([self._factored.gradient_times(self.weights), by_noise])[self.prior.places]
         return self._factored.solve(by_theta.T), by_theta

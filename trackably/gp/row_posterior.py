@@ -44,7 +44,9 @@ class RowPosterior:
         )
 
     def price_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ of 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν for fixed multipliers ν and bounds b: shape (p,).
+        """Return ∂/∂ln θ of the price 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν for fixed multipliers ν and bounds b, shape (p,).
+
+        The price is what the bounds cost, in the unit of l.
 
         Let w be the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these. The
         gradient is the difference of −wᵀ ∂G w with and without the rows, so neither L m⁺ nor K⁺ has to be
@@ -84,5 +86,8 @@ _MANY = 400  # rows: for fewer, their dense covariance takes less time
 
 
 def has_system(posterior: JointPosterior, count: int) -> bool:
-    """Whether so many rows are solved for together with samples: of one process, whose kernel is a sum of decays."""
+    """Whether `count` rows are solved for together with the samples.
+
+    This needs many rows of one process, whose kernel is a sum of polynomials times e^(−λ|r|) (`decays`).
+    """
     return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.decays)

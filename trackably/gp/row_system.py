@@ -1,4 +1,4 @@
-"""Samples and rows together: equations with the posterior covariance of rows, in time linear in their number.
+"""Solve equations with the posterior covariance of rows, in a time that is linear in the number of samples and rows.
 
 A row with noise of variance D_a is one more sample. So (K⁺ + D)⁻¹ is the block of the rows in the inverse of the
 covariance of samples with noise V and rows with noise D. For Matérn kernels and sums of them, this matrix is
@@ -21,8 +21,8 @@ from trackably.gp.rows import Terms
 
 Places = npt.NDArray[np.intp]
 
-_BLOCK = 48  # rows
-_WITHIN_A_ROW = 5.0  # as λ times the time between the terms of a row: numbers grow by e⁵ within it
+_BLOCK = 48  # smallest number of samples and rows in a block
+_WITHIN_A_ROW = 5.0  # largest λ times the time between the terms of a row: numbers grow by e⁵ within it
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,11 @@ class RowSystem:
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
     def seen(self, multipliers: Array) -> Array:
-        """Return (L κ(·, S))ᵀ ν, the covariance of Σ_a ν_a L_a g with each sample: shape (n,)."""
+        """Return (L κ(·, S))ᵀ ν, the covariance of Σ_a ν_a L_a g with each sample; the shape is (n,)."""
         return np.asarray(times(self.blocks, self._spread(multipliers))[0, self.samples])
 
     def product(self, multipliers: Array) -> Array:
-        """Return K⁺ ν: shape (r,)."""
+        """Return K⁺ ν; the shape is (r,)."""
         both = self._spread(multipliers)
         both[self.samples] = -self.part.solve(times(self.blocks, both)[0, self.samples])
         return np.asarray(times(self.blocks, both)[0, self.rows])
@@ -69,7 +69,7 @@ class RowSystem:
     def solver(self, noise: Array) -> Callable[[Array], Array] | None:
         """Return the function that solves (K⁺ + D) x = b for D of the rows' `noise` variances (r,).
 
-        None if it is not positive definite in float64.
+        Return None if the covariance of samples and rows with noise is not positive definite in float64.
         """
         variances = self._spread(noise)
         variances[self.samples] = noise_variance(self.part.prior, self.part.samples)

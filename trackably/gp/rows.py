@@ -50,7 +50,7 @@ class Terms:
         return np.asarray(self.weights * multipliers[self.of_row])
 
     def summed(self, values: Array, count: int) -> Array:
-        """Return L_a v for each of `count` rows, from values v (P, …) at the `times`: shape (count, …)."""
+        """Return L_a v for each of `count` rows, from values v (P, …) at the `times`; the shape is (count, …)."""
         values = np.asarray(values, dtype=float)
         total = np.zeros((count, *values.shape[1:]))
         for terms in self._turns:
@@ -62,7 +62,7 @@ class Terms:
     def _turns(self) -> tuple[npt.NDArray[np.intp], ...]:
         """The indices of the first term of each row, then of the second, and so on.
 
-        Rows are many and have few terms each.
+        There are many rows with few terms each, so that few vectorised sums add up all terms.
         """
         order = np.argsort(self.of_row, kind="stable")
         rows = self.of_row[order]
@@ -89,7 +89,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class Rows:
-    """q_a = `offsets`[a] + Σ_c L_a g_c for a = 0 … n − 1: shape (n,), with the terms of process c in `terms[c]`."""
+    """q_a = `offsets`[a] + Σ_c L_a g_c for a = 0 … n − 1, shape (n,), with the terms of process c in `terms[c]`."""
 
     offsets: Array
     terms: tuple[Terms, ...]
@@ -128,19 +128,19 @@ class Rows:
 # has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_0 − t'_0).
 
 _EPS = float(np.finfo(float).eps)
-_LARGEST_ERROR = 1e-12  # rounding error of sums over terms, relative to a row's variance
+_LARGEST_ERROR = 1e-12  # relative to a row's variance: with larger rounding errors, sums over terms are not used
 # Of a row's standard deviation: smaller terms end the series. Covariances stay those of one set of functionals, hence
 # positive semidefinite. Sums over terms, taken where the series is too long, would give references enormous weights.
 _NEGLIGIBLE = 1e-11
-_LONGEST = 14
+_LONGEST = 14  # terms of the longest series
 _FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
 _SIGNS = (-1.0) ** np.arange(_LONGEST)
 _MANY = 2**18  # terms: for fewer, moments take longer than the sum
-_NODES, _APART = 9, 0.1  # correlation times: the sums of kernels that stand for rows err by about 0.4⁹/√9!
+_NODES, _APART = 9, 0.1  # nodes for a row, and their distance in correlation times; errors are about 0.4⁹/√9!
 
 
 def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
-    """Return the sums over terms, or Taylor series if the rounding errors of these sums are too large."""
+    """Return covariances of rows as sums over terms, or as Taylor series if the sums have too large rounding errors."""
     direct = Direct(kernel, terms, count)
     if not (kernel.is_analytic and len(terms.times)):
         return direct
@@ -173,11 +173,11 @@ class Direct:
         return self.terms
 
     def among(self) -> Array:
-        """Return L_a L_b κ: shape (count, count)."""
+        """Return L_a L_b κ; the shape is (count, count)."""
         return self.terms.summed(self.across(self.terms.times).T, self.count)
 
     def across(self, t: Array) -> Array:
-        """Return L_a κ(·, t) for times t [s] of shape (n,): shape (count, n)."""
+        """Return L_a κ(·, t) for times t [s] of shape (n,); the shape is (count, n)."""
         return in_blocks(self._across, t, len(self.terms.times))
 
     def _across(self, t: Array) -> Array:
@@ -195,7 +195,7 @@ class Direct:
         return self._form_gradient(*self._weigh(multipliers), t, weights)
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of uᵀ κ(times − t) w; of kernels that are sums of decays, long sums are those of moments."""
+        """Return ∂/∂ln θ of uᵀ κ(times − t) w; long sums use moments if the kernel is a sum of decays."""
         if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
             rows = range(1, len(decays[0].coefficients))
             return np.array([sum_by_moments(decays, t, weights, times, 0, row)[0] for row in rows]) @ u
@@ -210,9 +210,9 @@ class Direct:
 
 @dataclass(frozen=True)
 class Taylor:
-    """Covariances of rows by a Taylor series about the first time of each, shape (count,): methods as in `Direct`.
+    """Covariances of rows by a Taylor series about the first time of each row, with the methods of `Direct`.
 
-    `moments` are the coefficients μ_n, shape (count, N).
+    `first` are these times [s], shape (count,), and `moments` are the coefficients μ_n, shape (count, N).
     """
 
     kernel: Kernel

@@ -17,7 +17,7 @@ from trackably.gp.kernels.base import Kernel
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
 _UNIFORM = np.empty(0)
-_WIDE = 10.0  # times the median spacing of samples: a longer one is a gap
+_WIDE = 10.0  # times the median spacing: a longer time without samples is a gap
 _FEWEST = 10  # samples: with fewer, there is no usual spacing
 
 
@@ -37,7 +37,7 @@ class ResidualStatistics:
     def __post_init__(self) -> None:
         if self.count < 0 or not 0 <= self.squares < np.inf or not np.isfinite(self.log_scale):
             raise ValueError(
-                f"scatter: expected a count and squares ≥ 0, and finite numbers, got {self.count}, {self.squares:g} "
+                f"scatter: expected finite count ≥ 0, squares ≥ 0 and log_scale, got {self.count}, {self.squares:g} "
                 f"and {self.log_scale:g}"
             )
 
@@ -48,7 +48,7 @@ class ResidualStatistics:
 
     @property
     def mean_square(self) -> float:
-        """The mean of their squares; 0 if there are none."""
+        """The mean square of the residuals; 0 if there are none."""
         return self.squares / max(self.count, 1)
 
     def negative_log_likelihood(self, noise_std: float) -> tuple[float, float]:
@@ -112,10 +112,14 @@ class Samples:
             raise ValueError(f"samples: relative_noise[{bad[0]}] must be positive, got {self.relative_noise[bad[0]]:g}")
         kinds = len(self.stencil.parts) if isinstance(self.stencil, Stencils) else 1
         if self.scatters and len(self.scatters) != kinds:
-            raise ValueError(f"samples: one scatter for each of {kinds} kinds is needed, got {len(self.scatters)}")
+            raise ValueError(
+                f"samples: scatters must have one entry for each of {kinds} kinds of samples, got {len(self.scatters)}"
+            )
         if isinstance(self.stencil, Stencils):
             if len(self.stencil.of) != len(self.times) or np.any(np.diff(self.times) < 0):
-                raise ValueError("samples: of several kinds must be sorted by time, and each needs its stencil")
+                raise ValueError(
+                    "samples: those of several kinds must be sorted by time, and stencil.of must have an entry for each"
+                )
             self.by_name("")  # no time is repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
             i = bad[0]
@@ -152,7 +156,7 @@ class Samples:
     def of_level(self) -> Samples:
         """The samples of the first kind that measures the level of the process.
 
-        All samples if there is only one kind.
+        If there is only one kind, or if no kind does, these are all samples.
         """
         kinds = self.by_name("").values()
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
@@ -169,18 +173,17 @@ class Samples:
 
     @cached_property
     def scatter(self) -> ResidualStatistics:
-        """The remaining information about the noise from the samples that these represent.
+        """What the samples that were replaced by these still tell about the noise.
 
-        Empty if these are all samples.
+        It is empty if no samples were replaced.
         """
         return sum(self.scatters, ResidualStatistics())
 
     def mean_square(self, off: Array) -> float:
-        """Return the mean square of the residuals `off` (n,), samples minus a signal.
+        """Return the mean square of the residuals `off` (n,), which are the samples minus a signal.
 
-        Of all samples if these represent more.
-
-        In the latter case each sample has the inverse of its relative variance as weight.
+        If these samples represent more, the mean is that of all of them, and each sample has the inverse of its
+        relative variance as weight.
         """
         if not self.scatters:
             return float(np.mean(off**2))
@@ -198,7 +201,7 @@ class Samples:
         return self.stencil.centres(self.times)
 
     def entries(self, kernel: Kernel) -> Entries:
-        """Return entries of the covariance of the samples, without noise."""
+        """Return the function that computes stored entries of the covariance of the samples, without noise."""
         if isinstance(self.stencil, Stencils):
             return self.stencil.entries(kernel, self.times)
         covariance, apart = self.stencil.covariance(kernel), self._apart

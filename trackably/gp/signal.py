@@ -11,11 +11,11 @@ from trackably.arrays import Array
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel, sum_by_moments
 
-_ROUNDING = 2  # spacings of float64: centres that differ by no more count as equal
-_LONG = 200  # centres
-_FEW = 2**16  # terms: a sum with no more is summed directly
+_ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
+_LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
+_FEW = 2**16  # terms: `nearly` uses the faster kernel values for no more than this
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
-_NEARBY = 2**14  # terms that are summed at once, so that their times are neighbours
+_NEARBY = 2**14  # terms in a block of nearby kernels: few, so that the times in the block are neighbours
 
 
 # Evaluate functions of many times block by block, in bounded memory.
@@ -28,7 +28,7 @@ def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: in
     """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
 
     The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
-    all of them fit into the cache, or are no more than `most`.
+    all these numbers fit into the cache, or if there are at most `most`.
     """
     if t.size * width <= (most or _WHOLE):
         return function(t)
@@ -72,7 +72,7 @@ class KernelSum:
         return cls(kernel, mean, in_order[first], np.add.reduceat(weights[order], first))
 
     def jet(self, t: Array, order: int) -> Array:
-        """Return m⁺ and its time derivatives up to `order` at t [s]: shape (order + 1, *t.shape).
+        """Return m⁺ and its time derivatives up to `order` at t [s]; the shape is (order + 1, *t.shape).
 
         If the kernel is a sum of polynomials times e^(−λ|r|), it is evaluated from moments when that is faster.
         """
@@ -84,7 +84,7 @@ class KernelSum:
         return np.asarray(self.jet(t, 0)[0])
 
     def nearly(self, t: Array) -> Array:
-        """Return m⁺(t) with a few rounding errors more, if that is faster: for searches, not for proofs."""
+        """Return m⁺(t) with a few rounding errors more if that is faster. Only for searches."""
         if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
             return np.asarray(self.jet(t, 0)[0])
         return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)

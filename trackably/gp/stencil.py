@@ -12,7 +12,7 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Entries, places
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
-_CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is zero up to rounding (a difference)
+_CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is rounding, and the stencil a difference
 
 
 class _Instants:
@@ -22,22 +22,22 @@ class _Instants:
     """
 
     def measured(self: Any, process: Callable[[Array], Array], t: Array) -> Array:
-        """Return the measured signal of a process at the times t [s] of samples: the shape of t."""
+        """Return the measured signal of a process at the times t [s] of samples; an array of the same shape as t."""
         return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
     def centres(self: Any, t: Array) -> Array:
-        """Return the instants t + j step [s] on which samples at t, shape (n,), depend: shape (n · J,)."""
+        """Return the instants t + j step [s] on which samples at t, shape (n,), depend; the shape is (n · J,)."""
         return np.concatenate([t + j * self.step for j in range(len(self.weights))])
 
     def spread(self: Any, values: Array) -> Array:
-        """Return values (…, n) at the samples as weighted values at the centres: shape (…, n · J).
+        """Return values (…, n) at the samples as weighted values at the centres; the shape is (…, n · J).
 
         This is the transpose of the linear map from process to samples.
         """
         return np.concatenate([w * values for w in self.weights], axis=-1)
 
     def combine(self: Any, values: Array) -> Array:
-        """Return Σ_j w_j of values (…, n · J) at the centres: shape (…, n)."""
+        """Return Σ_j w_j of values (…, n · J) at the centres; the shape is (…, n)."""
         parts = np.split(values, len(self.weights), axis=-1)
         return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
 
@@ -62,7 +62,7 @@ class Stencil(_Instants):
         return self.offset + sum(self.weights) * level
 
     def only(self, _: object) -> "Stencil":
-        """Return the stencil of some of the samples, which is this one."""
+        """Return the stencil of some of the samples, which is the stencil of all."""
         return self
 
     @property
@@ -72,7 +72,7 @@ class Stencil(_Instants):
 
     @cached_property
     def lags(self) -> list[tuple[float, float]]:
-        """(ρ_d, d step) with cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
+        """The pairs (ρ_d, d step) in the covariance of samples, cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
         last = len(self.weights) - 1
         correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
         return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
@@ -128,9 +128,11 @@ class Stencils(_Instants):
 
     def __post_init__(self) -> None:
         if len({part.step for part in self.parts if len(part.weights) > 1}) > 1:
-            raise ValueError(f"stencils: must have one step, got {', '.join(str(part.step) for part in self.parts)} s")
+            raise ValueError(
+                f"stencils: steps must be the same, got {', '.join(str(part.step) for part in self.parts)} s"
+            )
         if len(self.parts) != len(self.names) or not {*self.of} == {*range(len(self.parts))}:
-            raise ValueError(f"stencils: each of {', '.join(self.names)} must measure some samples")
+            raise ValueError(f"stencils: each of {', '.join(self.names)} needs a part, and at least one sample in `of`")
 
     @cached_property
     def step(self) -> float:
@@ -144,7 +146,7 @@ class Stencils(_Instants):
 
     @cached_property
     def weights(self) -> Array:
-        """w_j of each sample: shape (J, n)."""
+        """w_j of each sample; the shape is (J, n)."""
         longest = max(len(part.weights) for part in self.parts)
         padded = [[*part.weights, *[0.0] * (longest - len(part.weights))] for part in self.parts]
         return np.asarray(np.array(padded).T[:, self.places])
@@ -155,7 +157,7 @@ class Stencils(_Instants):
         return np.array([part.offset for part in self.parts])[self.places]
 
     def at_rest(self, level: float) -> Array:
-        """Return the measured values of a process that is constant at `level`: shape (n,)."""
+        """Return the measured values of a process that is constant at `level`; the shape is (n,)."""
         return np.array([part.at_rest(level) for part in self.parts])[self.places]
 
     def entries(self, kernel: Kernel, t: Array) -> Entries:

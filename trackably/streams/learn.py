@@ -42,7 +42,7 @@ from trackably.threads import one_blas_thread
 from trackably.truth import TruthLike, true_signals, with_truth
 from trackably.waypoints import Waypoints, waypoints
 
-_FEWEST = 8  # samples in a window
+_FEWEST = 8  # smallest number of samples in a window
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
     "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
@@ -120,7 +120,7 @@ def learn_stream(
     """
     for name in others:
         instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
-        raise TypeError(f"learn_stream: takes no {name!r}: {instead}")
+        raise TypeError(f"learn_stream: takes no {name!r}; {instead}")
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
@@ -130,7 +130,7 @@ def learn_stream(
     prior = prior_for(plant, measured.priors(kernel, level))
     if refusal(AllTimes(), prior):
         raise ValueError(
-            "kernel: each window of a stream ends at rest, so that kernels have to decay, but it has a period"
+            "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
     warn_about(doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
@@ -161,7 +161,7 @@ def learn_stream(
 
 
 def _window_length(window: object, given: Mapping[str, Samples]) -> float:
-    """Return the length of a window [s]. TypeError, ValueError: it is not positive, or only a few samples long."""
+    """Return the length of a window [s]. Raises TypeError or ValueError if it is not positive, or too short."""
     if (length := real("window", window)) <= 0:
         raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
     spacings = {name: float(np.median(np.diff(of.times))) for name, of in given.items() if len(of) > 1}
@@ -176,9 +176,9 @@ def _window_length(window: object, given: Mapping[str, Samples]) -> float:
 
 
 def _busiest(measured: Measurements, length: float) -> Measurements:
-    """Return the samples of the window with most motion, as others may show a machine at rest.
+    """Return the samples of the window with most motion, because other windows may show a machine at rest.
 
-    Windows overlap by half, and motion is the sum of |y − median|, in units of that of all samples of the name.
+    Windows overlap by half. Motion is the sum of |y − median|, relative to the same sum over all samples of the name.
     ValueError: no window has samples of each name.
     """
     given = measured.given
@@ -193,7 +193,9 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
         if len(found) == len(given) and motion > most:
             most, best = motion, found
     if not best:
-        raise ValueError(f"window: none of {length:g} s holds samples of all of {', '.join(given)}; give a longer one")
+        raise ValueError(
+            f"window: none of {length:g} s holds samples of each of {', '.join(given)}; give a longer window"
+        )
     share, centres = max(len(of) / len(given[name]) for name, of in best.items()), measured.centres
     centres = max(NODES, round(centres * share)) if isinstance(centres, int) else centres
     return replace(measured, given=best, centres=centres)
@@ -204,7 +206,7 @@ def _motion(samples: Samples) -> float:
 
 
 def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
-    """Return the prior with the hyperparameters of least J, all known.
+    """Return the prior with the hyperparameters of least J (l plus the price of the bounds), all known.
 
     NotTrackableError: no function keeps the bounds.
     """

@@ -30,7 +30,7 @@ from trackably.systems.tightening import Tightening
 
 @dataclass(frozen=True, eq=False)
 class SavedStream(Saved):
-    """A reference `learned` in windows of a `length` [s], with the claimed times.
+    """A reference `learned` in windows of a `length` [s], with the start and end [s] of the claim; None: all times.
 
     ValueError: parts do not fit together.
     """
@@ -50,7 +50,9 @@ class SavedStream(Saved):
         super().__post_init__()
         counts = {len(self.samples), len(self.prior.parts), len(self.learned.kernel_sums)}
         if len(counts) > 1 or self.prior.learned or not self.length > 0:
-            raise ValueError("stream: expected samples, a known prior and a signal of each flat output, and a length")
+            raise ValueError(
+                "stream: expected samples, known hyperparameters and a signal for each flat output, and length > 0"
+            )
 
     @property
     def reference(self) -> Reference:
@@ -146,7 +148,7 @@ class StreamReference(LearnedReference):
     def misfits(self) -> tuple[Misfit, ...]:
         """The residuals for the samples of each name.
 
-        In place of a fit without bounds, they are compared with the noise.
+        They are compared with the noise, because there is no fit without bounds to compare them with.
         """
         found = []
         each = zip(self.prior.names, self.prior.parts, self.samples, self.learned.kernel_sums, strict=True)

@@ -29,7 +29,7 @@ from trackably.systems.sampling import sampled_signals
 # Learn a reference again from each window of samples, starting from the result of the last window.
 
 Clock = Callable[[], float]
-"""Returns seconds."""
+"""Returns the present time in seconds, such as `time.perf_counter`."""
 
 _MOVING = replace(JOINT, fallback=None)
 
@@ -51,7 +51,7 @@ LearningResult = Certified | NoSolution | Counterexample | Unproved | BudgetExce
 
 
 def holds_for_all_times(learned: Certified) -> bool:
-    """Whether the certificate covers every step from any time on."""
+    """Whether the certificate covers all steps of a loop, whenever the loop begins."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)
 
 
@@ -100,7 +100,8 @@ class Relearner:
             raise ValueError(f"budget: expected a positive number of seconds, got {self.budget!r}")
         if whole("moving_every", self.moving_every, least=0) and not self._prior.learned:
             raise ValueError(
-                f"windows: hyperparameters that are known cannot move, got moving_every = {self.moving_every}"
+                "moving_every: expected 0, because all hyperparameters of the reference are known and none can be "
+                f"learned again, got {self.moving_every}"
             )
 
     def __call__(
@@ -125,7 +126,7 @@ class Relearner:
             return BudgetExceeded(self.seconds[-1], self.budget)
         if not isinstance(found, Certified):
             return judge(found)
-        # Its l without bounds is that of the same θ.
+        # The fit's l without bounds is that of the same hyperparameters.
         fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
         tightening = self.reference.tightening
         certificate = found.certificate.with_robust(tightening)

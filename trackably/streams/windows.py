@@ -39,9 +39,9 @@ def part_of(samples: Samples, start: float, end: float) -> Samples | None:
 
 
 def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end: float) -> Samples | None:
-    """Return the samples from `now` to `end` [s], preceded by those since `since` with the values of `base`.
+    """Return the samples from `since` to `end` [s]; those before `now` have the values of `base` in place of their own.
 
-    If there are none since then, the last sample before is included. None if there are none before `end`.
+    If there are none, return the last sample before `since` in this way. Return None if there is none before `end`.
     """
     found = part_of(samples, since, end)
     if found is None and samples.times[0] < since:
@@ -52,17 +52,17 @@ def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end
     return Samples(found.times, values, found.relative_noise, found.stencil)
 
 
-_MEMORY = 12.0  # correlation times: older samples change a function by less than a thousandth of the noise
-_SHORTEST = 1.0  # correlation times: shortest part of a window that is divided because of too many places
-_BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2
+_MEMORY = 12.0  # correlation times: samples older than this change a function by less than 1/1000 of the noise
+_SHORTEST = 1.0  # correlation times: a window with too many places (times with bounds) is divided down to this
+_BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2  # of a bound's width: how much it is tightened, so that a proof has room
 
 
 @dataclass(frozen=True)
 class Stream:
     """All `samples` of the flat outputs of a `plant`, with a `prior` whose hyperparameters are known.
 
-    Windows have a `length` [s]; the first begins with the first sample. `pinned` are the required values at given
-    times.
+    Windows have a `length` [s]; the first begins with the first sample. `claim` says at which times the whole
+    reference is proved, and `pinned` are the required values at given times.
     """
 
     samples: tuple[Samples, ...]
@@ -74,7 +74,7 @@ class Stream:
 
     @property
     def memory(self) -> float:
-        """The time [s] for which samples matter, and within which a function comes to rest."""
+        """The time [s] after which samples hardly matter any more, and after which a function has come to rest."""
         return _MEMORY * max(part.kernel.correlation_time for part in self.prior.parts)
 
     @property
@@ -113,7 +113,8 @@ def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution |
 def _signals(stream: Stream, backoff: float) -> tuple[KernelSum, ...] | NoSolution:
     """Learn window by window. Each window has a solution, because adding nothing keeps the bounds.
 
-    The program of a rough function may need too many places; then the window is divided.
+    The program of a rough function may need too many places (times at which it imposes a bound); then the window is
+    divided.
     """
     signals = tuple(KernelSum(part.kernel, part.mean, np.empty(0), np.empty(0)) for part in stream.prior.parts)
     shortest = _SHORTEST * stream.memory / _MEMORY

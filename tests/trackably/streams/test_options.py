@@ -134,9 +134,9 @@ def saved(tmp_path) -> Path:
 
 
 HARM = {
-    "no length": (lambda d: d.update(length=0.0), CodecError, "and a length"),
+    "no length": (lambda d: d.update(length=0.0), CodecError, "and length > 0"),
     "other bounds": (lambda d: d["tightening"].update(margin=0.01), CodecError, "are not the tightened ones"),
-    "no samples": (lambda d: d.update(samples=[]), CodecError, "of each flat output"),
+    "no samples": (lambda d: d.update(samples=[]), CodecError, "for each flat output"),
     "a reference that breaks its bounds": (
         lambda d: d["learned"]["signals"][0]["weights"].__setitem__(50, 99.0),
         NotTrackableError,

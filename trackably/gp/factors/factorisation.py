@@ -39,7 +39,7 @@ LOWER = "L"
 
 
 def places(n: int) -> tuple[Places, Places]:
-    """Return row and column of each stored entry of an (n, n) matrix, row ≥ column: shapes (n (n + 1)/2,)."""
+    """Return row and column of each stored entry of an (n, n) matrix, row ≥ column; the shapes are (n (n + 1)/2,)."""
     left, above = (n + 1) // 2, 1 - n % 2
     column, row = np.arange(left)[:, None], np.arange(-above, n)  # LAPACK stores column after column
     is_left = row >= column
@@ -49,7 +49,7 @@ def places(n: int) -> tuple[Places, Places]:
 
 @lru_cache(maxsize=64)
 def diagonal(n: int) -> Places:
-    """Return the storage indices of the diagonal, from its first entry to its last: shape (n,)."""
+    """Return the storage indices of the diagonal, from its first entry to its last; the shape is (n,)."""
     rows, columns = places(n)
     stored = np.flatnonzero(rows == columns)
     return stored[np.argsort(rows[stored])]
@@ -57,7 +57,7 @@ def diagonal(n: int) -> Places:
 
 @lru_cache(maxsize=64)
 def _storage_index(n: int) -> Places:
-    """Return the storage index of each entry of a symmetric (n, n) matrix, above the diagonal too: shape (n, n)."""
+    """Return the storage index of each entry of a symmetric (n, n) matrix, above the diagonal too; shape (n, n)."""
     rows, columns = places(n)
     found = np.empty((n, n), dtype=np.intp)
     found[rows, columns] = found[columns, rows] = np.arange(rows.size)
@@ -65,13 +65,13 @@ def _storage_index(n: int) -> Places:
 
 
 def differences(times: Array) -> Array:
-    """Return t_i − t_j [s] of n `times` for each stored entry (i, j): shape (n (n + 1)/2,)."""
+    """Return t_i − t_j [s] of n `times` for each stored entry (i, j); the shape is (n (n + 1)/2,)."""
     rows, columns = places(len(times))
     return np.asarray(times[rows] - times[columns])
 
 
 def pack(matrix: Array) -> Array:
-    """Return the stored entries of a symmetric matrix (n, n): shape (n (n + 1)/2,)."""
+    """Return the stored entries of a symmetric matrix (n, n); the shape is (n (n + 1)/2,)."""
     return np.asarray(scipy.linalg.lapack.dtrttf(matrix.T, uplo=LOWER)[0])
 
 
@@ -87,10 +87,10 @@ def products(matrices: Array, c: Array) -> Array:
 
 
 Covariance = Callable[[Array], tuple[Array, Array]]
-"""k(r) of two samples r [s] apart, and ∂k/∂ln θ_j: shapes (*r.shape) and (p, *r.shape). Even in r."""
+"""Returns k(r) of two samples r [s] apart, and ∂k/∂ln θ_j; shapes (*r.shape) and (p, *r.shape). k is even in r."""
 
 Entries = Callable[[slice], tuple[Array, Array]]
-"""Some of the stored entries of K (see `factors.pack`), and of ∂K/∂ln θ_j: shapes (N,) and (p, N)."""
+"""Returns some of the stored entries of K (see `pack`), and of ∂K/∂ln θ_j; shapes (N,) and (p, N)."""
 
 
 class Factorisation(ABC):
@@ -103,11 +103,11 @@ class Factorisation(ABC):
 
     @abstractmethod
     def solve(self, right: Array) -> Array:
-        """Return A⁻¹ r for one r of shape (n,), or for the columns of an (n, m)."""
+        """Return A⁻¹ r for one r of shape (n,), or for each column of an (n, m) array."""
 
     @abstractmethod
     def gradient_times(self, c: Array) -> Array:
-        """Return (∂K/∂ln θ_j) c for c of shape (n,): shape (p, n)."""
+        """Return (∂K/∂ln θ_j) c for c of shape (n,); the shape is (p, n)."""
 
     @abstractmethod
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
@@ -127,11 +127,11 @@ class Factorisation(ABC):
 
 # Covariance matrices of samples with their derivatives, each entry once, computed in parts that stay in the cache.
 
-_PART = 2**13  # entries
+_PART = 2**13  # entries in a part
 
 
 def gram(n: int, entries: Entries) -> tuple[Array, Array]:
-    """Return the stored entries of the covariance matrix K of n samples, and of ∂K/∂ln θ_j: shapes (N,) and (p, N).
+    """Return the stored entries of the covariance matrix K of n samples, and of ∂K/∂ln θ_j; shapes (N,) and (p, N).
 
     All large arrays share one block of memory. Several blocks would go back to the operating system when freed, and
     getting them again, page by page, takes longer than computing their content.

@@ -26,9 +26,9 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
 from trackably.gp.kernels.base import SpectralDensity
 
-_STEPS = 4  # periods on the ladder for each doubling of the reach
+_STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling
 _LOWEST = -13  # the lowest rung: a period about 10 % longer than the span, which serves all short reaches
-_LONGEST = 2.0**100  # times the span: the longest reach
+_LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
 _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
 
 
@@ -44,7 +44,7 @@ class Waves(NamedTuple):
     products: Array
 
     def first(self, count: int) -> "Waves":
-        """Return the first of these waves."""
+        """Return the first `count` of these waves."""
         return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
 
 
@@ -61,7 +61,8 @@ class Rung(NamedTuple):
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
 
-    Their periods come from a fixed ladder, so that they serve many densities.
+    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung the period P is
+    the span plus a reach from a geometric series.
     """
 
     times: Array
@@ -78,7 +79,7 @@ class Ladder:
         return float(np.sum(np.log(self.relative_noise)))
 
     def rung(self, density: SpectralDensity, most: float) -> Rung | None:
-        """Return the shortest period for a density, and its number of waves; None if these are more than `most`."""
+        """Return the rung of the shortest sufficient period; None if it is too long or takes more than `most` waves."""
         waves_at_least = density.limit * (self.span + density.reach) / math.pi
         if not (waves_at_least < most and density.reach < _LONGEST * self.span):
             return None
@@ -88,7 +89,8 @@ class Ladder:
 
     def waves(self, rung: Rung) -> Waves:
         """Return the waves of a rung, from the cache of the most recently used ones if they are there."""
-        # A few more serve other densities, too. How many must not depend on those: results would, in their last bits.
+        # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else results
+        # would depend on these in their last bits.
         key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
@@ -103,7 +105,7 @@ class Ladder:
 
     def _compute(self, period: float, count: int) -> Waves:
         frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
-        middle = self.times[0] + self.span / 2  # the shorter the times, the less of an angle is rounded
+        middle = self.times[0] + self.span / 2  # times about the middle have the smallest rounding errors
         angles = frequencies[::2, None] * (self.times - middle)
         phi = np.empty((count, len(self.times)))
         phi[0::2], phi[1::2] = np.sin(angles), np.cos(angles[1:])

@@ -20,9 +20,9 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 # L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2, 3 and 5.
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
-_CHECKED = 7 / 8  # of the coefficients: all beyond the last resolved one must be at rounding level
-_CACHE_SIZE = 4  # bases: an optimiser's iterates alternate between a few numbers of points
-_ON_NODE = 1e-200  # of the interval: a division by a smaller distance would overflow
+_CHECKED = 7 / 8  # of the coefficients: the last one above rounding level must lie within this part
+_CACHE_SIZE = 4  # bases that are kept: an optimiser's iterates alternate between a few numbers of points
+_ON_NODE = 1e-200  # of the interval: a time closer to a node counts as this node, as a division would overflow
 
 
 def nodes(first: float, last: float, count: int) -> Array:
@@ -31,7 +31,7 @@ def nodes(first: float, last: float, count: int) -> Array:
 
 
 def coefficients(values: Array) -> Array:
-    """Return the Chebyshev coefficients of the interpolants of values at `nodes`: shape (…, count), as the values."""
+    """Return the Chebyshev coefficients of the interpolants of values at `nodes`; shape (…, count), as the values."""
     scaled = scipy.fft.dct(values[..., ::-1], type=1) / (values.shape[-1] - 1)
     scaled[..., [0, -1]] /= 2
     return np.asarray(scaled)
@@ -87,9 +87,10 @@ class Bases:
     def points_for(self, covariance: Covariance, most: int) -> int | None:
         """Return the number of points that resolve a covariance and its derivatives up to ROUNDING.
 
-        None if `most` are too few.
+        Return None if `most` points are too few.
 
-        Interpolation of e^(iωt) is equally accurate for any other time t', so two other times suffice to see every ω.
+        A covariance of t and t' consists of waves e^(iω(t − t')), which are interpolated in t with the same accuracy
+        for every t'. So two times t' suffice to see every ω.
         """
         points = nodes(0.0, self.span, most)
         value, gradient = covariance(points - np.array([[0.0], [self.span / 2]]))

@@ -11,14 +11,14 @@ Two kinds of covariances have this form:
 - covariances that are lost in rounding beyond some distance. If no block is shorter than this distance, only
   neighbouring blocks are correlated. The state is the covariance with each sample of the next block, and Φ is zero.
 
-Rows, sums of values at several instants (samples by a stencil are such), need both: their covariance is a polynomial
-times e^(−λ|r|) only where all instants of one lie after those of the other. So the state also has the covariances with
-those rows of the next block that begin before the last instant of this one.
+Rows are sums of values at several instants, as samples by a stencil are. They need both kinds: the covariance of two
+rows is a polynomial times e^(−λ|r|) only where all instants of one row lie after those of the other. So the state also
+has the covariances with those rows of the next block that begin before the last instant of this block.
 
 Time and memory are linear in the number of samples. As in a dense Cholesky factorisation, only covariances of samples
-given all earlier ones are factorised, and rounding errors are like its own. (D. Foreman-Mackey, E. Agol, S. Ambikasaran
-and R. Angus: Fast and scalable Gaussian process modeling with applications to astronomical time series, Astron. J. 154
-(2017), for blocks of one sample.)
+given all earlier ones are factorised, and rounding errors are of the same size. (D. Foreman-Mackey, E. Agol, S.
+Ambikasaran and R. Angus: Fast and scalable Gaussian process modeling with applications to astronomical time series,
+Astron. J. 154 (2017), for blocks of one sample.)
 """
 
 from collections.abc import Iterator, Sequence
@@ -61,9 +61,12 @@ class Cut(NamedTuple):
 
 
 class Block(NamedTuple):
-    """The samples in `rows`: A_ii without noise, `own`; Q_i, `into`; and the parts of P_i and Φ_i that are of tails.
+    """The b samples in `rows`, and their covariances, with a state of size r after them.
 
-    `own` and `into` hold values, followed by each ∂/∂ln θ_j: shapes (1 + p, b, b) and (1 + p, r, b). The state before
+    `own` is A_ii without noise, and `into` is Q_i. `by_tails` and `move` are the parts of P_i and Φ_i that belong to
+    tails, which are polynomials times e^(−λ|r|).
+
+    `own` and `into` hold values, followed by each ∂/∂ln θ_j; shapes (1 + p, b, b) and (1 + p, r, b). The state before
     the block ends with the covariances with the first `near` of its samples.
     """
 
@@ -126,7 +129,7 @@ def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
 
 
 def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
-    """Return the covariances of rows with others, followed by each ∂/∂ln θ_j: shape (1 + p, n, m).
+    """Return the covariances of `one` set of rows with the `other`, then each ∂/∂ln θ_j; the shape is (1 + p, n, m).
 
     Rows have the times [s] and weights of their terms, shapes (n, J) and (m, J).
     """
@@ -140,9 +143,10 @@ def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[
 
 
 class Factor(NamedTuple):
-    """Of the covariance S of a block's samples given all earlier ones, the Cholesky factor, and X = S⁻¹ Bᵀ.
+    """The Cholesky factor of S, the covariance of a block's samples given all earlier ones, and the `gain` X = S⁻¹ Bᵀ.
 
-    B says how the samples move the state.
+    B is the covariance of the state after the block with its samples, given all earlier ones. Xᵀ takes into the state
+    what earlier samples do not explain.
     """
 
     cholesky: Array
@@ -170,7 +174,7 @@ class Quasiseparable(Factorisation):
     def of(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
         """Factorise the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
         factors = list[Factor]()
-        explained = np.zeros((len(blocks[0].move),) * 2)  # F, the covariance of the state with itself that is known
+        explained = np.zeros((len(blocks[0].move),) * 2)  # F, the part of the covariance that earlier samples explain
         for block in blocks:
             seen = block.seen(explained)
             left = block.own[0] - block.seen(seen.T)
@@ -228,7 +232,7 @@ class Quasiseparable(Factorisation):
         return by_kernel, by_noise
 
     def _nothing(self, *shape: int) -> Array:
-        """Return the state before the first block, or that after the last one."""
+        """Return the state before the first block or after the last one: zeros, one for each coefficient of tails."""
         return np.zeros((len(self.blocks[0].move), *shape))
 
     def _backwards(self) -> Iterator[tuple[Block, Factor]]:
@@ -236,7 +240,7 @@ class Quasiseparable(Factorisation):
 
 
 def times(blocks: list[Block], c: Array) -> Array:
-    """Return K c and each ∂K/∂ln θ c of the covariance in these blocks, for c (n,): shape (1 + p, n)."""
+    """Return K c and each ∂K/∂ln θ c of the covariance in these blocks, for c (n,); the shape is (1 + p, n)."""
     product = np.empty((len(blocks[0].own), len(c)))
     before = np.zeros((len(blocks[0].move), len(product)))
     for block in blocks:
@@ -250,6 +254,6 @@ def times(blocks: list[Block], c: Array) -> Array:
 
 
 def _plus(state: Array, of_tails: Array) -> Array:
-    """Return a state with numbers added to its tails."""
+    """Add numbers to the part of a state that belongs to tails, in place, and return the state."""
     state[: len(of_tails)] += of_tails
     return state

@@ -20,7 +20,7 @@ from numpy.polynomial import Polynomial
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Scales, Search, as_learned, with_value
 
-# Jets, arrays of a function of time and its derivatives: how they multiply, and how they stretch.
+# Jets are arrays of a function of time and its derivatives. These functions differentiate jets and multiply them.
 
 
 def lengthscale_gradient(jet: Array, r: Array) -> Array:
@@ -47,7 +47,9 @@ def leibniz(f: Array, g: Array) -> Array:
     return product
 
 
-# Kernels that are polynomials times e^(−λ|r|), and sums of them from moments: their time grows with centres plus times.
+# Kernels κ that are polynomials in λ|r| times e^(−λ|r|). Sums Σ_i c_i κ(t − t_i) of many such kernels at many times t
+# are computed from moments. Computing time then grows with the number of centres t_i plus the number of times t, not
+# with their product.
 #
 # With S_k(i) = Σ_{j ≤ i} w_j x_ij^k e^(−x_ij), x_ij = λ (u_i − u_j), the moments of all centres up to the i-th, the sum
 # over the centres before a time t is the same polynomial of the moments, moved from the last centre before t to t:
@@ -56,9 +58,9 @@ def leibniz(f: Array, g: Array) -> Array:
 
 @dataclass(frozen=True)
 class Decay:
-    """The functions Σ_j a_j x^j e^(−x) of x = λ|r| with the `rate` λ [1/s]: a part of κ, and of each ∂κ/∂ln θ_j.
+    """The functions Σ_j a_j x^j e^(−x) of x = λ|r| with the `rate` λ [1/s], which are parts of κ and of each ∂κ/∂ln θ.
 
-    `coefficients` has a of each: shape (1 + p, degree + 1).
+    `coefficients` has one row a for κ, and one for each hyperparameter; the shape is (1 + p, degree + 1).
     """
 
     rate: float
@@ -74,12 +76,12 @@ class Decay:
         return type(self)(self.rate, np.trim_zeros(self.coefficients[row], "b")[None])
 
     def values(self, elapsed: Array) -> Array:
-        """Return x^j e^(−x) after so many seconds: shape (*elapsed.shape, size)."""
+        """Return x^j e^(−x) for each `elapsed` time |r| [s], shape (*elapsed.shape, size)."""
         x = self.rate * elapsed
         return np.asarray(x[..., None] ** np.arange(self.size) * np.exp(-x)[..., None])
 
     def moved(self, by: Array) -> Array:
-        """Return the matrices that take a polynomial to times `by` [s] later: shape (size, size, *by.shape)."""
+        """Return the matrices that convert coefficients to times `by` [s] later; shape (size, size, *by.shape)."""
         x, found = self.rate * by, np.zeros((self.size, self.size, *by.shape))
         for j in range(self.size):
             for k in range(j + 1):
@@ -87,7 +89,7 @@ class Decay:
         return found * np.exp(-x)
 
     def derivatives(self, order: int) -> list[Array]:
-        """Return the coefficients of P, λ (d/dx − 1) P, …: of the first function and its derivatives for r > 0."""
+        """Return the coefficients of P, λ (d/dx − 1) P, … of the first function P e^(−x) and its derivatives, r > 0."""
         found = [Polynomial(self.coefficients[0])]
         for _ in range(order):
             found.append(self.rate * (found[-1].deriv() - found[-1]))
@@ -97,7 +99,7 @@ class Decay:
 def sum_by_moments(
     decays: Sequence[Decay], centres: Array, weights: Array, t: Array, order: int, row: int = 0
 ) -> Array:
-    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of a `row` of the `decays`: shape
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of a `row` of the `decays`; shape
     (order + 1, *t.shape).
 
     Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
@@ -147,7 +149,7 @@ _TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True)
 class SpectralDensity:
-    """`at(ω)` returns S and ∂ln S/∂ln θ_j at frequencies ω [rad/s] of shape (m,): shapes (m,) and (p, m).
+    """`at(ω)` returns S and ∂ln S/∂ln θ_j at frequencies ω [rad/s] of shape (m,); the shapes are (m,) and (p, m).
 
     `largest` bounds |κ|. κ is lost in rounding beyond `reach` [s], and its density beyond `limit` [rad/s].
     """
@@ -224,14 +226,14 @@ class Kernel(ABC):
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
-        """Return κ(r) and its derivatives in r up to `order`: shape (order + 1, *r.shape), units [κ]/sⁿ."""
+        """Return κ(r) and its derivatives in r up to `order`; the shape is (order + 1, *r.shape), units [κ]/sⁿ."""
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet: shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
+        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """Return κ(r), and ∂κ/∂ln θ_j: shapes (*r.shape) and (p, *r.shape)."""
+        """Return κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
         jet, gradient = self.jet_and_gradient(r, 0)
         return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 
@@ -241,8 +243,8 @@ class Kernel(ABC):
         """ζ(θ) [s] of the paper's Assumption 4: |κ̇(r)| strictly decreases for |r| > ζ; infinite if there is no such ζ.
 
         A finite ζ also implies Assumption 3: κ is positive and strictly decreases in |r|. A kernel with compact support
-        has these properties inside its support, and κ and κ̇ are zero outside. Bounds of later times only need that
-        nothing increases.
+        has these properties inside its support, and κ and κ̇ are zero outside. This suffices for bounds at later
+        times, because they only need that nothing increases.
         """
 
     @property
@@ -290,11 +292,11 @@ class Kernel(ABC):
         return float(np.sqrt(jet[0] / np.abs(jet[2])))
 
     def value(self, r: Array) -> Array:
-        """Return κ(r) with a few rounding errors more than `jet`, if that is faster: for searches, not for proofs."""
+        """Return κ(r), less accurately than `jet` by a few roundings if that is faster. Only for searches."""
         return np.asarray(self.jet(r, 0)[0])
 
     def __call__(self, r: Array) -> Array:
-        """Return κ(r): the shape of r."""
+        """Return κ(r) for times r [s] apart, elementwise; an array of the same shape as r."""
         return np.asarray(self.jet(np.asarray(r, dtype=float), 0)[0])
 
     def __add__(self, other: "Kernel") -> "Sum":
@@ -362,7 +364,7 @@ class Sum(_Pair):
         left, right = self.left.decays, self.right.decays
         if not (left and right):
             return ()
-        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part moves with those of the other
+        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part depends on those of the other
         return (
             *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
             *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),
@@ -391,8 +393,8 @@ class Sum(_Pair):
 class Product(_Pair):
     """κ = κ_left κ_right.
 
-    Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|: products of positive decreasing functions, which
-    decrease too. Only the product of both signal_std matters, so give one of them as known.
+    Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|. These are products of positive decreasing functions, so
+    they decrease too. Only the product of the two signal_std matters, so give one of them as known.
     """
 
     def extent(self, exponent: float) -> float:

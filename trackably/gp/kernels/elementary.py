@@ -18,7 +18,7 @@ from trackably.gp.kernels.base import Kernel, lengthscale_gradient
 
 
 def horner(coefficients: Sequence[float], x: Array) -> Array:
-    """Return Σ_k c_k xᵏ by Horner's rule: the shape of x."""
+    """Return Σ_k c_k xᵏ by Horner's rule, elementwise; an array of the same shape as x."""
     found = np.full(x.shape, coefficients[-1])
     for coefficient in reversed(coefficients[:-1]):
         found *= x
@@ -71,7 +71,7 @@ def _fields(kernel: type[Elementary]) -> dict[str, Hyperparameter]:
     return {field.name: inspect.getattr_static(kernel, field.name) for field in dataclasses.fields(kernel)}
 
 
-# Kernels that decay with distance, κ(r) = θ₁² φ(r/θ₂): each states φ and its derivatives, nothing more.
+# Kernels κ(r) = θ₁² φ(r/θ₂) that decay with distance. Each class only states φ and its derivatives.
 
 
 @dataclass(frozen=True, repr=False)
@@ -83,7 +83,7 @@ class Radial(Elementary):
 
     @abstractmethod
     def correlation(self, s: Array, order: int) -> Array:
-        """Return φ and its derivatives up to `order` at s, in length scales: shape (order + 1, *s.shape)."""
+        """Return φ and its derivatives up to `order` at s, in length scales; the shape is (order + 1, *s.shape)."""
 
     def jet(self, r: Array, order: int) -> Array:
         return self._in_time(self.correlation(r / float(self.lengthscale), order))

@@ -27,7 +27,7 @@ class Matern(Radial):
 
     @property
     def decays(self) -> tuple[Decay, ...]:
-        """θ₁² P(x) e^(−x) with x = λ|r|, twice that for ∂/∂ln θ₁, and −r κ' = −θ₁² x (P' − P) e^(−x) for ∂/∂ln θ₂."""
+        """κ = θ₁² P(x) e^(−x) with x = λ|r|, ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = −r κ̇ = −θ₁² x (P' − P) e^(−x)."""
         by_length = Polynomial([0, 1]) * (self.polynomial - self.polynomial.deriv())
         rows = np.zeros((3, len(by_length)))
         rows[:2, :-1] = self.polynomial.coef

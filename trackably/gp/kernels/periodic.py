@@ -41,7 +41,7 @@ class Periodic(Elementary):
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
         omega, beta = tau / self.period, self.lengthscale**-2
         phase = omega / 2 * r
-        tangent = np.tan(phase)  # one function for both: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
+        tangent = np.tan(phase)  # gives sine and cosine: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
         square = tangent * tangent
         quotient = 2 * beta / (1 + square)
         g = square * quotient
@@ -57,7 +57,10 @@ class Periodic(Elementary):
         return value, gradient
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jets of κ = θ₁² e^(−g) and of g = (1 − cos ωr)/θ₂², where 2 sin²(ωr/2) = 1 − cos ωr."""
+        """Return κ = θ₁² e^(−g) and g = 2 sin²(ωr/2)/θ₂² = (1 − cos ωr)/θ₂² with ω = 2π/θ₃, each with its derivatives.
+
+        Both arrays have the derivatives in r up to `order`, shape (order + 1, *r.shape).
+        """
         omega, beta = tau / self.period, self.lengthscale**-2
         phase = omega / 2 * r
         sine = np.sin(phase)
@@ -81,7 +84,7 @@ class Periodic(Elementary):
 
 def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:
     """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""
-    square = np.asarray(np.tan(np.pi / period * r))  # sin² = tan²/(1 + tan²): NumPy's tangent is far faster
+    square = np.asarray(np.tan(np.pi / period * r))  # sin² = tan²/(1 + tan²), because NumPy's tangent is far faster
     square *= square
     square /= 1 + square
     return np.asarray(np.exp(-2 / (lengthscale * lengthscale) * square))

@@ -55,7 +55,7 @@ class RationalQuadratic(Radial):
 
     @property
     def correlation_time(self) -> float:
-        """√(3 |κ̈(0)|/κ⁗(0)) [s]: the time scale on which a signal bends, the shorter the more length scales there are.
+        """√(3 |κ̈(0)|/κ⁗(0)) [s]: the time scale on which a signal bends; it is shorter for smaller α.
 
         Beyond θ₂ √(2α), Taylor series diverge: for small α, this is far below θ₂ = √(κ(0)/|κ̈(0)|).
         """

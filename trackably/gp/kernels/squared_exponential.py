@@ -8,7 +8,7 @@ from trackably.arrays import Array
 from trackably.gp.kernels.base import SpectralDensity
 from trackably.gp.kernels.elementary import Radial
 
-_EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond, and so is its integral
+_EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond this, and so is its integral
 
 
 class SquaredExponential(Radial):
