@@ -1,6 +1,7 @@
 """Constrained learning by brute force: every constraint at every step, gradients by finite differences."""
 
 import math
+from collections.abc import Iterable
 from itertools import product
 
 import numpy as np
@@ -32,6 +33,12 @@ def states_and_inputs(instance: Instance, prior: Prior) -> tuple[np.ndarray, np.
     return x, (x[1:] - a * x[:-1] - c) / b
 
 
+def prior_at(instance: Instance, log_theta: Iterable[float]) -> Prior:
+    """The prior with these ln θ of its learned hyperparameters."""
+    names = instance.prior.learned
+    return instance.prior.with_hyperparameters(dict(zip(names, np.exp([*log_theta]).tolist(), strict=True)))
+
+
 def margins(instance: Instance, prior: Prior) -> np.ndarray:
     """Distances to all bounds, as parts of their widths."""
     x, u = states_and_inputs(instance, prior)
@@ -47,7 +54,7 @@ def best_on_a_grid(instance: Instance, points: int = 30, zooms: int = 3) -> floa
     best, at = math.inf, (low + high) / 2
     for _ in range(zooms):
         for log_theta in product(*np.linspace(low, high, points).T):
-            prior = instance.prior.with_log_hyperparameters(np.array(log_theta))
+            prior = prior_at(instance, log_theta)
             value = objective(prior, instance.samples)
             if value < best and np.all(margins(instance, prior) >= 0):
                 best, at = value, np.array(log_theta)

@@ -73,7 +73,7 @@ def test_no_point_of_a_grid_violates_less(name):
         np.meshgrid(*[np.linspace(lo, hi, 25) for lo, hi in zip(space.log_lower, space.log_upper, strict=True)]),
         axis=-1,
     ).reshape(-1, 2):
-        margins = naive.margins(case, case.prior.with_log_hyperparameters(log_theta))
+        margins = naive.margins(case, naive.prior_at(case, log_theta))
         assert np.min(margins) <= -answer.violation / answer.quantity.bounds.width + 1e-3
 
 

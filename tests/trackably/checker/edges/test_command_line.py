@@ -6,6 +6,7 @@ import pty
 import signal
 import subprocess
 import sys
+import termios
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,7 @@ def test_the_library_answers_with_the_same_codes(files) -> None:
 def test_an_interrupt_ends_it_at_once(files, command) -> None:
     """As Ctrl-C does, while instants are checked; on a terminal, where a line says how far it is."""
     leader, follower = pty.openpty()
+    termios.tcsetwinsize(follower, (24, 80))
     with subprocess.Popen(
         [sys.executable, "-c", SOON + COMMANDS[command], str(files["long"])], stdout=subprocess.PIPE, stderr=follower
     ) as started:
