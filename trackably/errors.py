@@ -10,4 +10,7 @@ class DoubtfulInputWarning(UserWarning):
 
 
 class NoReferenceError(Exception):
-    """The problem is well posed, but no trackable reference was found; the message says by how much. Exit code 1."""
+    """The problem is well posed, but no trackable reference was found. Exit code 1.
+
+    The message says by how much bounds are violated, where and why.
+    """

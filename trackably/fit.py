@@ -254,7 +254,7 @@ class Fit:
         """An upper bound of a further decrease of J for the same hyperparameters: 2 Σ_a λ_a (q_a − bound_a) ≥ 0.
 
         The bounds are those of the plant, not those tightened for the proof. By weak duality it is a bound for linear
-        systems; for formulas it holds to first order. Given values do not contribute, because they are met exactly.
+        systems; for nonlinear ones it holds to first order. Given values do not contribute, as they are met exactly.
         """
         return sum(
             2 * bound.multiplier * self._distance(bound) for bound in self.active_bounds if bound.side != "equal"

@@ -197,7 +197,7 @@ class Measurements:
             others = {name for _, *rest in self.kinds for name in rest}
             noise_std = {name: value for name, value in noise_std.items() if name not in others}
         for what, given in (("kernel", kernel), ("noise_std", noise_std), ("mean", mean)):
-            if isinstance(given, Mapping) and set(self.names) < set(given):  # it would be ignored silently
+            if isinstance(given, Mapping) and set(self.names) < set(given):  # other names would be ignored silently
                 unknown = next(name for name in given if name not in self.names)
                 raise ValueError(f"{what}: got a value for {unknown}, expected values for {', '.join(self.names)} only")
         return {
@@ -287,8 +287,8 @@ def _of_states(
 def _known_noise(given: object, names: tuple[str, ...]) -> float:
     if not (is_number(given) and 0 < given < np.inf) or isinstance(given, Learned):
         raise ValueError(
-            f"noise_std: must be known for each of {' and '.join(names)}, which show the same flat output in units of "
-            f"their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
+            f"noise_std: must be given as a number for each of {' and '.join(names)}, which show the same flat output in "
+            f"units of their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
         )
     return float(given)
 

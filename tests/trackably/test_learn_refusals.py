@@ -34,7 +34,7 @@ def refusals():
         ),
         "two, learned noise": (
             {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": (0.01, 0.1)},
-            "noise_std: must be known for each of position and velocity, which show the same flat output",
+            "noise_std: must be given as a number for each of position and velocity, which show the same flat output",
         ),
         "two, one noise": (
             {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": {"position": 0.1}},

@@ -298,7 +298,9 @@ class Values:
             ):
                 return Quotient.variable(atom.number)
         if len(self.atoms) == _MOST_ATOMS:
-            raise TooLongError(f"there are more than {_MOST_ATOMS} values of functions")
+            raise TooLongError(
+                f"the formulas have more than {_MOST_ATOMS} different function terms, such as sin(x); simplify them"
+            )
         self.atoms.append(Atom(function, arguments, self._new(), square))
         return Quotient.variable(self.count)
 

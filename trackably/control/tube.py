@@ -63,11 +63,11 @@ class ErrorSet:
 
     @cached_property
     def _parts(self) -> tuple[Array, Array, Array]:
-        """The equations of the parts of a point of Z, the parts of a point in its middle, and the matrix that maps a
-        residual of the equations to the shortest change of the parts.
+        """The equations of the coordinates of a point of Z, the coordinates of a point in the middle of Z, and the
+        matrix that maps a residual of the equations to the shortest change of the coordinates.
 
-        Its parts are multiples of generators, and shares of the vertices of each hull. Inside Z, most points are found
-        in this way and need no program.
+        A point is the sum of multiples of the generators and of weighted vertices of each hull; these numbers are its
+        coordinates. For most points inside Z they are found in this way, without a linear program.
         """
         start = self._in_extents
         rows = np.vstack([start.directions.T, start.sums])

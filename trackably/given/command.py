@@ -123,7 +123,7 @@ class Columns:
         for name, scale in _SCALES.items():
             if name in self.values:
                 return self.values[name] * (scale or sampling_time)
-        raise ValueError(f"expected a column k or step, or t or time; the columns are {', '.join(self.values)}")
+        raise ValueError(f"expected a column named k or step, or t or time; the columns are {', '.join(self.values)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:
         """Return states and inputs at the steps. ValueError: a column is missing, or a time is no step."""

@@ -94,9 +94,9 @@ class Nearest:
 
     @cached_property
     def instants(self) -> Array:
-        """Times [s] at which bounds are imposed first: some in each interval between knots.
+        """Times [s] at which bounds are imposed from the start; others are added later. Some lie between any two knots.
 
-        They include the steps before the first knot at which inputs already depend on the motion, if these are claimed.
+        Steps before the first knot are among them if they are claimed and their inputs depend on the motion.
         """
         first, last = self.given.span
         if self.given.beyond == "rest" and first > 0:

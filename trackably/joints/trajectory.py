@@ -268,7 +268,9 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
     """Return the pieces of q(s(t)), of degree 6: the path q(s) is cubic, and s(t) has constant accelerations."""
     path = getattr(given._path, "cspl", None)
     if path is None:
-        raise ValueError("trajectory: a path of TOPP-RA must be one of its SplineInterpolator")
+        raise ValueError(
+            f"trajectory: a path of TOPP-RA must be a SplineInterpolator, got {type(given._path).__name__}"
+        )
     knots, cubic = _of_spline(path)
     grid, speeds, times = np.array([given._ss, given._velocities, given._ts])[
         :, np.append(True, np.diff(given._ts) > 0)

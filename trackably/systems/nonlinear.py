@@ -62,7 +62,8 @@ class NonlinearSystem:
                 case Operation("/", _, pivot) if not names_in(pivot):
                     if not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
                         raise ValueError(
-                            f"system: f must be solvable for its inputs, but that would divide by {text(pivot)}"
+                            f"system: f must be solvable for its inputs, but that would divide by {text(pivot)}, "
+                            "which is zero or not finite"
                         )
 
     def _verify(self, form: FlatForm) -> FlatForm:

@@ -252,7 +252,7 @@ class PolynomialPieces:
         return self.precise([np.asarray(t, dtype=float)]).high
 
     def summed(self, t: ArrayLike) -> Array:
-        """Return z at t [s], under the name that sums of kernels have for this."""
+        """Return z at t [s]; sums of kernels have a method of the same name, so that callers can use either."""
         return self(t)
 
     def precise(self, time: Sequence[Array]) -> DoubleDouble:

@@ -38,7 +38,7 @@ class CentresBefore:
     half widths `along` [s] are those of the boxes; with time reversed, half widths are negative.
     """
 
-    kernel: Any  # a `Matern`; its formulas are for intervals of mpmath, and for arrays of intervals
+    kernel: Any  # a `Matern`; its formulas accept intervals of mpmath and arrays of intervals alike
     centres: Array
     weights: Array
     before: Indices
@@ -145,7 +145,7 @@ class Models:
 class ManyCentres:
     """Σ_i c_i κ(t + j T − t_i) with the centres in increasing order; the `shift` j T [s] is a rational number."""
 
-    kernel: Any  # a `Kernel`; its formulas are for intervals of mpmath, and for arrays of intervals
+    kernel: Any  # a `Kernel`; its formulas accept intervals of mpmath and arrays of intervals alike
     shift: Fraction
     centres: Array
     weights: Array

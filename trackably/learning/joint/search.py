@@ -54,14 +54,14 @@ _MAX_ROUNDS = 30
 _SAME_VALUE = 1e-9
 _PRECISION = 1e-11  # relative to 1 + |J|: J is not minimised more precisely, as covariances of rows are no better
 _NEARBY = 0.1
-# The largest first step in each ln θ, without and with formulas. A rejected step is divided by _SHORTER; a descent ends
-# when steps are limited to less than _SHORTEST.
+# The largest first step in each ln θ, for linear plants and with formulas. A rejected step is divided by _SHORTER; a
+# descent ends when steps are limited to less than _SHORTEST.
 _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
 # Functions on the way to a minimum may violate their bounds by this part of the width. Rough solutions, and those
 # with large rounding errors, may, too: a larger back-off (tightening of the bounds) removes that, other starts do not.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # relative to a width: after a larger violation no more steps in θ are taken; they need too many places
-_MOST_GIVEN_UP = 3  # most steps of a descent that lead to no function within the bounds; a shorter step may lead to one
+_MOST_GIVEN_UP = 3  # largest number of steps of a descent that lead to no function; a shorter step may lead to one
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # with formulas, bounds are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9

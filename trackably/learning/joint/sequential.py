@@ -38,7 +38,8 @@ _ROUNDING = 4 * float(np.finfo(float).eps)
 _FILTERED = 1e-6  # relative to the largest eigenvalue: weaker directions hardly count when a start is written as ξ
 _PRECISION = 1e-7  # relative to 1 + the price: a search ends when a step promises to lower the price by less
 _RADIUS = 2.0  # the largest first step in each component of ξ
-_MOST_STEPS, _BROKEN = 60, 1e-3  # most steps; largest violation, relative to a width, where they do not converge
+_MOST_STEPS = 60  # a search that has not converged after this number of steps ends
+_BROKEN = 1e-3  # relative to the width of a bound; a search that has not converged may violate bounds by no more
 
 
 @dataclass(frozen=True)
