@@ -288,7 +288,7 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
         raise ValueError('at: values at given times need method="joint", as hyperparameters alone cannot meet them')
     if learn_from is not None and method != "joint":
         raise ValueError(
-            'learn_from: needs method="joint", as other methods learn hyperparameters only, and those from learn_from'
+            'learn_from: needs method="joint", as other methods learn nothing but what is learned from learn_from'
         )
     if near is not None:
         instance("near", near, TrackableReference, "one that learn_reference returns")

@@ -287,8 +287,8 @@ def _of_states(
 def _known_noise(given: object, names: tuple[str, ...]) -> float:
     if not (is_number(given) and 0 < given < np.inf) or isinstance(given, Learned):
         raise ValueError(
-            f"noise_std: must be given as a number for each of {' and '.join(names)}, which show the same flat output in "
-            f"units of their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
+            f"noise_std: must be given as a number for each of {' and '.join(names)}, which show the same flat output "
+            f"in units of their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
         )
     return float(given)
 

@@ -230,8 +230,8 @@ class Given:
         if not isinstance(plant.system, LinearSystem):
             raise ValueError(
                 "certify: given trajectories are proved for linear systems only, and this system is nonlinear; "
-                "certify_table proves its states and inputs at the steps, and learn_reference learns a trajectory that is "
-                "proved at all times"
+                "certify_table proves its states and inputs at the steps, and learn_reference learns a trajectory that "
+                "is proved at all times"
             )
         wanted = None if claim is None else as_claim(claim)
         named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)

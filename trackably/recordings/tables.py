@@ -163,9 +163,7 @@ class Reading:
         check_signals(self.signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
         instance("time", self.time, str | None, "the name of a column, or None to count rows")
         if isinstance(self.clock, DateTimes) and self.time is None:
-            raise ValueError(
-                "time: with None, the time is the row number, which is no date; give frames(rate) as unit"
-            )
+            raise ValueError("time: with None, the time is the row number, which is no date; give frames(rate) as unit")
         chosen_repairs(self.repairs)
         if self.origin not in (None, "first"):
             whole('origin in nanoseconds (or None, or "first")', self.origin)

@@ -21,7 +21,10 @@ WRONG = {
     "stamp as a text": (lambda: Field("/t", "y", time="header.stamp"), 'or a Stamp, as Stamp("header.stamp"), got'),
     "unit number": (lambda: csv(time_unit=1e-3), "expected a time unit, one of s, ms"),
     "time number": (lambda: csv(time=0), "time: expected the name of a column, or None to count rows, got 0"),
-    "counted dates": (lambda: csv(time=None, time_unit="ISO 8601"), "time: with None, the time is the row number, which is no date"),
+    "counted dates": (
+        lambda: csv(time=None, time_unit="ISO 8601"),
+        "time: with None, the time is the row number, which is no date",
+    ),
     "layout": (lambda: csv(layout=";"), "layout: expected a CsvLayout, as CsvLayout(separator=';'), got ';'"),
     "missing": (lambda: CsvLayout(missing="-"), "CSV layout: missing: expected a list, got '-'"),
     "no path to a file": (lambda: csv(path=None), "path: expected a path, got None"),
