@@ -20,7 +20,7 @@ from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, read_csv
 from trackably.recordings.mcap_file import Field, read_mcap
 from trackably.recordings.recording import select, thin_out
-from trackably.systems.sampling import sampled_signals
+from trackably.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"
 _ROUNDING = 1e-9  # of the end of an excerpt
@@ -85,9 +85,15 @@ def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Sam
 
 
 def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: Mapping[str, Samples]) -> Sampled:
-    fewer = condense_by_name(experiment.noisy(measured), experiment.centres)
-    names, samples = sampled_signals(experiment.plant, fewer)
+    names, samples = sampled_signals(experiment.plant, _fewer(experiment, experiment.noisy(measured)))
     return Sampled(names, samples, tuple(held_out), tuple(held_out.values()))
+
+
+def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, Samples]:
+    """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
+    noise = {name: fields.noise_std for name, fields in experiment.prior.items()}
+    kinds = kinds_by_name(experiment.plant, samples)
+    return condense_by_name(samples, kinds, experiment.centres, noise)
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:

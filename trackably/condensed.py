@@ -14,16 +14,17 @@ well. `Condensation` compares the negative log marginal likelihood l and the pos
 given all samples.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, Self
 
 import numpy as np
 
-from trackably.arguments import whole
+from trackably.arguments import is_number, whole
 from trackably.arrays import Array
 from trackably.gp.factorise import LARGEST_DENSE
+from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
@@ -145,20 +146,21 @@ def condense(samples: Samples, centres: int) -> Samples:
     return Samples(times, values, noise, samples.stencil, (sum(scatters, samples.scatter),))
 
 
-def condensed_enough(samples: Samples) -> Samples:
+def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
     """Return as few samples as possible without a significant increase of the residuals.
 
     If half of the samples is not enough, all of them are returned. The residuals depend on the samples only;
     `Condensation` judges the loss for a kernel.
 
     Beginning with a quarter of the samples, centres are halved while the mean square residual of the polynomials grows
-    by less than 1 %, plus an allowance for chance. Beginning with few would be wrong, as two numbers of centres have
-    equal residuals if neither resolves the signal. The smallest number that passes is doubled, to lose far less still.
-    If no number below a quarter passes, the comparison begins again with half of the samples.
+    by less than 1 %, plus an allowance for chance. These are percentages of σ_n² if `noise_std` σ_n is known and
+    larger. Beginning with few would be wrong, as two numbers of centres have equal residuals if neither resolves the
+    signal. The smallest number that passes is doubled, to lose far less still. If no number below a quarter passes, the
+    comparison begins again with half of the samples.
     """
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
     for finest in (quarter, half):
-        centres, allowed = finest, _allowance(samples, finest)
+        centres, allowed = finest, _allowance(samples, finest, noise_std)
         while centres // 2 >= NODES and condense(samples, centres // 2).scatter.mean_square <= allowed:
             centres //= 2
         if centres < finest:
@@ -166,11 +168,11 @@ def condensed_enough(samples: Samples) -> Samples:
     return samples
 
 
-def _allowance(samples: Samples, finest: int) -> float:
+def _allowance(samples: Samples, finest: int, noise_std: float | None) -> float:
     """Return the largest mean square residual that is allowed for fewer centres than `finest`."""
     least = condense(samples, finest).scatter.mean_square
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
-    return float(least * (1 + _LOST + chance))
+    return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
 
 
 MANY = 500
@@ -191,13 +193,21 @@ def checked_centres(given: object) -> Centres:
     return whole("centres", given, least=NODES)
 
 
-def condense_by_name(given: Mapping[str, Samples], centres: Centres, times: int = 1) -> dict[str, Samples]:
+def condense_by_name(
+    given: Mapping[str, Samples],
+    kinds: Iterable[Iterable[str]],
+    centres: Centres,
+    noise_std: object,
+    times: int = 1,
+) -> dict[str, Samples]:
     """Return the samples to learn from, for each name at most as many as `centres` allows.
 
-    "auto" keeps up to `MANY` samples of a name. Of more, it chooses as many centres as the samples need, multiplied by
-    `times` (larger than 1 if the kernel needs more); it keeps all samples if that is more than half of them.
+    `kinds` are the names that depend on each flat output, the first of them with σ_n. "auto" keeps up to `MANY` samples
+    of a name. Of more, it chooses as many centres as the samples need, multiplied by `times` (larger than 1 if the
+    kernel needs more); it keeps all samples if that is more than half of them.
     """
-    return {name: _condense(samples, centres, times) for name, samples in given.items()}
+    known = {name: _known_noise(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
+    return {name: _condense(samples, centres, known[name], times) for name, samples in given.items()}
 
 
 def cost_of(
@@ -219,12 +229,18 @@ def cost_of(
     return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
 
-def _condense(samples: Samples, centres: Centres, times: int) -> Samples:
+def _condense(samples: Samples, centres: Centres, noise_std: float | None, times: int) -> Samples:
     if centres is None or (centres == "auto" and len(samples) <= MANY):
         return samples
     if centres != "auto":
         return condense(samples, centres)
-    few = condensed_enough(samples)
+    few = condensed_enough(samples, noise_std)
     if times == 1 or len(few) == len(samples):
         return few
     return condense(samples, times * len(few)) if 2 * times * len(few) <= len(samples) else samples
+
+
+def _known_noise(noise_std: object, name: str) -> float | None:
+    """Return σ_n of a name if it is a number; None if it is learned."""
+    of = noise_std.get(name) if isinstance(noise_std, Mapping) else noise_std
+    return float(of) if is_number(of) and not isinstance(of, Learned) else None

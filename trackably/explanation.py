@@ -170,7 +170,7 @@ def _leaves(fit: Fit, i: int) -> str:
     name, of, prior = fit.prior.names[i], fit.samples[i].of_level, fit.prior.parts[i]
     last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
     values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
-    level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise))))
+    level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # no -0
     offset, rest = float(of.stencil.at_rest(0.0)), float(of.stencil.at_rest(prior.mean))
     if np.any(np.abs(values - level) > _STAYS * noise) or abs(level - rest) <= _STAYS * np.max(noise):
         return ""
@@ -181,7 +181,7 @@ def _leaves(fit: Fit, i: int) -> str:
     given = f"{level:.6g}" if len(means) == 1 else f"{{{name!r}: {level:.6g}, …}}"
     stay = f"mean={given} would keep it there, and " if may_stay else ""
     return (
-        f"it comes to rest at that mean, {abs(level - rest):.3g} away from the last samples of {name}, which stay at "
+        f"{name} comes to rest at its mean, {abs(level - rest):.3g} away from its last samples, which stay at "
         f"{level:.6g}: {stay}a window as claim ends with the samples"
     )
 

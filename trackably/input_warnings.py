@@ -129,7 +129,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
 
     Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
     compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
-    fit without bounds shows outliers later); and the distance outside of the bounds.
+    fit without bounds shows outliers later); and the distance outside of the bounds of a sample between two inside.
     """
     if len(samples) < _FEWEST:
         return
@@ -138,7 +138,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
     away = np.abs(y - middle)
     spread = float(np.sort(away)[-few - 1])
     beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
-    outside = -bounds.margin(y, t) if bounds else np.zeros(len(y))
+    outside = _alone(-bounds.margin(y, t)) if bounds else np.zeros(len(y))
     for off, least, where in (
         (
             away,
@@ -154,6 +154,12 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
             i = int(far[np.argmax(off[far])])
             yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, {where}: is it an outlier to be left out?"
             return
+
+
+def _alone(outside: Array) -> Array:
+    """Return the distances outside of bounds, shape (n,), where the samples before and after are inside; else 0."""
+    beside = np.pad(outside, 1)
+    return np.where((beside[:-2] <= 0) & (beside[2:] <= 0), outside, 0.0)
 
 
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:
@@ -177,6 +183,7 @@ def _off_neighbours(samples: Samples, noise_std: float) -> Array:
     is_far = off[inner] > np.maximum(
         np.maximum(_TIMES_USUAL * usual, _TIMES_NOISE * noise[inner]), _TIMES_MOVES * nearby
     )
+    is_far &= usual > 0  # in a signal that is mostly constant, single other values may be meant
     off[inner] *= is_far
     return off
 

@@ -43,12 +43,15 @@ def line_of(
     """
     from tqdm import tqdm  # noqa: PLC0415  imported only here, so that importing trackably stays fast
 
+    class Line(tqdm):  # type: ignore[type-arg]
+        monitor_interval = 0  # no thread that watches it, which would outlive it
+
     is_seen = sys.stderr.isatty()
     if not is_seen:
         more = {"file": _LogFile(), "mininterval": _EVERY, "delay": _EVERY}
     hidden = not shown or not (is_seen or LOG.isEnabledFor(logging.INFO))
     form = f"{content} [{{elapsed_s:.0f}} s]"
-    with tqdm(desc=title, total=total, bar_format=form, miniters=1, disable=hidden, **more) as bar:
+    with Line(desc=title, total=total, bar_format=form, miniters=1, disable=hidden, **more) as bar:
         yield bar
 
 

@@ -132,7 +132,7 @@ class Measurements:
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name."""
-        return condense_by_name(self.all, self.centres, self.times)
+        return condense_by_name(self.all, self.kinds, self.centres, self.noise_std, self.times)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -77,6 +77,7 @@ def shorten(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
+_DATE = re.compile(r"\d{4}-?(?:\d\d-?\d\d|W\d\d(?:-?\d)?)(?:$|[T ])", re.ASCII)
 _FRACTION = re.compile(r"[T ]\d\d:?\d\d:?\d\d[.,](\d+)", re.ASCII)
 _WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
 _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
@@ -143,8 +144,9 @@ class DateTimes:
 
     @property
     def _hint(self) -> str:
-        german = f"trackably.recordings.DateTimes({_GERMAN})"
-        return f" ({german} as time unit reads other formats)" if self.format is None else ""
+        if self.format is not None:
+            return ' ("ISO 8601" as time unit reads stamps like 2024-05-01 12:00:00, and dates of Parquet)'
+        return f" (trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats)"
 
     def _read(self, text: str) -> tuple[datetime, str]:
         fraction = "0"
@@ -161,6 +163,8 @@ class DateTimes:
 
 def _read_iso(text: str) -> tuple[datetime, str]:
     """Return a stamp in whole seconds, and the digits of its fraction: datetime would cut these after six."""
+    if not _DATE.match(text):  # fromisoformat takes any mark between date and time, and so many numbers, too
+        raise ValueError
     moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
     fraction = match[1] if match else "0"
     if moment.microsecond != int(f"{fraction:0<6.6}"):  # the fraction is not one of seconds

@@ -112,10 +112,12 @@ def far_apart(rows: Rows) -> tuple[Finding, ...]:
     """
     findings = []
     for name, values in rows.values.items():
+        if not (repeats := [*rows.repeats(name)]):
+            continue
         noise, usual = rows.noise_std.get(name), _usual(rows, name)
         of = "what is usual between neighbours in time" if noise is None else "their noise"
         far = []
-        for together in rows.repeats(name):
+        for together in repeats:
             most = usual if noise is None else _TIMES_NOISE * float(np.sqrt(2) * np.max(noise[together]))
             if (apart := float(np.ptp(values[together]))) > most:
                 far.append((apart, together[0], most))

@@ -166,7 +166,8 @@ class Reading:
             raise ValueError("time: with None, the time is the row number, which is no date; give frames(rate) as unit")
         chosen_repairs(self.repairs)
         if self.origin not in (None, "first"):
-            whole('origin in nanoseconds (or None, or "first")', self.origin)
+            origin = whole('origin in nanoseconds (or None, or "first")', self.origin)
+            object.__setattr__(self, "origin", origin)
         match self.between:
             case (start, end) if is_number(start) and is_number(end) and start < end:
                 pass
@@ -208,7 +209,9 @@ class Reading:
         """Return the values of a table with its times. InputError: a cell is no number."""
         columns = self.columns.items()
         values = {name: table.numbers(of.name, of.scale, of.offset) for name, of in columns}
-        noise_std = {name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std}
+        noise_std = {
+            name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std is not None
+        }
         return Rows(table.source, table.places, table.stamps, values, noise_std)
 
 

@@ -19,6 +19,7 @@ from trackably import (
     learn_reference,
     learn_stream,
 )
+from trackably.condensed import condense_by_name
 from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.base import Kernel
 
@@ -82,3 +83,10 @@ def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
     asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}
     one, other = (learn_reference(few, CART, Matern32(), **asked, centres=given) for given in ("auto", None))
     assert one.hyperparameters == pytest.approx(other.hyperparameters, rel=0.02)
+
+
+def test_values_that_are_rounded_far_below_the_known_noise_need_no_more_centres():
+    times = 0.01 * np.arange(6000)
+    rounded = {"x": Samples(times, np.round(np.sin(times), 4))}
+    few, many = (len(condense_by_name(rounded, [["x"]], "auto", noise)["x"]) for noise in (0.01, None))
+    assert 2 * few < many

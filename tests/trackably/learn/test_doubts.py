@@ -105,6 +105,11 @@ ORDINARY = {
     "several lost of a few": asked(samples=lost(*range(2, 58, 7)), noise_std=1e-3),
     "first and last": asked(samples=lost(0, 59), noise_std=1e-3),
     "at rest, with a noise that is known": asked(samples=Samples(OFTEN, np.zeros(60)), noise_std=0.1),
+    "pulses, with a noise that is known": asked(
+        samples=Samples(OFTEN, 0.1 * (np.arange(60) % 20 == 7)), noise_std=1e-3
+    ),
+    "a smooth peak that bounds cut": asked(samples=Samples(OFTEN, 1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)))),
+    "a level at the end that bounds cut": asked(samples=Samples(OFTEN, np.where(OFTEN > 2.7, 1.6, 0.1 * OFTEN))),
     "a mean outside, but near": asked((0.0, 3.0), mean=-5.0),
 }
 

@@ -79,7 +79,7 @@ def test_a_reference_that_leaves_a_new_setpoint_says_so_and_what_keeps_it() -> N
     changed = Samples(T, 1.5 * (3 * to**2 - 2 * to**3) + 1e-3 * NOISE[0])
     learn = partial(learn_reference, changed, plant=integrator(-2, 2, 99.0), kernel=KNOWN, noise_std=1e-3)
     found = learn(claim="all_times")
-    away = f"it comes to rest at that mean, {1.5 - found.state(10**6)[0]:.2g}"
+    away = f"state comes to rest at its mean, {1.5 - found.state(10**6)[0]:.2g}"
     assert re.search(rf"{away}\d away .* which stay at (1\.\d+): mean=\1 would keep it there", found.explanation)
     for other in (learn(claim="all_times", mean=1.5), learn(claim="all_times", mean=0.0), learn(claim=(0.0, 5.9))):
         assert "comes to rest" not in other.explanation

@@ -8,6 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from trackably import InputError, read_parquet
+from trackably.recordings import DateTimes
 
 
 def written(folder, times, kind):
@@ -22,6 +23,8 @@ def test_days_are_midnights(tmp_path, kind):
     assert read_parquet(path, "t", "ISO 8601", {"x": "y"})["x"].times.tolist() == [0.0, 86_400.0, 345_600.0]
     with pytest.raises(InputError, match='have the unit "ISO 8601"'):
         read_parquet(path, "t", "s", {"x": "y"})
+    with pytest.raises(InputError, match=r'"ISO 8601" as time unit reads .* dates of Parquet'):
+        read_parquet(path, "t", DateTimes("%d.%m.%Y"), {"x": "y"})
 
 
 def test_durations_are_refused(tmp_path):
