@@ -138,7 +138,9 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
     away = np.abs(y - middle)
     spread = float(np.sort(away)[-few - 1])
     beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
-    outside = _alone(-bounds.margin(y, t)) if bounds else np.zeros(len(y))
+    outside = -bounds.margin(y, t) if bounds else np.zeros(len(y))
+    if bounds and np.count_nonzero(outside > bounds.width) <= few:
+        outside = _alone(outside)
     for off, least, where in (
         (
             away,
