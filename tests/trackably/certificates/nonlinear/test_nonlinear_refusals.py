@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.trackably.certificates.nonlinear.instances import BOX, WIDE, true_values, with_sets
+from tests.trackably.certificates.nonlinear.instances import BOX, WIDE, as_read, proved, true_values, with_sets
 from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove as prove_always
 from trackably.certificates.prove import prove_on_window
+from trackably.checker import Proved, check
 
 
 @pytest.mark.parametrize(("name", "lower"), [("tank", 0.0), ("harvest", -0.5)])
@@ -45,3 +46,18 @@ def test_a_gain_that_may_be_zero_is_not_divided_by(seed):
     found = prove_on_window(with_sets("harvest", BOX([-9.0], [9.0]), WIDE, size=3.0, seed=seed), 0.0, 2.0)
     assert isinstance(found, Unproved | Counterexample)
     assert found.quantity == "effort"
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_an_input_that_is_a_number_has_a_verdict(exact):
+    """A flat form may give an input by a formula of no signal, in the tail, too."""
+    data = as_read(proved("tank"))
+    plant, cover = data["reference"]["plant"], data["claim"]["covers"]["level"]
+    plant["system"] |= {"states": ["x"], "inputs": ["u", "w"], "f": [["+", "u", ["*", 0.0, "w"]]]}
+    plant["system"]["flat"] = {"states": ["z1[0]"], "inputs": ["z1[1]", 0.5]}
+    for side, rows in (("state_set", np.eye(1)), ("input_set", np.eye(2))):
+        ends = {"lower": [-10.0] * len(rows), "upper": [10.0] * len(rows), "dimension": len(rows)}
+        plant[side] = {"rows": rows.tolist(), **ends}
+    data["evaluation"]["errors"] = dict.fromkeys("xuw", 1e-10)
+    data["claim"]["covers"] = dict.fromkeys("xuw", cover)
+    assert isinstance(check(data, exact=exact), Proved)
