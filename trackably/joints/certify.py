@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import groupby
@@ -206,13 +207,11 @@ def stretch_joints(
     if isinstance(outcome, CertifiedTrajectory):
         return outcome
     s = _least_factor(given, joints)
-    for part in (0.0, *(2.0**-52 * 4.0**k for k in range(12))):
-        factor = s * (1 + part)
-        try:
-            return CertifiedTrajectory(given.slowed(factor), joints, tolerance, factor=factor)
-        except NotAcceptedError:
-            continue
-    return certify_joints(given.slowed(s * (1 + 1e-9)), joints, tolerance)
+    for part in (0.0, *(2.0**-52 * 4.0**k for k in range(12)), 1e-9):
+        slowed = given.slowed(factor := s * (1 + part))
+        with suppress(NotAcceptedError):
+            return CertifiedTrajectory(slowed, joints, tolerance, factor=factor)
+    return certify_joints(slowed, joints, tolerance)
 
 
 def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:

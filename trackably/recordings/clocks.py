@@ -106,7 +106,7 @@ class DateTimes:
     absolute: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if self._tzinfo is None:
+        if not self.zone.startswith(("Z", "+", "-")) or self._tzinfo is None:
             raise ValueError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
         if self.format is not None and not _tells_a_date(self._whole):
             raise ValueError(

@@ -378,7 +378,8 @@ class Field:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        text("Field: topic", self.topic)
+        if not text("Field: topic", self.topic):
+            raise ValueError("Field: topic: expected the name of a topic, got ''")
         instance("Field: time", self.time, MessageTime, 'LOG_TIME, PUBLISH_TIME or a Stamp, as Stamp("header.stamp")')
         _ = self.column
 

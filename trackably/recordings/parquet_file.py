@@ -76,6 +76,10 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         raise InputError(f"{path}: there are no rows")
     columns = {}
     for name, column in zip(table.column_names, table.columns, strict=True):
+        if types.is_duration(column.type):
+            raise InputError(
+                f"{path}, column {name!r}: it holds durations; save them as numbers (in pandas: .dt.total_seconds())"
+            )
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column
         columns[name] = [None if is_none(cell) else cell for cell in cells.to_pylist()]

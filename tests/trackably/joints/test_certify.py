@@ -59,6 +59,7 @@ def test_what_is_broken_first_is_named_for_each_joint(seed, tmp_path):
         r = ORDERS.index(broken.order)
         value = given(np.nextafter(broken.time, -1.0), r)[j]
         assert abs(value) - joints.limits[r, j, 1] == pytest.approx(broken.violation, rel=1e-6, abs=1e-9 * abs(value))
+    assert len({*found.broken}) == len(given.names), "violations can be hashed"
     assert isinstance(check(found.save_counterexample(tmp_path / "broken.json")), Refuted)
 
 
@@ -72,6 +73,14 @@ def test_the_least_slowdown_is_the_least(seed, tmp_path):
     assert 1.25 < found.factor < 2.1
     assert isinstance(certify_joints(given.slowed(found.factor * (1 - 1e-9)), joints), BrokenLimits)
     assert stretch_joints(found.trajectory, joints).factor == 1.0
+
+
+def test_the_factor_of_a_slowdown_is_told_up_to_the_largest_that_is_tried():
+    """A jump that is 9.6e-10 too large needs the last one, 1 + 1e-9."""
+    given = JointTrajectory(["a"], [0, 1, 2], [[[0, 0], [0, 1 + 9.6e-10]]])
+    found = stretch_joints(given, Joints(acceleration=9.0, names=["a"]), tolerance=1.0)
+    assert isinstance(found, CertifiedTrajectory)
+    assert found.trajectory.span[1] == 2 * found.factor > 2
 
 
 @pytest.mark.parametrize("seed", SEEDS)

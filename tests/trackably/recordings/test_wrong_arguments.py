@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from trackably.gp.samples import Samples
-from trackably.recordings import CLOCKS, Column, CsvLayout, Ticks, read_csv
+from trackably.recordings import CLOCKS, Column, CsvLayout, DateTimes, Ticks, read_csv
 from trackably.recordings.clocks import doubt
 from trackably.recordings.mcap_file import Field, read_mcap
 from trackably.recordings.recording import thin_out
@@ -18,6 +18,8 @@ WRONG = {
     "a field alone": (lambda: read_mcap("a.mcap", Field("/t", "y")), "signals: expected by name a Field, as {"),
     "scale, text": (lambda: Column("y", "1e-3"), "'y': scale: expected a number, got '1e-3'"),
     "scale of zero": (lambda: Field("/t", "y", 0.0), "'y': expected a scale other than zero, got 0.0"),
+    "topic without a name": (lambda: Field("", "y"), "Field: topic: expected the name of a topic, got ''"),
+    "zone of half a second": (lambda: DateTimes(zone=".5Z"), 'expected a zone like "Z" or "+01:00", got \'.5Z\''),
     "stamp as a text": (lambda: Field("/t", "y", time="header.stamp"), 'or a Stamp, as Stamp("header.stamp"), got'),
     "unit number": (lambda: csv(time_unit=1e-3), "expected a time unit, one of s, ms"),
     "time number": (lambda: csv(time=0), "time: expected the name of a column, or None to count rows, got 0"),

@@ -70,6 +70,12 @@ def test_missing_values(path, cell):
     )
 
 
+def test_a_column_may_have_no_name(path):
+    """As pandas writes the column of an index."""
+    recording = read(path, ",t,x\n0.5,0,1\n2,1,3\n", signals={"x": Column("x", noise_std=""), "y": ""})
+    assert recording["x"].relative_noise.tolist() == recording["y"].values.tolist() == [0.5, 2.0]
+
+
 def test_truncated_anywhere(path):
     """A file that lost its end is refused, or gives the whole rows that stand in it."""
     text = 't;"x";y\n0;1,5;7\n0,1;-2;8\n0,25;3e-7;"9"\n'
