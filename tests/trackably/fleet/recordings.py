@@ -1,8 +1,12 @@
-"""Small recordings of one motion to rest, and the plant that is to follow it."""
+"""Small recordings of one motion to rest, the plant that is to follow it, and fleets learned from them."""
+
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from trackably import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential
+from trackably import ConstrainedSystem, Fleet, LinearSystem, Polytope, Samples, SquaredExponential, learn_many
+from trackably.errors import InputError
 
 PLANT = ConstrainedSystem(
     LinearSystem(A=[[0.9]], B=[[0.5]], sampling_time=0.01),
@@ -20,3 +24,11 @@ def motion(seed: int) -> Samples:
 
 def motions(count: int) -> dict[str, Samples]:
     return {f"run {i}": motion(i) for i in range(count)}
+
+
+def unreadable() -> Samples:
+    raise InputError("a.csv: there is no such file")
+
+
+def learned(recordings: Any, folder: Path, claim: Any = "all_times", kernel: Any = KERNEL, **options: Any) -> Fleet:
+    return learn_many(recordings, PLANT, kernel, claim, folder=folder, **{"noise_std": 0.01, **options})

@@ -13,53 +13,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyarrow import parquet
 
-from tests.trackably.fleet.recordings import motion, motions
-from tests.trackably.fleet.test_learn_many import learned
+from tests.trackably.fleet.recordings import learned, motions, unreadable
 from trackably import Fleet, Samples, Source, TrackableReference
 from trackably.errors import InputError
 from trackably.files import from_json, to_json
 from trackably.fleet.folder import FleetFolder
 
+FILES = ("row.json", "reference.json", "certificate.json", "certificate.at1.json", "counterexample.json", "fleet.csv")
 PIECES = (
-    *(
-        "x",
-        "X",
-        "a",
-        "run 1",
-        "/",
-        "//",
-        "%",
-        "%2F",
-        "^",
-        "^1",
-        ".",
-        "..",
-        " ",
-        "~1",
-        "\\",
-        ":",
-        "*",
-        "\n",
-        "\0",
-        "=",
-        "'",
-    ),
-    *(
-        "row.json",
-        "reference.json",
-        "certificate.json",
-        "certificate.at1.json",
-        "counterexample.json",
-        "fleet.csv",
-        "con",
-        "NUL.txt",
-        "lpt1 .x",
-    ),
-    *("\u00e9", "e\u0301", "\u212a", "\u0131", "\u00df", "ss", "\u202e", "\udcc3", "\udca9", "\U0001f916"),
+    *("run 1", "%2F", "^1", "~1", "con", "NUL.txt", "lpt1 .x", "ss", "e\u0301", *"xXa/%^. \\:*\n\0='"),
+    *FILES,
+    *"\u00e9\u212a\u0131\u00df\u202e\udcc3\udca9\U0001f916",
 )
 NAMES = st.lists(st.sampled_from(PIECES) | st.text(st.characters(), max_size=3), min_size=1, max_size=5).map("".join)
 DEVICE = re.compile(r"(con|prn|aux|nul|com\d|lpt\d) *(\..*)?", re.IGNORECASE)
-FILES = {"row.json", "reference.json", "certificate.json", "certificate.at1.json", "counterexample.json", "fleet.csv"}
 
 
 def folder_of(name: str) -> str:
@@ -104,19 +71,14 @@ def test_every_file_system_takes_the_folders_and_none_is_a_file_of_the_fleet(nam
 def test_a_name_that_cannot_be_a_folder_is_a_row(tmp_path):
     tmp_path.joinpath("taken").write_text("a file of somebody's")
     bad = ("x" * 300, "/".join(["x" * 200] * 30), "taken", "taken/too")
-    fleet = learned({"first": motion(0), **dict.fromkeys(bad, motion(1)), "last": motion(2)}, tmp_path)
-    assert [row.outcome for row in fleet.rows] == ["proved", *["unusable"] * 4, "proved"]
-    assert all(row.sentence.startswith("give it another name: its folder") for row in fleet.rows[1:5])
+    fleet = learned([Source(name, unreadable) for name in ("first", *bad, "last")], tmp_path)
+    told = [row.sentence.startswith("give it another name: its folder") for row in fleet.rows]
+    assert told == [False, True, True, True, True, False]
     assert "too long" in fleet.rows[1].sentence
     assert len(fleet.table.read_text(encoding="utf-8").splitlines()) == 7
     with pytest.raises(InputError, match="give it another name"):
         fleet.reference("taken")
     assert tmp_path.joinpath("taken").read_text() == "a file of somebody's"
-
-
-@pytest.fixture(scope="module")
-def two(tmp_path_factory) -> Fleet:
-    return learned(motions(2), tmp_path_factory.mktemp("two"))
 
 
 @pytest.mark.parametrize("harm", ["another's", "another row", "missing"])
@@ -156,7 +118,7 @@ def test_no_cell_of_the_table_is_a_formula_and_names_are_still_told_apart(tmp_pa
 def test_names_from_elsewhere_print_as_lines_and_stand_in_every_table(tmp_path):
     """Topics may hold anything: a terminal is sent no control characters, and the lines stay lines."""
     names = ["a\nproved: all", "\x1b[2J", "\u202eb", "\udcff"]
-    fleet = learned({name: Samples([0.0, 0.1], [30.0, 30.0]) for name in names}, tmp_path)
+    fleet = learned([Source(name, unreadable) for name in names], tmp_path)
     said = str(fleet)
     assert all(line.isprintable() for line in said.splitlines())
     assert len(said.splitlines()) == 1 + len(names)

@@ -15,15 +15,14 @@ from tests.project import ROOT
 RUN = """
 import sys, time
 from pathlib import Path
-from tests.trackably.fleet.recordings import motion
-from tests.trackably.fleet.test_learn_many import learned
+from tests.trackably.fleet.recordings import learned, unreadable
 from trackably import Source
 
 def without_end():
     time.sleep(3600)
 
 if __name__ == "__main__":
-    sources = [Source("first", lambda: motion(0)), Source("second", without_end), Source("third", without_end)]
+    sources = [Source("first", unreadable), Source("second", without_end), Source("third", without_end)]
     learned(sources, Path(sys.argv[1]), workers=2)
 """
 SECONDS = 60.0

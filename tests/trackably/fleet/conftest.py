@@ -1,0 +1,11 @@
+"""A fleet of two recordings, learned once: tests that change its files do so in a copy."""
+
+import pytest
+
+from tests.trackably.fleet.recordings import learned, motions
+from trackably import Fleet
+
+
+@pytest.fixture(scope="session")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Fleet:
+    return learned(motions(2), tmp_path_factory.mktemp("two"))
