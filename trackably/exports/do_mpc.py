@@ -91,6 +91,6 @@ def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | N
         if parameter not in declared:
             raise ValueError(f"to_do_mpc: the model has no parameter {parameter}, only {', '.join(declared) or 'none'}")
         names = [of] if isinstance(of, str) else list(of)
-        require_known("to_do_mpc", dict.fromkeys(names), proved)
+        require_known("to_do_mpc", names, proved)
         columns[parameter] = np.array([place[name] for name in names])
     return columns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -148,7 +148,7 @@ def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
     return proved_steps(proved, begin, number)
 
 
-def require_known(what: str, named: Mapping[str, object], proved: Proved) -> None:
+def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
     """Raise ValueError for the first name that is neither a state nor an input."""
     known = places(proved)
     if unknown := [name for name in named if name not in known]:

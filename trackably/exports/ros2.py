@@ -1,6 +1,7 @@
 """References as trajectories of joints, `trajectory_msgs/msg/JointTrajectory` of ROS 2, without any part of ROS."""
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -74,7 +75,7 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
         text("joints: name", joint)
         if unknown := [name for name in of if name not in FIELDS]:
             raise ValueError(f"joints: {joint} has no field {unknown[0]}, only {', '.join(FIELDS)}")
-        require_known(f"joints: {joint}", dict.fromkeys(of.values()), proved)
+        require_known(f"joints: {joint}", of.values(), proved)
     if not joints[first]:
         raise ValueError(f"joints: {first} has no field; expected some of {', '.join(FIELDS)}")
     for joint in others:
@@ -137,12 +138,16 @@ def write(
     return file
 
 
+_BARE_EXPONENT: Final = re.compile(r"(?<![\d.])(\d+)e")
+"""The digits of a number like 1e-05, which is a text in YAML 1.1: there, an exponent needs a point before it."""
+
+
 def _yaml(of: JointPoints, statement: str) -> str:
     message = of.message("", 0)
     points = message.pop("points")
     lines = [f"# {line}" for line in (NAME, *statement.splitlines())]
-    lines += [f"{key}: {_flow(value)}" for key, value in message.items()]
-    lines += ["points:", *(f"  - {_flow(point)}" for point in points)]
+    lines += [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in message.items()]
+    lines += ["points:", *("  - " + _BARE_EXPONENT.sub(r"\1.0e", json.dumps(point)) for point in points)]
     return "\n".join(lines) + "\n"
 
 
@@ -156,16 +161,3 @@ def _mcap(what: str, points: JointPoints, topic: str, stamp: int, statement: str
         writer.write_message(topic, schema, points.message("", stamp), log_time=stamp, publish_time=stamp)
         writer.add_metadata("trackably", {"statement": statement} if statement else {})
     return content.getvalue()
-
-
-def _flow(value: Any) -> str:
-    """Return a value in YAML's flow style, with floats that every YAML reader recognises as floats."""
-    match value:
-        case dict():
-            return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"
-        case list():
-            return "[" + ", ".join(map(_flow, value)) + "]"
-        case float():
-            mantissa, e, exponent = repr(value).partition("e")  # YAML 1.1 wants a point before an exponent
-            return f"{mantissa}{'' if '.' in mantissa or not e else '.0'}{e}{exponent}"
-    return json.dumps(value, ensure_ascii=False)

@@ -1,5 +1,6 @@
 """A proved reference is called, drawn and shown as Python's users expect, and only where it is proved."""
 
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -9,18 +10,9 @@ import pytest
 from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably.exports.proved import html, margins_found
-from trackably.proved import ExportMixin
 from trackably.request import samples_by_name
-from trackably.systems.reference import Reference
 
 every = pytest.mark.parametrize("name", EVERY)
-
-
-class Stub(ExportMixin):
-    """A reference with a proof, as nothing but its two parts."""
-
-    def __init__(self, reference: Reference, certificate: object) -> None:
-        self.reference, self.certificate, self.explanation = reference, certificate, "proved"
 
 
 @every
@@ -60,8 +52,8 @@ def test_a_notebook_shows_the_least_margin_of_each_bound(name: str) -> None:
 
 def test_texts_are_escaped() -> None:
     """Names of states cannot hold HTML; sentences are escaped, whatever they hold."""
-    proved = Stub(on_window().reference, on_window().certificate)
-    proved.explanation = "proved; <script>alert(1)</script> & more"
+    said, of = "proved; <script>alert(1)</script> & more", on_window()
+    proved = SimpleNamespace(reference=of.reference, certificate=of.certificate, explanation=said)
     root = ElementTree.fromstring(html(proved))  # type: ignore[arg-type]
     assert not root.findall(".//script")
     assert "<script>alert(1)</script> & more" in "".join(root.itertext())
