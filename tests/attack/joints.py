@@ -9,6 +9,7 @@ import argparse
 import sys
 import time
 from collections import Counter
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -55,9 +56,9 @@ def attack_trajectory(rng: np.random.Generator, counts: Counter[str]) -> str | N
     kept, what = most <= upper, type(answer).__name__
     counts[f"{how}, {ORDERS[order]}: {what}"] += 1
     if what != ("CertifiedTrajectory" if kept else "BrokenLimits"):
-        return f"{how}, {ORDERS[order]}: {what}, although the extreme is {most} and the limit {upper!r}"
-    if isinstance(answer, BrokenLimits) and not answer.first.violation <= most - upper:
-        return f"{how}, {ORDERS[order]}: broken by {answer.first.violation!r}, and not by {most - upper}"
+        return f"{how}, {ORDERS[order]}: {what}, although the extreme is {float(most)!r} and the limit {upper!r}"
+    if isinstance(answer, BrokenLimits) and not answer.first.violation <= most - Fraction(upper):
+        return f"{how}, {ORDERS[order]}: broken by {answer.first.violation!r}, and not by {float(most - Fraction(upper))!r}"
     return None
 
 

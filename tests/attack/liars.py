@@ -167,7 +167,7 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
                 continue
             r = ORDERS.index(broken.order)
             past = [
-                extreme(_content(of), 0, r) - end
+                extreme(_content(of), 0, r) - Fraction(end)
                 for end, of in ((broken.limits[1], found.trajectory), (-broken.limits[0], _mirrored(found.trajectory)))
             ]
             if max(past) < broken.violation:

@@ -6,9 +6,10 @@ quantity is a polynomial; as many of its values as it needs determine it. Roots 
 
 from collections.abc import Callable
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
 
-from flint import arb, ctx, fmpq, fmpq_poly
+from flint import arb, arb_poly, ctx, fmpq, fmpq_poly
 
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.trajectories import Functional
@@ -61,41 +62,21 @@ def extremes(
 ) -> tuple[arb, arb]:
     """Balls around the least and the largest value (or limit) from start to end [s]."""
     degree = max(signal.degree for signal in signals)
-    before, ctx.prec = ctx.prec, PRECISION
-    try:
-        low, high = arb.pos_inf(), arb.neg_inf()
-        ends = [quantity_at(functional, signals, end)]
+    with ctx.workprec(PRECISION):
+        balls = [arb(exact(quantity_at(functional, signals, end)))]
         for a, b in pairwise(breaks(functional, signals, start, end)):
             nodes = [a + (b - a) * Fraction(i + 1, degree + 2) for i in range(degree + 1)]
             polynomial = interpolated(nodes, lambda t: quantity_at(functional, signals, t))
-            values = [polynomial(exact(a)), polynomial(exact(b)), *map(exact, ends)]
-            balls = [arb(v) for v in values] + _inner(polynomial, a, b)
-            for ball in balls:
-                low, high = low.min(ball), high.max(ball)
-        return low, high
-    finally:
-        ctx.prec = before
+            balls += candidates(polynomial, a, b)
+        return reduce(arb.min, balls), reduce(arb.max, balls)
 
 
-def _inner(polynomial: fmpq_poly, a: Fraction, b: Fraction) -> list[arb]:
-    """The values where the derivative vanishes between a and b."""
-    slope = polynomial.derivative()
-    if slope.degree() < 1:
-        return []
-    found = []
-    for root, _ in slope.complex_roots():
-        real = arb(root.real)
-        if abs(root.imag) > 0 or real < arb(exact(a)) or real > arb(exact(b)):
-            continue
-        found.append(_at(polynomial, real))
-    return found
-
-
-def _at(polynomial: fmpq_poly, t: arb) -> arb:
-    total = arb(0)
-    for c in reversed(polynomial.coeffs()):
-        total = total * t + arb(c)
-    return total
+def candidates(polynomial: fmpq_poly, a: Fraction, b: Fraction) -> list[arb]:
+    """The values at a and b, and where the derivative vanishes between them."""
+    slope, first, last = polynomial.derivative(), arb(exact(a)), arb(exact(b))
+    roots = slope.complex_roots() if slope.degree() >= 1 else ()
+    real = (arb(root.real) for root, _ in roots if not abs(root.imag) > 0)
+    return [arb_poly(polynomial)(t) for t in (first, last, *(t for t in real if not (t < first or t > last)))]
 
 
 def interpolated(nodes: list[Fraction], values: Callable[[Fraction], Fraction]) -> fmpq_poly:

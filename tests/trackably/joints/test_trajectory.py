@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.interpolate import Akima1DInterpolator, BPoly, CubicSpline, PchipInterpolator, make_interp_spline
+from scipy.interpolate import Akima1DInterpolator, BPoly, CubicSpline, PchipInterpolator, PPoly, make_interp_spline
 
 from tests.trackably.joints.trajectories import random_spline
 from trackably import (
@@ -186,56 +186,46 @@ def test_what_topp_ra_hands_out_is_read(parametrizer):
     assert stretched.factor < 1.5
 
 
-def ruckig_like(jump=0.0, off=0.0):
-    """Return what has the fields of Ruckig's trajectories: seven phases of constant jerk, one joint's after a brake.
+def ruckig_like(*phases, brake=((0.0, 0.0),), off=0.0, jump=0.0, duration=1.3):
+    """Return what has the fields of Ruckig's trajectories: phases of constant jerk, the second joint's after a brake.
 
-    After three phases the acceleration jumps, as without a limit of jerk. The velocities that it tells are `off`.
+    Phases are (seconds, jerk). After three of them the acceleration jumps, as without a limit of jerk. The velocities
+    that it tells are `off`.
     """
-    phases = [(0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0)]
-    every = []
-    for brake, v0 in (([], 0.0), ([(0.1, -10.0), (0.1, 10.0)], 0.1)):
-        rows, p, v, a = [], 0.0, v0, 0.0
-        for n, (t, j) in enumerate([*brake, *phases, (np.inf, 0.0)]):
-            rows.append({"t": t, "p": p, "v": v, "a": a, "j": j})
+    curves, profiles = [], []
+    for begun in ((), brake):
+        rows, (p, v, a) = [], (0.3, 0.0, 0.0)
+        for n, (t, j) in enumerate((*begun, *phases, (9.0, 0.0))):
+            rows.append([j / 6, a / 2, v, p])
             p, v, a = p + v * t + a * t**2 / 2 + j * t**3 / 6, v + a * t + j * t**2 / 2, a + j * t + jump * (n == 2)
-        every.append((rows, len(brake)))
-
-    def profile(rows, n):
-        braked, after = ({name: [row[name] for row in part] for name in "tpvaj"} for part in (rows[:n], rows[n:-1]))
-        ends = {f"{name}f": rows[-1][name] for name in "pva"}
-        return SimpleNamespace(**after, **ends, brake=SimpleNamespace(**braked))
-
-    def at_time(t):
-        found = []
-        for rows, _ in every:
-            begins = np.cumsum([0.0, *(row["t"] for row in rows[:-1])])
-            k = int(np.searchsorted(begins, t, side="right")) - 1
-            row, h = rows[k], t - begins[k]
-            p, v, a, j = (row[name] for name in "pvaj")
-            moved = p + v * h + a * h**2 / 2 + j * h**3 / 6, v + a * h + j * h**2 / 2 + off, a + j * h
-            found.append(moved)
-        return np.array(found).T
-
-    return SimpleNamespace(profiles=[[profile(*of) for of in every]], at_time=at_time, duration=1.3)
+        times, braked = ([t for t, _ in of] for of in (phases, begun))
+        ends = np.cumsum([0.0, *braked, *times, 9.0])
+        curves.append(PPoly(np.array(rows)[np.diff(ends) > 0].T, np.unique(ends)))
+        profiles.append(SimpleNamespace(t=times, brake=SimpleNamespace(t=braked)))
+    at_time = lambda t: np.array([[c(t, order) + off * (order == 1) for c in curves] for order in range(3)])  # noqa: E731
+    return SimpleNamespace(profiles=[profiles], at_time=at_time, duration=duration)
 
 
-@pytest.mark.parametrize("jump", [0.0, 3.0])
-def test_what_ruckig_hands_out_is_read(jump):
-    given = ruckig_like(jump)
+SEVEN = ((0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0))
+BRAKED = partial(ruckig_like, *SEVEN, brake=((0.1, -10.0), (0.1, 10.0)))
+RUCKIG = {
+    "smooth": BRAKED(),
+    "with jumps of the acceleration": BRAKED(jump=3.0),
+    "of no time": ruckig_like(*[(0.0, 0.0)] * 7, duration=0.0),
+}
+
+
+@pytest.mark.parametrize("given", RUCKIG.values(), ids=RUCKIG)
+def test_what_ruckig_hands_out_is_read(given):
     found = JointTrajectory.of(given, ["a", "b"])
-    assert found.span == (0.0, 1.3)
-    for t in FINE[FINE < 1.3]:
+    for t in [t for t in FINE if t < given.duration]:
         np.testing.assert_allclose(found(t), given.at_time(t)[0], atol=1e-12)
+    np.testing.assert_allclose(found(9.0), given.at_time(given.duration)[0], atol=1e-12)
+
+
+def test_what_is_read_is_compared_with_what_the_planner_says():
     with pytest.raises(ValueError, match=r"the pieces read from Ruckig differ from its own values by 0\.00"):
-        JointTrajectory.of(ruckig_like(off=0.1))
-
-
-def test_a_motion_of_ruckig_that_takes_no_time_rests():
-    still = {name: [0.0] * 7 for name in "tvaj"} | {"p": [0.3] * 7}
-    profile = SimpleNamespace(**still, pf=0.3, vf=0.0, af=0.0, brake=SimpleNamespace(**{name: [] for name in "tpvaj"}))
-    at_time = lambda _: np.array([[0.3], [0.0], [0.0]])  # noqa: E731
-    found = JointTrajectory.of(SimpleNamespace(profiles=[[profile]], at_time=at_time, duration=0.0), ["a"])
-    assert found(0.0) == found(1.0) == 0.3
+        JointTrajectory.of(BRAKED(off=0.1))
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,14 @@
 """Random trajectories of joints, and their extremes in many digits."""
 
-import mpmath
+from fractions import Fraction
+from functools import reduce
+from itertools import pairwise
+
 import numpy as np
+from flint import arb, ctx, fmpq_poly
 from scipy.interpolate import make_interp_spline
 
+from tests.splines.naive import PRECISION, candidates, exact
 from trackably.joints.trajectory import JointTrajectory
 
 ORDERS = ("position", "velocity", "acceleration", "jerk")
@@ -48,25 +53,14 @@ def mirrored(content):
 
 
 def extreme(content, joint, order):
-    """Return the largest value of a derivative on all pieces, by the roots of the next one in 50 digits."""
-    ends, rows = content["trajectory"]["breakpoints"], content["trajectory"]["coefficients"][joint]
-    with mpmath.workdps(50):
-        found = []
-        for a, b, row in zip(ends, ends[1:], rows, strict=False):
-            p = [mpmath.mpf(c) for c in row]
+    """Return the largest value of a derivative on all pieces, to 80 digits."""
+    ends = [*map(Fraction, content["trajectory"]["breakpoints"])]
+    found = []
+    with ctx.workprec(PRECISION):
+        for (a, b), row in zip(pairwise(ends), content["trajectory"]["coefficients"][joint], strict=True):
+            derivative = fmpq_poly([exact(Fraction(c)) for c in row])
             for _ in range(order):
-                p = _slope(p)
-            h = mpmath.mpf(b) - mpmath.mpf(a)
-            times = [mpmath.mpf(0), h]
-            slope = _slope(p)
-            while len(slope) > 1 and abs(slope[-1]) < mpmath.mpf(10) ** -30:
-                slope = slope[:-1]
-            if len(slope) > 1:
-                roots = mpmath.polyroots(slope, maxsteps=500, extraprec=200, asc=True)
-                times += [r.real for r in map(mpmath.mpc, roots) if abs(r.imag) < 1e-15 and 0 < r.real < h]
-            found += [sum(c * t**k for k, c in enumerate(p)) for t in times]
-        return max(found)
-
-
-def _slope(p):
-    return [c * k for k, c in enumerate(p)][1:] or [mpmath.mpf(0)]
+                derivative = derivative.derivative()
+            found += candidates(derivative, Fraction(0), b - a)
+        most = reduce(arb.max, found).mid().fmpq()
+    return Fraction(int(most.p), int(most.q))

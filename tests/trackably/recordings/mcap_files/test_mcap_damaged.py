@@ -48,32 +48,22 @@ def test_truncated_anywhere(path, name, compression):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-@pytest.mark.parametrize("crcs", [True, False])
-def test_flipped_bits(path, name, crcs):
-    """Without checksums a flipped bit may go unseen: then it is in a value, or in what is not read."""
+def test_flipped_bits(path, name):
+    """A flipped bit may go unseen only in what is not read."""
     WRITERS[name](path, STATES, CompressionType.NONE)
-    data = path.read_bytes() if crcs else _without_checksums(path.read_bytes())
+    data, honest = path.read_bytes(), values_of(path)
     rng, refused = np.random.default_rng(3), []
     for at in rng.integers(8, len(data), 40).tolist():
         damaged = bytearray(data)
         damaged[at] ^= 1 << int(rng.integers(8))
         path.write_bytes(damaged)
         try:
-            read_mcap(path, {"x": Field(TOPIC, "position.x", time=Stamp("stamp"))})
+            assert values_of(path) == honest
         except InputError as error:
             refused.append(str(error))
     assert 3 < len(refused) < 37
     assert all(said.startswith(str(path)) for said in refused)
 
 
-def _without_checksums(data):
-    """Chunks say 0, which means that there is none."""
-    out, at = bytearray(data), 8
-    while at < len(data) - 8:
-        opcode, length = data[at], int.from_bytes(data[at + 1 : at + 9], "little")
-        if opcode == 6:  # a chunk: start, end, size, then the checksum
-            out[at + 9 + 24 : at + 9 + 28] = bytes(4)
-        if opcode == 15:  # the end of the data: its checksum
-            out[at + 9 : at + 13] = bytes(4)
-        at += 9 + length
-    return bytes(out)
+def values_of(path):
+    return read_mcap(path, {"x": Field(TOPIC, "position.x", time=Stamp("stamp"))})["x"].values.tolist()
