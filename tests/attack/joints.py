@@ -57,8 +57,8 @@ def attack_trajectory(rng: np.random.Generator, counts: Counter[str]) -> str | N
     counts[f"{how}, {ORDERS[order]}: {what}"] += 1
     if what != ("CertifiedTrajectory" if kept else "BrokenLimits"):
         return f"{how}, {ORDERS[order]}: {what}, although the extreme is {float(most)!r} and the limit {upper!r}"
-    if isinstance(answer, BrokenLimits) and not answer.first.violation <= most - Fraction(upper):
-        return f"{how}, {ORDERS[order]}: broken by {answer.first.violation!r}, and not by {float(most - Fraction(upper))!r}"
+    if isinstance(answer, BrokenLimits) and not answer.first.violation <= (by := most - Fraction(upper)):
+        return f"{how}, {ORDERS[order]}: broken by {answer.first.violation!r}, and not by {float(by)!r}"
     return None
 
 

@@ -42,34 +42,33 @@ def followed(plant, steps=30):
     return Table(states, inputs, first_step=4)
 
 
-@pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "cart", "tank"])
+each_plant = pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "cart", "tank"])
+
+
+@each_plant
 def test_what_a_plant_did_is_certified(plant, tmp_path):
-    found = certify_table(followed(plant), plant, 1e-12)
+    found, data = answered(plant, {}, 1e-12, tmp_path)
     assert isinstance(found, CertifiedTable)
     assert 0 < found.defect < 1e-15
     assert "steps 4 to 33" in found.explanation
-    verdict = check(found.save_certificate(tmp_path / "table.json"))
+    verdict = check(data)
     assert isinstance(verdict, Proved)
     assert "within 1e-12" in verdict.statement
     assert "Nothing is said about times between the steps" in verdict.statement
 
 
-@pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "cart", "tank"])
+@each_plant
 def test_dynamics_beyond_the_tolerance_are_refuted_where_they_are_worst(plant, tmp_path):
-    table = followed(plant)
-    states = table.states.copy()
-    states[11, 0] += 1e-3
-    states[20, 0] += 4e-3
-    found = certify_table(Table(states, table.inputs, 4), plant, 1e-6)
+    found, data = answered(plant, {11: 1e-3, 20: 4e-3}, 1e-6, tmp_path)
     assert isinstance(found, RefutedTable)
-    verdict = check(found.save_counterexample(tmp_path / "no.json"))
+    verdict = check(data)
     assert isinstance(verdict, Refuted)
     assert f"at the step k = {found.step} " in verdict.statement
     assert f'has a next "{plant.system.states[0]}" that is beyond the tolerance 1e-06' in verdict.statement
     assert found.step in (4 + 19, 4 + 20)
     assert found.time == found.step * plant.sampling_time
     assert 3e-3 < found.violation < 5e-3
-    assert isinstance(certify_table(Table(states, table.inputs, 4), plant, 1e-2), CertifiedTable)
+    assert isinstance(certify_table(found.table, plant, 1e-2), CertifiedTable)
 
 
 def test_formulas_that_may_not_be_defined():
@@ -80,74 +79,82 @@ def test_formulas_that_may_not_be_defined():
     assert "divides by may be zero" in found.explanation
 
 
-def moved(table, by):
+def answered(plant, off, tolerance, folder):
+    """Return the answer about a table whose first state is off at some rows, and the content of its file."""
+    table = followed(plant)
     states = table.states.copy()
-    states[11, 0] += by
-    return replace(table, states=states)
+    for row, by in off.items():
+        states[row, 0] += by
+    found = certify_table(replace(table, states=states), plant, tolerance)
+    save = found.save_counterexample if off else found.save_certificate
+    return found, json.loads(save(folder / "table.json").read_text())
 
 
 ROBOT = ConstrainedSystem(robot(), Polytope.box([-3, -3, -7], [3, 3, 7]), Polytope.box([-1, -3], [2, 3]))
+FLAT = ("plant", "system", "flat")
 
 
-@pytest.mark.parametrize("broken", [False, True])
-def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(broken, tmp_path):
+@pytest.mark.parametrize("off", [{}, {11: 1e-3}], ids=["kept", "broken"])
+def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(off, tmp_path):
     """Once the statement had whatever form the file gave: "x" = 1e9 z1[0], and up to whole turns of nobody."""
-    table = moved(followed(ROBOT), 1e-3 * broken)
-    found, path = certify_table(table, ROBOT, 1e-6), tmp_path / "table.json"
-    data = json.loads((found.save_counterexample(path) if broken else found.save_certificate(path)).read_text())
+    _, data = answered(ROBOT, off, 1e-6, tmp_path)
     verdict = check(data)
-    assert isinstance(verdict, Refuted if broken else Proved), verdict
+    assert isinstance(verdict, Refuted if off else Proved), verdict
     assert "z1" not in verdict.statement
     assert "whole turns" not in verdict.statement
-    flat = data["plant"]["system"]["flat"]
-    flat["states"][0] = ["*", "z1[0]", 1e9]
-    assert check(data).statement == verdict.statement
+    states, inputs = (data["plant"]["system"]["flat"][name] for name in ("states", "inputs"))
+    assert check(changed(data, (*FLAT, "states", 0), ["*", "z1[0]", 1e9])).statement == verdict.statement
     for name, value, reason in (
         ("angles", ["nobody"], "flat: angles must be states"),
-        ("states", flat["states"][:2], "flat form"),
-        ("inputs", flat["inputs"] * 2, "flat form"),
+        ("states", states[:2], "flat form"),
+        ("inputs", inputs * 2, "flat form"),
     ):
-        _is_refused(json.loads(json.dumps(data)), ("plant", "system", "flat", name), value, reason)
+        assert_refused(changed(data, (*FLAT, name), value), reason)
+
+
+BROKEN = [
+    (("at", "violation"), 1e-2, "nothing is shown to be broken by 0.01 there"),
+    (("at", "step"), 99, "the table has no step 99"),
+    (("at", "index"), 2, "no index 2 of the dynamics"),
+    (("at", "part"), "states", "nothing is shown to be broken"),
+    (("at", "violation"), -1.0, "must be"),
+    (("tolerance",), 1.0, "nothing is shown to be broken"),
+    (("version",), 2, "refuted table of version 2"),
+]
+KEPT = [
+    (("table", "states", 7, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),
+    (("table", "states", 7, 0), -0.2, "within the tolerance of the state after step 10"),
+    (("table", "inputs", 3, 0), 0.3, "after step 7"),
+    (("tolerance",), 1e-18, "within the tolerance"),
+    (("plant", "system", "A", 0, 1), 0.06, "within the tolerance"),
+    (("table", "inputs"), [[0.0]], "an input for each"),
+    (("table", "first_step"), 0.5, "whole number"),
+    (("version",), 2, "version 2"),
+]
 
 
 @pytest.mark.parametrize(
-    ("part", "value", "reason"),
-    [
-        (("table", "states", 7, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),
-        (("table", "states", 7, 0), -0.2, "within the tolerance of the state after step 10"),
-        (("table", "inputs", 3, 0), 0.3, "after step 7"),
-        (("tolerance",), 1e-18, "within the tolerance"),
-        (("plant", "system", "A", 0, 1), 0.06, "within the tolerance"),
-        (("table", "inputs"), [[0.0]], "an input for each"),
-        (("table", "first_step"), 0.5, "whole number"),
-        (("version",), 2, "version 2"),
-    ],
+    ("plant", "off", "changes"), [(AXIS, {}, KEPT), (AXIS, {11: 1e-3}, BROKEN), (TANK, {11: 1e-3}, BROKEN)]
 )
-def test_what_is_changed_is_refused(part, value, reason, tmp_path):
-    found = certify_table(followed(AXIS), AXIS, 1e-12)
-    data = json.loads(found.save_certificate(tmp_path / "table.json").read_text())
-    _is_refused(data, part, value, reason)
+def test_what_is_changed_is_refused(plant, off, changes, tmp_path):
+    _, data = answered(plant, off, 1e-6 if off else 1e-12, tmp_path)
+    assert isinstance(check(data), Refuted if off else Proved)
+    for part, value, reason in changes:
+        assert_refused(changed(data, part, value), reason)
 
 
-@pytest.mark.parametrize(
-    ("part", "value", "reason"),
-    [
-        (("at", "violation"), 1e-2, "nothing is shown to be broken by 0.01 there"),
-        (("at", "step"), 99, "the table has no step 99"),
-        (("at", "index"), 2, "no index 2 of the dynamics"),
-        (("at", "part"), "states", "nothing is shown to be broken"),
-        (("at", "violation"), -1.0, "must be"),
-        (("tolerance",), 1.0, "nothing is shown to be broken"),
-        (("version",), 2, "refuted table of version 2"),
-    ],
-)
-@pytest.mark.parametrize("plant", [AXIS, TANK], ids=["axis", "tank"])
-def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
-    table = moved(followed(plant), 1e-3)
-    found = certify_table(table, plant, 1e-6)
-    data = json.loads(found.save_counterexample(tmp_path / "no.json").read_text())
-    assert isinstance(check(data), Refuted)
-    _is_refused(data, part, value, reason)
+def changed(data, part, value):
+    """Return a file with another value of one of its parts."""
+    first, *inner = part
+    copy = list(data) if isinstance(data, list) else dict(data)
+    copy[first] = changed(data[first], inner, value) if inner else value
+    return copy
+
+
+def assert_refused(data, reason):
+    verdict = check(data)
+    assert isinstance(verdict, Failed | NotACertificate)
+    assert reason in verdict.reason
 
 
 @pytest.mark.parametrize(
@@ -162,14 +169,3 @@ def test_what_is_changed_refutes_nothing(plant, part, value, reason, tmp_path):
 def test_what_is_no_table_is_refused(make, said):
     with pytest.raises(ValueError, match=said):
         make()
-
-
-def _is_refused(data, part, value, reason):
-    """Check a file with another value of one of its parts."""
-    at = data
-    for key in part[:-1]:
-        at = at[key]
-    at[part[-1]] = value
-    verdict = check(data)
-    assert isinstance(verdict, Failed | NotACertificate)
-    assert reason in verdict.reason
