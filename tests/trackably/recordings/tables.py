@@ -4,9 +4,7 @@ from decimal import Decimal
 
 import numpy as np
 
-from trackably.recordings import (
-    Rows,
-)
+from trackably.recordings import Rows
 from trackably.recordings.rows import recording_from_rows
 
 NAN = float("nan")

@@ -8,11 +8,10 @@ import pytest
 
 from tests.trackably.recordings.tables import NAN, REPEATED, record, rows
 from trackably.errors import InputError
-from trackably.recordings import (
-    Rows,
-)
+from trackably.recordings import Rows, average_repeated
 from trackably.recordings.rows import recording_from_rows
 
+GAPS = rows(["0", "1"], x=[1, 2], y=[NAN, NAN])
 REFUSALS = {
     "out of order": (
         rows(["0", "12.70", "0.0256", "0.03", "12.8"], x=range(5)),
@@ -22,7 +21,8 @@ REFUSALS = {
         REPEATED,
         "a.csv, line 4: 'x' has a second value at 1 s, the first is in line 3; 2 rows are repeated ",
     ),
-    "nothing but gaps": (rows(["0", "1"], x=[1, 2], y=[NAN, NAN]), "a.csv: 'y' has no value in any of the 2 rows left"),
+    "nothing but gaps": (GAPS, "a.csv: 'y' has no value in any of the 2 rows left"),
+    "nothing to average": (GAPS, "a.csv: 'y' has no value in any of the 2 rows left", average_repeated),
     "noise of zero": (rows(["0", "1"], noise=[0.1, 0], x=[1, 2]), "a.csv, line 3: expected a positive standard dev"),
     "closer than a float64 can tell": (
         rows(["1", "1.00000000000000000001"], x=[1, 2]),
@@ -34,9 +34,9 @@ REFUSALS = {
 
 @pytest.mark.parametrize("name", REFUSALS)
 def test_refused(name):
-    table, message = REFUSALS[name]
+    table, message, *repairs = REFUSALS[name]
     with pytest.raises(InputError, match=f"^{re.escape(message)}"):
-        record(table)
+        record(table, *repairs)
 
 
 EPOCH = ["1700000000.000000001", "1700000000.100000001", "1700000000.300000002"]

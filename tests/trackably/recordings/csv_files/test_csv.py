@@ -9,6 +9,7 @@ from tests.trackably.recordings.csv_files.files import COMMAS, EXPECTED, pairs, 
 from trackably.errors import InputError
 from trackably.recordings import Column, CsvLayout, Finding
 
+ONE = np.int64(10**9)  # an origin [ns] may be a whole number of NumPy
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
 
@@ -72,8 +73,9 @@ def test_missing_values(path, cell):
 
 def test_a_column_may_have_no_name(path):
     """As pandas writes the column of an index."""
-    recording = read(path, ",t,x\n0.5,0,1\n2,1,3\n", signals={"x": Column("x", noise_std=""), "y": ""})
+    recording = read(path, ",t,x\n0.5,0,1\n2,1,3\n", signals={"x": Column("x", noise_std=""), "y": ""}, origin=ONE)
     assert recording["x"].relative_noise.tolist() == recording["y"].values.tolist() == [0.5, 2.0]
+    assert recording["x"].times.tolist() == [-1.0, 0.0]
 
 
 def test_truncated_anywhere(path):
