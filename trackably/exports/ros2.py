@@ -70,17 +70,14 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
         instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
     if not joints:
         raise ValueError(f"joints: none is given; for example {_EXAMPLE}")
-    first, *others = joints
+    first = next(iter(joints))
     for joint, of in joints.items():
         text("joints: name", joint)
-        if unknown := [name for name in of if name not in FIELDS]:
-            raise ValueError(f"joints: {joint} has no field {unknown[0]}, only {', '.join(FIELDS)}")
-        require_known(f"joints: {joint}", of.values(), proved)
-    if not joints[first]:
-        raise ValueError(f"joints: {first} has no field; expected some of {', '.join(FIELDS)}")
-    for joint in others:
-        if set(joints[joint]) != set(joints[first]):
+        if not of or {*of} - {*FIELDS}:
+            raise ValueError(f"joints: {joint} must have some of {', '.join(FIELDS)}, got {', '.join(of) or 'none'}")
+        if {*of} != {*joints[first]}:
             raise ValueError(f"joints: {joint} must have the fields of {first}: {', '.join(joints[first])}")
+        require_known(f"joints: {joint}", of.values(), proved)
     return [name for name in FIELDS if name in joints[first]]
 
 

@@ -2,12 +2,31 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 from trackably.certificates.judge import judged_file
 from trackably.checker import Proved, Refuted, Verdict
 from trackably.files import new_file, write_atomically
+from trackably.systems.intervals import rounded_text
+
+
+@dataclass(frozen=True)
+class RepairDistance:
+    """How far a repair moved a curve, in its unit: the largest distance `most`, and the root mean square `rms`.
+
+    `most` is proved, or else seen in float64 at many times.
+    """
+
+    most: float
+    rms: float
+    is_proved: bool = True
+
+    def __str__(self) -> str:
+        if self.is_proved:
+            return f"{rounded_text(self.most, 'up')} at most, {self.rms:.3g} in the root mean square"
+        return f"about {self.most:.3g}, {self.rms:.3g} in the root mean square, as seen in float64 at many times"
 
 
 class NotAcceptedError(ValueError):

@@ -23,6 +23,7 @@ from trackably.certificates.sketch import times_to_look_at
 from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Functional, Pieces
+from trackably.given.accepted import RepairDistance
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
 from trackably.gp.stencil import Stencil
 from trackably.proved import ProvedReference
@@ -139,17 +140,6 @@ class CertifiedReference(ProvedReference):
 
     def __repr__(self) -> str:
         return f"CertifiedReference({self.explanation}; {self.identity})"
-
-
-@dataclass(frozen=True)
-class RepairDistance:
-    """How far a repair moved a curve, in its unit: the largest distance, and the root mean square."""
-
-    most: float
-    rms: float
-
-    def __str__(self) -> str:
-        return f"{rounded_text(self.most, 'up')} at most, {self.rms:.3g} in the root mean square"
 
 
 def certify(

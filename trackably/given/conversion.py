@@ -9,6 +9,7 @@ from reprlib import repr as short
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfit, polyval
 from scipy.interpolate import (
     Akima1DInterpolator,
     BSpline,
@@ -67,12 +68,11 @@ def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
     x = nodes * (1 - inside)
     values = np.asarray(given.eval(start + width * x)[0], dtype=float)
     degree = int(np.max(getattr(given.basis, "degree", given.basis.N - 1)))
-    powers = np.vander(x, degree + 1, increasing=True)
-    found = np.linalg.lstsq(powers, values.T, rcond=None)[0].T
-    missed, size = np.max(np.abs(found @ powers.T - values)), np.max(np.abs(values))
+    found = polyfit(x, values.T, degree)
+    missed, size = np.max(np.abs(polyval(x, found) - values)), np.max(np.abs(values))
     if not missed <= _MISSED * max(float(size), 1e-30):
         raise ValueError(f"trajectory: states must be polynomials of degree {degree}, but are {missed:.3g} off")
-    return np.asarray(found / width ** np.arange(degree + 1))
+    return np.asarray(found.T / width ** np.arange(degree + 1))
 
 
 def shift(c: Array, by: Array | float) -> Array:

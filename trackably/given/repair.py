@@ -17,7 +17,8 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.control.programs import Program
-from trackably.given.certify import CertifiedReference, Given, RepairDistance
+from trackably.given.accepted import RepairDistance
+from trackably.given.certify import CertifiedReference, Given
 from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces

@@ -22,27 +22,13 @@ from trackably.checker.floats.intervals import bernstein
 from trackably.checker.floats.pieces import undecided
 from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
-from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError
+from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError, RepairDistance
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
 from trackably.systems.intervals import Interval, ends_shown, ends_within, rounded_text
 
 TOLERANCE = 1e-9
 """From piece to piece, a derivative may jump by at most this, in its unit: such a jump counts as rounding."""
-
-
-@dataclass(frozen=True)
-class ObservedDistance:
-    """How far a repair moved a joint, in the joint's unit, computed in float64 at many times. This is not proved.
-
-    `most` is the largest distance, `rms` the root mean square.
-    """
-
-    most: float
-    rms: float
-
-    def __str__(self) -> str:
-        return f"about {self.most:.3g}, {self.rms:.3g} in the root mean square, as seen in float64 at many times"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,7 +45,7 @@ class CertifiedTrajectory(AcceptedProof):
     trajectory: JointTrajectory
     joints: Joints
     tolerance: float = TOLERANCE
-    moved: Mapping[str, ObservedDistance] = field(default_factory=dict)
+    moved: Mapping[str, RepairDistance] = field(default_factory=dict)
     factor: float = 1.0
 
     @property

@@ -23,12 +23,11 @@ from trackably.arguments import array, numbers
 from trackably.arrays import Array, subdivide
 from trackably.certificates.outcome import Unproved
 from trackably.checker.joints import ORDERS
-from trackably.given.accepted import NotAcceptedError
+from trackably.given.accepted import NotAcceptedError, RepairDistance
 from trackably.given.repair import Splines, nearest
 from trackably.joints.certify import (
     TOLERANCE,
     CertifiedTrajectory,
-    ObservedDistance,
     fit_joints,
     make_unproved,
 )
@@ -192,9 +191,12 @@ def _solve(
         yield fixed + E @ found
 
 
-def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, ObservedDistance]:
+def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, RepairDistance]:
     """Return how far joints were moved: the largest and the root mean square distance at many times."""
     times = np.linspace(*given.span, _TIMES)
     apart = np.abs(found(times) - given(times))
     most, rms = np.max(apart, axis=0), np.sqrt(np.mean(apart**2, axis=0))
-    return {name: ObservedDistance(float(m), float(r)) for name, m, r in zip(given.names, most, rms, strict=True)}
+    return {
+        name: RepairDistance(float(m), float(r), is_proved=False)
+        for name, m, r in zip(given.names, most, rms, strict=True)
+    }
