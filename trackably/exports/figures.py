@@ -177,8 +177,10 @@ def shade_outside(axes: Axes, bounds: Interval | None) -> None:
 
 
 def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
-    """Return the style of each reference by its label. The style depends on the position only, so that figures which
-    show the same references in the same order draw them alike."""
+    """Return the style of each reference by its label.
+
+    It depends on the position only: figures that show the same references in the same order draw them alike.
+    """
     return {label: {**style, "label": label.replace("_", " ")} for label, style in zip(labels, cycle(_REFERENCES))}
 
 

@@ -63,8 +63,8 @@ def proved_steps(proved: Proved, first: int, count: int) -> Array:
     return k
 
 
-_MOST = 2000
-_TINY_PART = 1e-9  # relative to the length of the times shown
+_MOST = 2000  # times at which margins are computed
+_TINY = 1e-9  # sampling times by which an end may be rounded past a step
 
 
 @dataclass(frozen=True)
@@ -110,10 +110,15 @@ def shown_times(proved: Proved, count: int, start: float | None = None, end: flo
         raise ValueError(f"plot: needs start < end, got {first:g} s and {last:g} s")
     if not isinstance(proved.certificate.claim, Instants):
         return np.linspace(first, last, count)
-    sampling_time = proved.reference.plant.sampling_time
-    from_step, to_step = np.ceil(first / sampling_time - _TINY_PART), np.floor(last / sampling_time + _TINY_PART)
-    stride = max(1, int(np.ceil((to_step - from_step) / count)))
-    return np.asarray(proved.reference.instants(np.arange(from_step, to_step + 1, stride)))
+    from_step, to_step = _steps_between(proved, first, last)
+    stride = max(1, math.ceil((to_step - from_step) / count))
+    return np.asarray(proved.reference.instants(np.arange(float(from_step), to_step + 1, stride)))
+
+
+def _steps_between(proved: Proved, start: float, end: float) -> tuple[int, int]:
+    """Return the first and the last step from `start` to `end` [s]."""
+    step = proved.reference.plant.sampling_time
+    return math.ceil(start / step - _TINY), math.floor(end / step + _TINY)
 
 
 def margins_found(proved: Proved) -> list[Reached]:
@@ -121,9 +126,6 @@ def margins_found(proved: Proved) -> list[Reached]:
     times = shown_times(proved, _MOST)
     signals = proved.reference.signals
     return [Reached(quantity, times, quantity(signals, times)) for quantity in proved.reference.quantities]
-
-
-_TINY = 1e-9  # of a sampling time
 
 
 def places(proved: Proved) -> dict[str, int]:
@@ -142,10 +144,9 @@ def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
 
     ValueError: a step is not proved.
     """
-    start, end = (t / proved.reference.plant.sampling_time for t in ends(proved))
-    begin = math.ceil(start - _TINY) if first is None else whole("first", first)
-    number = max(math.floor(end + _TINY) - begin + 1, 1) if count is None else count
-    return proved_steps(proved, begin, number)
+    shown, last = _steps_between(proved, *ends(proved))
+    begin = shown if first is None else whole("first", first)
+    return proved_steps(proved, begin, max(last - begin + 1, 1) if count is None else count)
 
 
 def require_known(what: str, named: Iterable[str], proved: Proved) -> None:

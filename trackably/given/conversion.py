@@ -1,6 +1,4 @@
-"""Convert curves to polynomial pieces: splines of SciPy, samples with an interpolation,
-trajectories of python-control.
-"""
+"""Convert curves to polynomial pieces: splines of SciPy, interpolated samples, trajectories of python-control."""
 
 from collections.abc import Callable, Sequence
 from functools import partial

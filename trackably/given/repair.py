@@ -25,7 +25,7 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Coordinate, Functional
 
-_FEWEST, _MOST, _PER_PIECE = 64, 400, 4
+_FEWEST, _MOST, _PER_PIECE = 64, 400, 4  # intervals between knots: least and most number, and number in each piece
 _INSTANTS = 6  # times in each interval between knots at which bounds are imposed first
 
 
@@ -59,9 +59,7 @@ class Splines:
         return np.concatenate([inner[-1 - k : -1] - period, inner, inner[1 : k + 1] + period])
 
     def basis(self, t: Array) -> sparse.csr_array:
-        """Return the values of the basis splines at t [s], as rows for the coefficients of one spline:
-        shape (len(t), count).
-        """
+        """Return the values of the basis splines at t [s], as rows for coefficients: shape (len(t), count)."""
         first, last = self.knots[0], self.knots[-1]
         if self.repeats:
             t = first + np.mod(t - first, last - first)
@@ -202,7 +200,7 @@ _BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 They leave room for the solver's tolerance, and for the times between those at which bounds are imposed.
 """
 
-_FINER, _EXCHANGES = 8, 3
+_FINER, _EXCHANGES = 8, 3  # parts of an interval between times in which margins are examined, and most programs
 
 
 def repair(

@@ -1,5 +1,4 @@
-"""Repair a trajectory of joints: find the nearest spline that keeps all limits between its knots,
-by quadratic programs.
+"""Repair a trajectory of joints: quadratic programs find the nearest spline that keeps all limits between its knots.
 
 A derivative of a B-spline is a B-spline of a lower degree, and lies between its least and its largest coefficient.
 All these coefficients are linear in those of the positions. So limits at all times become a few hundred linear
@@ -34,8 +33,9 @@ from trackably.joints.certify import (
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
 
-_DEGREE, _FEWEST, _LOOKS, _TIMES = 5, 40, 4, 4001
-_ROUNDING = 1e-6
+_DEGREE, _FEWEST = 5, 40  # of a spline: its degree, and least number of intervals between knots
+_LOOKS, _TIMES = 4, 4001  # times in each interval at which splines are near, and times at which distances are computed
+_ROUNDING = 1e-6  # a start may be outside of its limits by this part of their widths
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
 """Back-offs (tightenings of the limits, relative to their widths), tried in turn: room for the solver's tolerance."""
 

@@ -104,8 +104,7 @@ class JointTrajectory:
         upsampled: bool = False,
         rests: bool = True,
     ) -> Self:
-        """Return the trajectory that ROS 2's joint_trajectory_controller interpolates through
-        points at `times` (N,) [s].
+        """Return what ROS 2's joint_trajectory_controller interpolates through points at `times` (N,) [s].
 
         Each field has the shape (N, J). A piece is linear if its points have positions only, cubic if both have
         velocities, and quintic if both have accelerations too. With `upsampled` (the controller's parameter

@@ -42,11 +42,12 @@ from trackably.recordings.tables import (
     refuse_no_mcap,
 )
 
+# Paths of fields in messages, such as "joints[2].angle" or "transforms[child_frame_id=base].transform.translation.x".
+
 _ENTRY = re.compile(r"\[(?:(?P<index>[0-9]+)|(?P<field>[^=\[\]]+)=(?P<value>[^\]]*))\]\.?")
 _NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
-_LABELS = ("child_frame_id", "name")
-_DEPTH = 8
-_LISTED = 60
+_LABELS = ("child_frame_id", "name")  # fields that name an entry of a list
+_DEPTH, _LISTED = 8, 60  # levels of a message that are searched for an error message, and most paths in it
 
 
 def find(node: object, path: str) -> object:
@@ -150,8 +151,9 @@ _START = 512  # bytes that tell what kind of file it is
 
 @dataclass(frozen=True)
 class Received:
-    """An undecoded message, and its `place` for error messages; its times [ns] count from the
-    recorder's zero, often 1970.
+    """An undecoded message, and its `place` for error messages.
+
+    Its times [ns] count from the recorder's zero, which is often 1970.
     """
 
     place: str

@@ -1,6 +1,4 @@
-"""Tables of named columns from any kind of file: convert cells to numbers and times, or raise
-an error that names a cell.
-"""
+"""Tables of named columns from any kind of file: convert cells to numbers and times; each error names a cell."""
 
 from __future__ import annotations
 
