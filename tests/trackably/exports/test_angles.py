@@ -60,7 +60,7 @@ def test_acados_is_told_of_the_turns_that_are_near_the_plant() -> None:
 
 @pytest.mark.skipif(CC is None, reason="there is no C compiler")
 def test_values_of_a_flat_form_in_c_are_within_the_certified_error(tmp_path: Path) -> None:
-    times = np.random.default_rng(3).uniform(-20, 20, 15)
+    times = np.random.default_rng(3).uniform(-20, 20, 8)
     refused, values = run(compiled(robot(), tmp_path), times)
     assert not refused.any()
     require_within_certified_errors(robot(), times, values, 1e-6)

@@ -42,7 +42,7 @@ def test_whoever_learns_writes_the_same_bytes(tmp_path, two, who):
     with ExitStack() as stack:
         options = {"workers": 2}
         if who == "cluster":
-            cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+            cluster = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None)
             options = {"cluster": stack.enter_context(cluster).scheduler_address}
         learned(motions(2), tmp_path, **options)
     assert contents(tmp_path) == contents(two.folder)
