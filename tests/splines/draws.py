@@ -4,14 +4,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator, BSpline, CubicSpline, PchipInterpolator, PPoly, make_interp_spline
+from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
+from trackably.given.conversion import as_pieces, interpolate
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import Beyond, PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
+from_scipy = as_pieces
 FAMILIES = ("cubic", "pchip", "akima", "quintic", "linear", "steps", "b-spline")
 
 
@@ -68,21 +70,13 @@ def _signal(rng: np.random.Generator, family: str, beyond: Beyond, last: float) 
 
 def _spline(rng: np.random.Generator, family: str, beyond: Beyond, x: Any, y: Any) -> Any:
     match family:
-        case "cubic":
-            return CubicSpline(x, y, bc_type={"period": "periodic", "rest": "clamped", "end": "not-a-knot"}[beyond])
-        case "pchip" | "akima":
-            return {"pchip": PchipInterpolator, "akima": Akima1DInterpolator}[family](x, y)
-        case "quintic" | "linear":
-            return PPoly.from_spline(make_interp_spline(x, y, k=5 if family == "quintic" else 1))
+        case "cubic" | "linear" | "pchip" | "akima":
+            return interpolate(x, y, family, beyond)
+        case "quintic":
+            return make_interp_spline(x, y, k=5)
         case "steps":
             return PPoly(rng.standard_normal((int(rng.integers(1, 4)), len(x) - 1)), x)
     knots = np.concatenate([[x[0]] * 3, x, [x[-1]] * 3])
     weights = rng.standard_normal(len(knots) - 4)
     weights[-1] = weights[0]  # where it is repeated, it does not jump
-    return PPoly.from_spline(BSpline(knots, weights, 3))
-
-
-def from_scipy(spline: Any, beyond: Beyond) -> PolynomialPieces:
-    """The same numbers; pieces of no length, between equal knots, are left out."""
-    kept = np.flatnonzero(np.diff(spline.x) > 0)
-    return PolynomialPieces(np.append(spline.x[kept], spline.x[-1]), spline.c[::-1].T[kept], beyond)
+    return BSpline(knots, weights, 3)

@@ -77,14 +77,7 @@ def _last(reference: Reference) -> float:
 def _bounded(given: Drawn, name: str, lower: float, upper: float) -> Reference:
     """The reference with one bound, of one state or input."""
     plant = given.reference.plant
-    free = {side: Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n) for side, n in _sizes(given).items()}
-    for side, names in (("state_set", plant.system.states), ("input_set", plant.system.inputs)):
-        if name in names:
-            row = np.eye(len(names))[[names.index(name)]]
-            free[side] = Polytope(row, np.array([lower]), np.array([upper]), len(names))
-    return Reference(given.reference.signals, replace(plant, **free))
-
-
-def _sizes(given: Drawn) -> dict[str, int]:
-    system = given.reference.plant.system
-    return {"state_set": len(system.states), "input_set": len(system.inputs)}
+    at = np.array([of == name for of in plant.names])
+    low, high, n = np.where(at, lower, -np.inf), np.where(at, upper, np.inf), len(plant.system.states)
+    sets = Polytope.box(low[:n], high[:n]), Polytope.box(low[n:], high[n:])
+    return Reference(given.reference.signals, replace(plant, state_set=sets[0], input_set=sets[1]))
