@@ -74,7 +74,9 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
     for joint, of in joints.items():
         text("joints: name", joint)
         if not of or {*of} - {*FIELDS}:
-            raise ValueError(f"joints: {joint} must have some of {', '.join(FIELDS)}, got {', '.join(of) or 'none'}")
+            raise ValueError(
+                f"joints: {joint} must have some of {', '.join(FIELDS)}, got {', '.join(map(str, of)) or 'none'}"
+            )
         if {*of} != {*joints[first]}:
             raise ValueError(f"joints: {joint} must have the fields of {first}: {', '.join(joints[first])}")
         require_known(f"joints: {joint}", of.values(), proved)

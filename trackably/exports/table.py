@@ -1,6 +1,7 @@
 """References as tables with units in the header, one row for each step."""
 
 import csv
+import re
 from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
@@ -15,7 +16,7 @@ from trackably.files import new_file, write_atomically, write_text
 Units = Mapping[str, str]
 """Units of states and inputs, by name."""
 
-_TIME = "time"
+_UNIT = re.compile(r"\[(.+)\]$")
 
 
 def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:
@@ -31,8 +32,8 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
             raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
     steps = chosen_steps(proved, first, count)
     values = values_at(proved, steps)
-    found = {f"{_TIME} [s]": proved.reference.instants(steps)}
-    return found | {_head(name, given): values[:, i] for name, i in places(proved).items()}
+    heads = (f"{name} [{given[name]}]" if name in given else name for name in places(proved))
+    return {"time [s]": proved.reference.instants(steps), **dict(zip(heads, values.T, strict=True))}
 
 
 def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
@@ -53,14 +54,15 @@ def write_parquet(proved: Proved, path: Path | str, first: int | None, count: in
     """
     with optional("to_parquet"):
         import pyarrow as pa  # noqa: PLC0415
-    table, of_column = columns(proved, first, count, units), {f"{_TIME} [s]": "s"}
-    of_column |= {_head(name, units or {}): unit for name, unit in (units or {}).items()}
+    table = columns(proved, first, count, units)
     statement = {
         "trackably": proved.certificate.explanation,
         "sampling_time": repr(float(proved.reference.plant.sampling_time)),
     }
     fields = [
-        pa.field(head, pa.float64(), nullable=False, metadata={"unit": of_column[head]} if head in of_column else None)
+        pa.field(
+            head, pa.float64(), nullable=False, metadata={"unit": unit[1]} if (unit := _UNIT.search(head)) else None
+        )
         for head in table
     ]
     return put_parquet(table, path, pa.schema(fields, metadata=statement))
@@ -78,7 +80,3 @@ def put_parquet(table: Mapping[str, Any], path: Path | str, schema: Any = None) 
     parquet.write_table(pa.table(dict(table), schema=schema), content)
     write_atomically(file := new_file("to_parquet", path), content.getvalue().to_pybytes())
     return file
-
-
-def _head(name: str, units: Units) -> str:
-    return f"{name} [{units[name]}]" if name in units else name
