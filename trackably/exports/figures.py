@@ -46,8 +46,8 @@ _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
 Units = Mapping[str, str]
 """Units by the names of states and inputs."""
 UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
-_TIMES_OF_BOUNDS: Final = 801
-_PADDING: Final = 0.12
+_TIMES_OF_BOUNDS: Final = 801  # at which a bound that moves is drawn
+_PADDING: Final = 0.12  # of a panel beyond its bounds, relative to their distance
 
 
 def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:

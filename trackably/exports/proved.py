@@ -158,8 +158,8 @@ def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
 
 # The display of a reference in notebooks: a figure, and a table of its bounds with small pictures.
 
-_WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0
-_POINTS = 160
+_WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0  # px: of a small picture, and of its empty edge
+_POINTS = 160  # of a curve in it
 _SOLID = 'stroke="currentColor" stroke-width="1.4"'
 _DASHED = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
 
@@ -247,7 +247,7 @@ def _style(column: int) -> str:
     return _CELL.format(side="right" if 2 <= column <= 5 else "left")
 
 
-_COUNT = 801
+_COUNT = 801  # times in a figure
 
 
 def figure(proved: Proved, start: float | None = None, end: float | None = None) -> Figure:

@@ -20,7 +20,6 @@ from reprlib import repr as short
 from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any, TypeVar
-from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -229,8 +228,8 @@ def answers(
             for each in found:  # noqa: UP028  `yield from` would close `found` before the next lines
                 yield each
         finally:
-            with catch_warnings():
-                simplefilter("ignore")  # joblib warns of tasks that are cancelled
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # joblib warns of tasks that are cancelled
                 found.close()
 
 
