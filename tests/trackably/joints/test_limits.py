@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackably import Joints
+from trackably import Joints, JointTrajectory
 from trackably.errors import InputError
 
 URDF = """<?xml version="1.0"?>
@@ -71,12 +71,8 @@ def test_a_plant_is_the_chain_with_its_highest_derivative_held(order):
     rng = np.random.default_rng(0)
     x, u = rng.normal(size=(2, order)), rng.normal(size=2)
     after = plant.linear.successor(x.ravel(), u).reshape(2, order)
-    polynomial = np.column_stack([x / [1, 1, 2, 6][:order], u / np.prod(range(1, order + 1))])
-    for r in range(order):
-        d = np.array(
-            [np.polynomial.Polynomial(p).deriv(r)(0.1) if r else np.polynomial.Polynomial(p)(0.1) for p in polynomial]
-        )
-        np.testing.assert_allclose(after[:, r], d, rtol=1e-12, atol=1e-14)
+    motion = JointTrajectory(names, [0, 0.1], (np.column_stack([x, u]) / [1, 1, 2, 6, 24][: order + 1])[:, None])
+    np.testing.assert_allclose(after.T, motion.at_ends(order)[:, 0], rtol=1e-12, atol=1e-14)
     assert plant.input_set.upper.tolist() == [order, order]
     assert plant.state_set.upper.tolist() == [1.0, *range(1, order), 3.0, *range(1, order)]
 

@@ -1,5 +1,6 @@
 """A CSV file is read, or refused in one sentence that names file and line."""
 
+import gzip
 import re
 
 import pytest
@@ -52,6 +53,7 @@ REFUSALS = {
     "UTF-16 as UTF-8": ("t,x\n0,1\n".encode("utf-16"), {}, ": it begins with the mark of UTF-16, which the encoding "),
     "binary": (b"\x7fELF\n\xff\0\1", {}, ", line 2: a NUL byte, so this is no text file"),
     "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file: read_mcap reads it"),
+    "Parquet": (b"PAR1\0", {}, ": this is a Parquet file: read_parquet reads it"),
     "unknown encoding": (
         "t,x\n0,1\n",
         {"layout": CsvLayout(encoding="latin-one")},
@@ -72,3 +74,11 @@ def test_refused(tmp_path, name):
 def test_no_file(tmp_path, name, message):
     with pytest.raises(InputError, match=re.escape(f"{tmp_path / name}: {message}")):
         read_csv(str(tmp_path / name), "t", "s", X)
+
+
+def test_gzip_is_unpacked(tmp_path):
+    packed, path = gzip.compress(b"t,x\n0,1\n1,2\n"), tmp_path / "some.csv.gz"
+    assert read(path, packed)["x"].values.tolist() == [1.0, 2.0]
+    for broken in (packed[:-9], packed[:-1] + b"\xff", packed[:12] + b"\xff" + packed[13:], packed[:3]):
+        with pytest.raises(InputError, match=r"some\.csv\.gz: a gzip file that cannot be unpacked .*; is it whole"):
+            read(path, broken)

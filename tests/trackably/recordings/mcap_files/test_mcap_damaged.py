@@ -14,10 +14,18 @@ def path(tmp_path):
     return tmp_path / "some.mcap"
 
 
-@pytest.mark.parametrize("data", [b"", b"\xff\xfe\0", b"\x89MCAP0\r\n"])
+NO_MCAP = {
+    b"": ": no MCAP file, or damaged: ",
+    b"\xff\xfe\0": ": no MCAP file, or damaged: ",
+    b"\x89MCAP0\r\n": ": no MCAP file, or damaged: ",
+    b"SQLite format 3\0": ": this is a database, as ROS 2 bags are (.db3): `mcap convert`",
+}
+
+
+@pytest.mark.parametrize("data", NO_MCAP)
 def test_no_mcap(path, data):
     path.write_bytes(data)
-    assert refusal(path).startswith(": no MCAP file, or damaged: ")
+    assert refusal(path).startswith(NO_MCAP[data])
 
 
 UNDECODABLE = {
