@@ -199,11 +199,7 @@ class Posterior:
 
     def _jets(self, order: int, t: Array) -> Array:
         kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
-        if order:
-            jet, by_theta = kernel.jet_and_gradient(r, order)
-        else:
-            value, slopes = kernel.value_and_gradient(r)
-            jet, by_theta = value[None], slopes[:, None]
+        jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
         of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise moves the weights only

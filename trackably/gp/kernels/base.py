@@ -230,10 +230,13 @@ class Kernel(ABC):
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
+        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape).
+
+        For order 0, the value may differ from that of `jet` by a few roundings.
+        """
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """Return κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
+        """Return the jet of order 0: κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
         jet, gradient = self.jet_and_gradient(r, 0)
         return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 
@@ -383,11 +386,6 @@ class Sum(_Pair):
         right, right_gradient = self.right.jet_and_gradient(r, order)
         return left + right, np.concatenate([left_gradient, right_gradient])
 
-    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        left, left_gradient = self.left.value_and_gradient(r)
-        right, right_gradient = self.right.value_and_gradient(r)
-        return np.asarray(left + right), np.concatenate([left_gradient, right_gradient])
-
 
 @dataclasses.dataclass(frozen=True)
 class Product(_Pair):
@@ -408,8 +406,3 @@ class Product(_Pair):
         right, right_gradient = self.right.jet_and_gradient(r, order)
         gradient = np.concatenate([leibniz(left_gradient, right[None]), leibniz(left[None], right_gradient)])
         return leibniz(left[None], right[None])[0], gradient
-
-    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        left, left_gradient = self.left.value_and_gradient(r)
-        right, right_gradient = self.right.value_and_gradient(r)
-        return np.asarray(left * right), np.concatenate([left_gradient * right, left * right_gradient])
