@@ -7,8 +7,8 @@ of `jet` and `jet_and_gradient`.
 
 import dataclasses
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Scales, Search, as_learned, with_value
+from trackably.gp.hyperparameter import Parametrized, Scales, Search
 
 # Jets are arrays of a function of time and its derivatives. These functions differentiate jets and multiply them.
 
@@ -189,40 +189,12 @@ _NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and below
 
 
 @dataclasses.dataclass(frozen=True)
-class Kernel(ABC):
+class Kernel(Parametrized):
     """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart. Kernels add and multiply."""
-
-    @property
-    @abstractmethod
-    def hyperparameters(self) -> dict[str, float]:
-        """Names and values of the hyperparameters, in natural units, in the order of every gradient."""
-
-    @abstractmethod
-    def map_values(self, change: Callable[[str, float], float]) -> Self:
-        """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
 
     @abstractmethod
     def search(self, name: str, scales: Scales) -> Search:
         """Return the search interval of a hyperparameter for which none is given."""
-
-    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the same kernel with other values of the named hyperparameters; learned ones stay learned.
-
-        TypeError for unknown names.
-        """
-        if unknown := values.keys() - self.hyperparameters.keys():
-            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
-        return self.map_values(lambda name, value: with_value(value, values[name]) if name in values else value)
-
-    def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the same kernel with all hyperparameters learned, or those in `names`, starting
-        at their current values.
-        """
-        return self.map_values(lambda name, value: as_learned(value) if names is None or name in names else value)
-
-    def as_known(self) -> Self:
-        """Return the same kernel with every hyperparameter known at its current value."""
-        return self.map_values(lambda _, value: float(value))
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
