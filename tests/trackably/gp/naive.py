@@ -15,7 +15,7 @@ from trackably.gp.stencil import Stencils
 
 
 def _covariance(prior: Prior, one, other):
-    return np.array([[float(prior.kernel(np.array(s - t))) for t in other] for s in one])
+    return prior.kernel(np.subtract.outer(np.asarray(one), np.asarray(other)))
 
 
 def _observed(prior: Prior, samples: Samples):
