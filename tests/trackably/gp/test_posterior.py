@@ -7,19 +7,29 @@ from hypothesis import strategies as st
 
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import REPRESENTATIVE, decaying_kernels, over
-from tests.trackably.gp.test_stencils import OF_KINDS, STENCILS
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.gp.stencil import POINT, Stencil, Stencils
 
 NOISE = np.array([1.0, 0.5, 2.0, 1.0, 0.1, 3.0, 1.0])
 SAMPLES = Samples([0.0, 0.13, 0.4, 0.55, 0.9, 1.4, 1.45, 2.0], [1.0, 0.4, -0.3, 0.1, 0.8, 2.0, 1.9, -1.0])
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
 
+H = 0.05
+STENCILS = {
+    "scaled": Stencil((-2.0,), 0.1, 0.3),
+    "difference": Stencil((-10.0, 10.0), 0.1, 1.0),
+    "second_difference": Stencil((4.0, -8.0, 4.0), 0.5),
+    "uneven": Stencil((0.3, 0.0, -0.7, 1.1), 0.07, 0.2),
+}
+POSITION, VELOCITY = Stencil((0.5, 0.5), H, 0.2), Stencil((-1 / H, 1 / H), H)
+KINDS = Stencils((POSITION, VELOCITY, POINT), ("position", "velocity", "z1"), (0, 1, 1, 0, 2, 0, 1))
+OF_KINDS = np.array([0.0, 0.0, 0.3, 0.4, 0.4, 0.9, 1.2]), np.array([0.05, 0.3, 0.2, 0.05, 0.1, 0.05, 0.3])
 SEEN = {
     **{name: Samples(SAMPLES.times[:7], SAMPLES.values[:7], NOISE, stencil) for name, stencil in STENCILS.items()},
-    "kinds": OF_KINDS,
+    "kinds": Samples(OF_KINDS[0], np.sin(3 * OF_KINDS[0]) + KINDS.places, OF_KINDS[1], KINDS),
 }
 SOME = {name: REPRESENTATIVE[name] for name in ("matern32_short", "nested")}
 CASES = {f"points-{name}": (kernel, SAMPLES) for name, kernel in REPRESENTATIVE.items()} | {

@@ -30,21 +30,21 @@ def random_rows(seed: int, most_rows: int = 12):
     ("lower", "upper"), [(-1, 0.5), (2, 3), (-0.03, 0.02), (1, 1.05), (4, INF), (-INF, INF), (-INF, 0)]
 )
 def test_one_dimension_against_scipy(lower, upper):
-    draws = between([[-2.0]], [-2 * upper], [-2 * lower]).draws(4000, 0)[:, 0]
+    draws = between([[-2.0]], [-2 * upper], [-2 * lower]).draws(2000, 0)[:, 0]
     assert stats.kstest(draws, stats.truncnorm(lower, upper).cdf).pvalue > 0.01
     assert lower <= draws.min() < draws.max() <= upper
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_three_dimensions_against_rejection(seed):
     rng = np.random.default_rng(seed)
     rows = rng.standard_normal((8, 3))
     lower = -rng.uniform(0.1, 1.5, 8)
     upper = lower + rng.uniform(0.8, 3, 8)
-    draws = between(rows, lower, upper).draws(4000, seed)
-    every = rng.standard_normal((400_000, 3))
+    draws = between(rows, lower, upper).draws(2000, seed)
+    every = rng.standard_normal((100_000, 3))
     kept = every[np.all((every @ rows.T >= lower) & (every @ rows.T <= upper), axis=1)]
-    assert len(kept) > 2000
+    assert len(kept) > 1000
     for direction in np.vstack([np.eye(3), rows]):
         assert stats.ks_2samp(draws @ direction, kept @ direction).pvalue > 1e-3
     np.testing.assert_allclose(np.cov(draws.T), np.cov(kept.T), atol=0.1 * np.var(kept))
