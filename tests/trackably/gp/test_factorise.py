@@ -14,13 +14,12 @@ from trackably.gp.factors.quasiseparable import Quasiseparable
 from trackably.gp.kernels.base import Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
+from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.stencil import Stencil
+from trackably.gp.stencil import POINT, Stencil
 
 AGREEMENT = 1e-8
-NOISES = [1.0, 0.1, 0.01, 1e-3, 1e-4]
 
 
 def random(n, lower, upper):
@@ -50,21 +49,8 @@ FAMILIES = {
         "sum",
         "sum_of_smooth",
         "quasi_periodic",
-        "nested",
     )
 }
-
-
-@over(FAMILIES)
-@pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
-def test_all_factorisations_lead_to_the_same_answers(kernel, times):
-    compared = 0
-    for noise, spread in zip([*NOISES, 0.1, 1e-3], [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0], strict=True):
-        posterior = posterior_at(kernel, times(200), noise, np.exp(random(200, -spread, spread)))
-        for factor in factorisations(posterior).values():
-            compared += 1
-            assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
-    assert compared >= len(NOISES) + 2  # the dense one, always
 
 
 STENCILS = [
@@ -73,37 +59,35 @@ STENCILS = [
     Stencil((2.0, -3.0, 1.0), 0.3, 0.4),
     Stencil((1.0, 1.0), 40.0),
 ]
+SEEN = [(noise, spread, POINT) for noise, spread in [(1.0, 0.0), (0.1, 1.0), (0.01, 0.0), (1e-3, 1.0), (1e-4, 0.0)]]
+SEEN += [(0.1, 0.0, stencil) for stencil in STENCILS]
 
 
-@over({name: KERNELS[name] for name in ("se", "matern32_short", "matern72", "sum", "quasi_periodic")})
-@pytest.mark.parametrize("stencil", STENCILS, ids=str)
-def test_samples_may_see_more_than_one_instant(kernel, stencil):
-    for times in TIMES.values():
-        posterior = posterior_at(kernel, times(200), 0.1, stencil=stencil)
-        for factor in factorisations(posterior).values():
-            assert disagreement(with_factor(posterior, factor), dense(posterior)) < AGREEMENT
+@over(FAMILIES)
+@pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
+def test_all_factorisations_lead_to_the_same_answers(kernel, times):
+    """With equal noise and with unequal noise, of samples of one instant and of several."""
+    for noise, spread, stencil in SEEN:
+        posterior = posterior_at(kernel, times(200), noise, np.exp(random(200, -spread, spread)), stencil)
+        found, whole = factorisations(posterior), dense(posterior)
+        assert Dense in found
+        for factor in found.values():
+            assert disagreement(with_factor(posterior, factor), whole) < AGREEMENT
 
 
 @pytest.mark.parametrize(
     ("kernel", "times", "wanted"),
     [
         (SquaredExponential(1.0, 0.5), TIMES["random"](100), Fourier),
-        (SquaredExponential(1.0, 0.5), TIMES["even"](180), Fourier),
         (SquaredExponential(1.0, 0.5), TIMES["random"](40), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),
         (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Quasiseparable),
         (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
-        (SquaredExponential(1.0, 5.0), TIMES["even"](1000), Fourier),
         (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
-        (SquaredExponential(1.0, 0.5), TIMES["even"](1000), Fourier),
         (Matern32(1.0, 2.0), TIMES["random"](500), Quasiseparable),
-        (Matern32(1.0, 2.0), TIMES["even"](500), Quasiseparable),
-        (Matern32(1.0, 2.0), TIMES["even"](2000), Quasiseparable),
         (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Quasiseparable),
-        (Matern32(1.0, 0.02), TIMES["random"](500), Quasiseparable),
         (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Quasiseparable),
-        (PiecewisePolynomial3(1.0, 0.5), TIMES["random"](1000), Quasiseparable),
         (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
         (
             SquaredExponential(1.0, 1e-3),

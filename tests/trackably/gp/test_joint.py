@@ -1,7 +1,6 @@
 """Several processes at once: names, what is shared, and that nothing else ties them together."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -28,16 +27,12 @@ PARTS = (
     Prior(Matern52(0.5, 0.8), 0.3, 0.0).as_learned(),
 )
 NAMES = ("x", "y", "z")
+SHARED = PARTS[0], PARTS[1].with_hyperparameters({"lengthscale": 0.8}), PARTS[2]
 PRIORS = {
     "apart": JointPrior(PARTS, NAMES),
-    "one_period": JointPrior(PARTS, NAMES, frozenset({"period"})),
-    "two_shared": JointPrior(
-        (PARTS[0], replace(PARTS[1], kernel=PARTS[1].kernel.with_hyperparameters({"lengthscale": 0.8})), PARTS[2]),
-        NAMES,
-        frozenset({"period", "lengthscale"}),
-    ),
-    "one_fixed": JointPrior((PARTS[0], replace(PARTS[1], kernel=PARTS[1].kernel.as_known()), PARTS[2]), NAMES),
-    "nothing_learned": JointPrior(tuple(Prior(p.kernel.as_known(), float(p.noise_std), p.mean) for p in PARTS), NAMES),
+    "two_shared": JointPrior(SHARED, NAMES, frozenset({"period", "lengthscale"})),
+    "one_fixed": JointPrior((PARTS[0], PARTS[1].as_known(), PARTS[2]), NAMES),
+    "nothing_learned": JointPrior(PARTS, NAMES).as_known(),
 }
 
 
