@@ -27,8 +27,8 @@ from trackably.certificates.form import encode_certificate
 from trackably.codec import CodecError
 from trackably.systems.library import tank
 
-TIMES = np.arange(120) / 6
-MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.random.default_rng(4).standard_normal(120)
+TIMES = np.arange(90) / 6
+MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.random.default_rng(4).standard_normal(90)
 PUSHED = Zonotope.box([-1e-3, -5e-3], [1e-3, 5e-3])
 NOISE = Zonotope.box([-1e-3, -2e-3], [1e-3, 2e-3])
 OPTIONS = {
@@ -45,7 +45,7 @@ learn = partial(learn_stream, Samples(TIMES, MOVED), AXIS, SquaredExponential(0.
 
 @cache
 def learned(name: str) -> StreamReference:
-    return learn(**{"claim": (0.0, 20.0), "mean": -0.45, "centres": None, **OPTIONS[name]})
+    return learn(**{"claim": (0.0, 15.0), "mean": -0.45, "centres": None, **OPTIONS[name]})
 
 
 each = pytest.mark.parametrize("name", OPTIONS)
@@ -85,7 +85,7 @@ def test_given_values_are_met_and_proved(tmp_path):
     """At the start, where windows meet, and within one; each is a little beside the samples."""
     x, v, later = MOVED[0] + 0.03, 0.8, MOVED[48] - 0.03
     at = {0.0: {"position": x, "velocity": v}, 8.0: {"position": later}, 13.1: {"velocity": 0.2}}
-    reference = learn(claim=(0.0, 20.0), mean=-0.45, centres=None, at=at, at_tolerance={"position": 1e-4})
+    reference = learn(claim=(0.0, 15.0), mean=-0.45, centres=None, at=at, at_tolerance={"position": 1e-4})
     found = reference.reference.state_at(np.array([*at]))
     assert found[0] == pytest.approx([x, v], abs=1e-4)
     assert (found[1, 0], found[2, 1]) == pytest.approx((later, 0.2), abs=1e-4)
@@ -99,24 +99,24 @@ def test_given_values_are_met_and_proved(tmp_path):
 
 
 def test_a_mean_is_learned_from_the_first_window_without_bounds():
-    found = learn(claim=(0.0, 20.0), mean=(-1.0, 0.1), centres=None)
+    found = learn(claim=(0.0, 15.0), mean=(-1.0, 0.1), centres=None)
     (prior,) = found.stream.prior.parts
     assert prior.mean == pytest.approx(-0.45, abs=0.15)
     assert prior.mean not in {-1.0, 0.1}
-    assert learn(claim=(0.0, 20.0), mean=prior.mean, centres=None).fingerprint == found.fingerprint
+    assert learn(claim=(0.0, 15.0), mean=prior.mean, centres=None).fingerprint == found.fingerprint
 
 
 def test_a_nonlinear_plant_is_followed_by_its_inputs():
     plant = ConstrainedSystem(
         tank(sampling_time=5.0, area=1.0, outflow=0.05), Polytope.box([0.7], [1.15]), Polytope.box([0.03], [0.065])
     )
-    t = np.arange(0.0, 240.0, 4.0)
+    t = np.arange(0.0, 160.0, 4.0)
     level = 0.9 + 0.26 * np.sin(2 * np.pi * t / 140) + 0.01 * np.random.default_rng(3).standard_normal(t.size)
     found = learn_stream(
-        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 236.0), window=80.0, noise_std=0.03, mean=0.9
+        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 156.0), window=80.0, noise_std=0.03, mean=0.9
     )
     assert isinstance(check(encode_certificate(found.certificate)), Proved)
-    steps = np.arange(47)
+    steps = np.arange(31)
     x, u = found.state(steps), found.input(steps)
     follow = x[0]
     for k in steps[:-1]:
