@@ -27,22 +27,6 @@ def fewer() -> TrackableReference:
     return learned({"position": DENSE}, centres=CENTRES)
 
 
-@pytest.fixture(scope="module")
-def whole() -> TrackableReference:
-    return learned({"position": DENSE}, centres=None)
-
-
-def test_the_same_is_learned_as_from_all_samples(fewer, whole):
-    """The noise too, of which most samples say the most."""
-    assert len(fewer.samples[0]) == CENTRES
-    assert len(whole.samples[0]) == 500
-    for name, value in whole.hyperparameters.items():
-        assert fewer.hyperparameters[name] == pytest.approx(value, rel=1e-2)
-    assert fewer.objective == pytest.approx(whole.objective, abs=0.1)
-    steps = np.arange(54)
-    np.testing.assert_allclose(fewer.state(steps), whole.state(steps), atol=0.01)
-
-
 def test_the_misfit_is_that_of_all_samples(fewer):
     off = DENSE.values - fewer.reference.state_at(DENSE.times)[:, 0]
     assert fewer.misfit["position"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-4)

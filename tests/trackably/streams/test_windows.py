@@ -3,8 +3,6 @@
 The second implementation learns from all samples at once.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from tests.trackably.plants import AXIS, CART
 from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import as_claim
-from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
@@ -61,22 +58,6 @@ def test_one_flat_output_is_learned_where_another_has_no_samples():
     for part, of, signal in zip(prior.parts, samples, found[0].signals, strict=True):
         mean = Posterior(part, of).mean(at := np.linspace(0, 17, 400))
         np.testing.assert_allclose(signal(at), mean, atol=2e-4)
-
-
-def test_given_values_are_those_of_all_samples_at_once():
-    """Before the first sample, within a window, where two of them meet, and long after the last sample."""
-    tolerances = {"position": 1e-6}
-    pinned = tuple(
-        Waypoint(t, {"position": x}, tolerances) for t, x in [(0.0, -1.0), (7.05, 0.3), (10.0, -0.9), (58.0, 0.2)]
-    )
-    windows, whole = (
-        learn_proved(replace(stream(KERNELS["rough"], FREE, of, (0.0, 59.0)), pinned=pinned))[0].signals
-        for of in (3.0, 100.0)
-    )
-    position = FREE.flatness.states[0]
-    assert position(windows, np.array([at.time for at in pinned])) == pytest.approx([-1.0, 0.3, -0.9, 0.2], abs=1e-6)
-    at = np.linspace(0, 59, 900)
-    np.testing.assert_allclose(position(windows, at), position(whole, at), atol=2e-4)
 
 
 def test_with_bounds_it_stays_near_what_all_samples_give_at_once():
