@@ -41,13 +41,9 @@ CASES |= {
 }
 
 
-def prior_of(kernel, **given_values):
-    return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3} | given_values).as_learned()
-
-
 @over(CASES, "kernel", "samples")
 def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
-    prior, scale = prior_of(kernel), float(kernel(np.zeros(())))
+    prior, scale = Prior(kernel, 0.2, 0.3).as_learned(), float(kernel(np.zeros(())))
     posterior = Posterior(prior, samples)
     value, gradient = posterior.negative_log_marginal_likelihood()
     assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, samples), rel=1e-9, abs=1e-9)
@@ -60,7 +56,7 @@ def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
 
 @over(CASES, "kernel", "samples")
 def test_gradients_of_the_mean_and_its_derivative_are_central_differences(kernel, samples):
-    prior = prior_of(kernel)
+    prior = Prior(kernel, 0.2, 0.3).as_learned()
     posterior = Posterior(prior, samples)
     slopes = naive.by_log_hyperparameters(lambda p: naive.mean(p, samples, TIMES), prior)
     np.testing.assert_allclose(posterior.jets(TIMES, 0)[1:, 0], slopes, rtol=1e-6, atol=2e-6)

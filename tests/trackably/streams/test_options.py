@@ -1,4 +1,4 @@
-"""Streams with what `learn_reference` has too: disturbances, margins, learned means, nonlinear plants, files."""
+"""A stream in one call: what `learn_reference` has too, and one certificate for the whole that the checker proves."""
 
 import json
 from functools import cache, partial
@@ -10,6 +10,7 @@ import pytest
 from tests.trackably.plants import AXIS
 from trackably import (
     ConstrainedSystem,
+    IgnoresSamplesWarning,
     Matern52,
     ModelError,
     NotTrackableError,
@@ -40,7 +41,8 @@ OPTIONS = {
     "wrong model": {"model_error": ModelError.intervals(AXIS.system, {("velocity", "force"): (0.0495, 0.0505)})},
     "true signal": {"truth": Truth(noise=0.08, slope=1.0)},
 }
-learn = partial(learn_stream, Samples(TIMES, MOVED), AXIS, SquaredExponential(0.6, 0.9), window=8.0, noise_std=0.02)
+KNOWN = {"plant": AXIS, "kernel": SquaredExponential(0.6, 0.9), "window": 8.0, "noise_std": 0.02}
+learn = partial(learn_stream, Samples(TIMES, MOVED), **KNOWN)
 
 
 @cache
@@ -99,12 +101,30 @@ def test_given_values_are_met_and_proved(tmp_path):
     assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
 
 
-def test_a_mean_is_learned_from_the_first_window_without_bounds():
-    found = learn(claim=(0.0, 15.0), mean=(-1.0, 0.1), centres=None)
+def test_hyperparameters_and_a_mean_are_learned_from_one_window():
+    asked = {"claim": (0.0, 15.0), "centres": None}
+    found = learn(kernel=SquaredExponential(), noise_std=(0.005, 0.5), mean=(-1.0, 0.1), starts=2, **asked)
     (prior,) = found.stream.prior.parts
+    assert prior.noise_std == pytest.approx(0.02, rel=0.3)
     assert prior.mean == pytest.approx(-0.45, abs=0.15)
     assert prior.mean not in {-1.0, 0.1}
-    assert learn(claim=(0.0, 15.0), mean=prior.mean, centres=None).fingerprint == found.fingerprint
+    off = MOVED - found.reference.state_at(TIMES)[:, 0]
+    assert found.misfit["position"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-6)
+    assert found.misfit["position"] == pytest.approx(prior.noise_std, rel=0.3)
+    again = learn(kernel=prior.kernel, noise_std=prior.noise_std, mean=prior.mean, **asked)
+    assert again.fingerprint == found.fingerprint
+
+
+def test_a_reference_that_bounds_keep_from_its_samples_is_announced():
+    low = ConstrainedSystem(AXIS.system, Polytope.box([-0.5, -1.0], [-0.4, 1.0]), AXIS.input_set)
+    with pytest.warns(IgnoresSamplesWarning, match=r"it is 0\.\d+ off those of position; wider bounds may help"):
+        learn(plant=low, claim="all_times", mean=-0.45)
+
+
+@pytest.mark.parametrize("window", [1.0, 0.02])
+def test_a_window_of_a_few_samples_is_refused(window):
+    with pytest.raises(ValueError, match=rf"^window: .* and 8 samples, got {window:g} s .* every 0\.167 s, 90 in"):
+        learn(window=window, claim="all_times")
 
 
 def test_a_nonlinear_plant_is_followed_by_its_inputs():

@@ -61,7 +61,6 @@ def test_what_is_late_keeps_the_reference(learned):
     relearn = Relearner(learned, budget=1.0, clock=lambda: next(ticks))
     late = relearn(window(2))
     assert isinstance(late, BudgetExceeded)
-    assert late.explanation == "learning and proof took 2 s, longer than the budget of 1 s"
     assert relearn.reference is learned
     assert isinstance(relearn(window(4)), TrackableReference)
     assert relearn.seconds == [2.0, 0.5]
