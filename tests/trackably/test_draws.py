@@ -43,7 +43,7 @@ def assert_kept(sets, states, inputs, room=0.0):
     assert np.min(sets.input_set.margin(inputs)) >= room
 
 
-def test_every_draw_keeps_the_bounds_and_is_a_way_the_system_can_go():
+def test_every_draw_keeps_the_bounds_and_follows_the_system():
     states, inputs = example1().draws(np.arange(101), 2000)
     assert (states.shape, inputs.shape) == ((2000, 101, 1), (2000, 101, 1))
     assert_kept(sets := example1().reference.plant, states, inputs)

@@ -19,7 +19,6 @@ from trackably import (
 )
 from trackably.condensed import condense_by_name
 from trackably.gp.joint import JointPosterior
-from trackably.gp.kernels.base import Kernel
 
 CART = ConstrainedSystem(
     LinearSystem([[1.0]], [[0.1]], states=("position",), inputs=("velocity",), sampling_time=0.1),
@@ -37,34 +36,28 @@ def drawn(count: int, speed: float) -> Samples:
     return Samples(times, values + NOISE * rng.standard_normal(count))
 
 
-def assert_is_that_of_all(learned: JointPosterior, samples: Samples) -> None:
-    """In l, and in the mean on a fine grid, at worst, in σ_n."""
-    (part,) = learned.prior.parts
-    at = np.interp(np.arange(5 * len(samples)) / 5, np.arange(len(samples)), samples.times)
-    apart = np.max(np.abs(learned.signals[0](at) - naive.mean(part, samples, at)))
-    nlml = naive.negative_log_marginal_likelihood(part, samples)
-    assert learned.negative_log_marginal_likelihood()[0] == pytest.approx(nlml, rel=0, abs=OF_L)
-    assert apart <= OF_NOISE * float(part.noise_std)
+ROUGH, SMOOTH = Matern32(0.7, 1.5), SquaredExponential(0.6, 0.5)
+CASES = {
+    "known, rough": (learn_reference, ROUGH, 1.4, {"noise_std": NOISE}),
+    "known, smooth": (learn_reference, SMOOTH, 0.1, {"noise_std": NOISE}),
+    "learned": (learn_reference, Matern32(), 0.3, {"noise_std": (0.01, 0.2), "starts": 2}),
+    "stream, rough": (learn_stream, ROUGH, 0.3, {"noise_std": NOISE, "window": 15.0}),
+    "stream, smooth": (learn_stream, SMOOTH, 0.3, {"noise_std": NOISE, "window": 15.0}),
+}
 
 
-@pytest.mark.parametrize(("kernel", "speed"), [(Matern32(0.7, 1.5), 1.4), (SquaredExponential(0.6, 0.5), 0.1)], ids=str)
-def test_of_known_hyperparameters(kernel: Kernel, speed: float):
+@pytest.mark.parametrize(("learn", "kernel", "speed", "options"), CASES.values(), ids=CASES)
+def test_l_and_the_mean_given_the_centres_are_those_given_all_samples(learn, kernel, speed, options):
+    """The mean on a fine grid, at worst, in σ_n."""
     samples = drawn(600, speed)
-    found = learn_reference(samples, CART, kernel, (0.0, 50.0), noise_std=NOISE, mean=MEAN)
-    assert_is_that_of_all(JointPosterior(found.prior, found.samples), samples)
-
-
-def test_of_learned_hyperparameters():
-    samples = drawn(600, 0.3)
-    found = learn_reference(samples, CART, Matern32(), (0.0, 50.0), noise_std=(0.01, 0.2), mean=MEAN, starts=2)
-    assert_is_that_of_all(JointPosterior(found.prior, found.samples), samples)
-
-
-@pytest.mark.parametrize("kernel", [Matern32(0.7, 1.5), SquaredExponential(0.6, 0.5)], ids=str)
-def test_of_streams(kernel: Kernel):
-    samples = drawn(600, 0.3)
-    found = learn_stream(samples, CART, kernel, (0.0, 50.0), window=15.0, noise_std=NOISE, mean=MEAN)
-    assert_is_that_of_all(JointPosterior(found.stream.prior, found.samples), samples)
+    found = learn(samples, CART, kernel, (0.0, 50.0), mean=MEAN, **options)
+    (part,) = found.prior.parts
+    posterior = JointPosterior(found.prior, found.samples)
+    at = np.interp(np.arange(3 * len(samples)) / 3, np.arange(len(samples)), samples.times)
+    apart = np.max(np.abs(posterior.signals[0](at) - naive.mean(part, samples, at)))
+    nlml = naive.negative_log_marginal_likelihood(part, samples)
+    assert posterior.negative_log_marginal_likelihood()[0] == pytest.approx(nlml, rel=0, abs=OF_L)
+    assert apart <= OF_NOISE * float(part.noise_std)
 
 
 def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():

@@ -42,5 +42,5 @@ def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel):
     ],
     ids=["with kinks", "few", "none"],
 )
-def test_what_no_fewer_kernels_make_is_returned_as_it_is(given):
+def test_a_sum_that_fewer_kernels_do_not_represent_is_returned_unchanged(given):
     assert compact(given) is given

@@ -38,7 +38,7 @@ def learned() -> TrackableReference:
     return learn_reference(window(0), AXIS, KERNEL, "all_times", **OPTIONS)
 
 
-def test_each_window_is_what_is_learned_from_nothing_and_a_stranger_checks_it(learned, tmp_path):
+def test_each_window_gives_what_learn_reference_does_and_the_checker_proves_it(learned, tmp_path):
     relearn = Relearner(learned)
     for i in (2, 4):
         found, anew = relearn(window(i)), learn_reference(window(i), AXIS, KERNEL, "all_times", **OPTIONS)
@@ -56,7 +56,7 @@ def test_each_window_is_what_is_learned_from_nothing_and_a_stranger_checks_it(le
     assert len(relearn.seconds) == 2
 
 
-def test_what_is_late_keeps_the_reference(learned):
+def test_a_late_result_does_not_replace_the_reference(learned):
     ticks = iter([0.0, 2.0, 2.0, 2.5])
     relearn = Relearner(learned, budget=1.0, clock=lambda: next(ticks))
     late = relearn(window(2))
@@ -78,7 +78,7 @@ class Recorded:
         return self.controller.step(k, state, reference, initial_guess)
 
 
-def test_a_step_goes_over_where_a_plan_ends_on_the_new_reference(learned):
+def test_a_step_switches_if_a_plan_ends_on_the_new_reference(learned):
     relearn, controller = Relearner(learned), Recorded()
     found, k = relearn(window(2)), 40
     answer = relearn.step(controller, k, learned.state(k))
@@ -102,7 +102,7 @@ def test_a_reference_that_the_controller_refuses_is_not_tracked(learned):
     assert controller.asked == [learned]  # it was tried once
 
 
-def test_hyperparameters_move_where_that_is_asked_for():
+def test_hyperparameters_are_learned_again_in_windows_that_are_to_move_them():
     first = learn_reference(window(0), AXIS, SquaredExponential(), "all_times", **OPTIONS)
     still, moved = Relearner(first)(window(2)), Relearner(first, moving_every=1)(window(2))
     assert still.hyperparameters == first.hyperparameters
@@ -122,7 +122,7 @@ def test_room_for_disturbances_is_left_in_every_window(tmp_path):
     assert "disturbance" in verdict.statement
 
 
-def test_several_states_that_show_one_signal_keep_their_noise():
+def test_states_that_show_one_signal_keep_their_own_noise():
     noise = {"position": 0.02, "velocity": 0.05}
     given = {"position": window(0), "velocity": window(0, RATES)}
     first = learn_reference(given, AXIS, KERNEL, "all_times", **{**OPTIONS, "noise_std": noise})

@@ -39,7 +39,7 @@ def learned(*given, **more):
 
 @each_kernel
 @pytest.mark.parametrize("length", [3.0, 100.0])
-def test_without_bounds_it_is_the_posterior_mean(kernel, length):
+def test_without_bounds_windows_give_the_posterior_mean_of_all_samples(kernel, length):
     of = stream(kernel, FREE, length)
     reference, certificate = learned(kernel, FREE, length)
     assert isinstance(certificate, Certificate)
@@ -60,7 +60,7 @@ def test_one_flat_output_is_learned_where_another_has_no_samples():
         np.testing.assert_allclose(signal(at), mean, atol=2e-4)
 
 
-def test_with_bounds_it_stays_near_what_all_samples_give_at_once():
+def test_with_bounds_windows_stay_near_the_function_of_all_samples_at_once():
     of, at = stream(KERNELS["smooth"], TIGHT, 5.0), np.linspace(0, 17, 600)
     (whole,), (windows,) = (learned(KERNELS["smooth"], TIGHT, length)[0].signals for length in (100.0, 5.0))
     bent = np.max(np.abs(whole(at) - Posterior(of.prior.parts[0], of.samples[0]).mean(at)))
