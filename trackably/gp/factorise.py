@@ -33,7 +33,7 @@ from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; a factorisation holds two of this size
-_WITHIN_A_LAG = 1.0  # tails are used up to this λ times the longest lag; within it, numbers differ in size by e
+_WITHIN_A_LAG = 1.0  # largest λ times the longest lag for tails: within a lag, numbers then grow by at most e
 _BLOCK = 64  # smallest number of samples in a block with tails
 _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are not used
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
@@ -152,6 +152,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         return
     covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
     if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
-        cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5  # a basis serves ten
+        # A basis serves about ten factorisations.
+        cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5
         known = samples.relative_noise, prior.noise_std**2
         yield Candidate(cost, lambda: LowRank.of(bases.of(count), covariance, *known))

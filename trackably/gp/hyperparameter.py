@@ -6,7 +6,8 @@ value with the interval. Only this type says which hyperparameters are learned.
 """
 
 import math
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self, overload
 
@@ -102,11 +103,6 @@ def hyperparameter(given: Any) -> float:
     raise ValueError("a positive number (known) or [lower, upper] with 0 < lower < upper (learned)")
 
 
-def as_learned(value: float) -> Learned:
-    """Return a learned hyperparameter with this current value; one that is learned already keeps its interval."""
-    return value if isinstance(value, Learned) else Learned(value)
-
-
 def as_text(value: float) -> str:
     """Return a hyperparameter as text: its value, and whether it is learned and in which interval."""
     if not isinstance(value, Learned):
@@ -115,9 +111,47 @@ def as_text(value: float) -> str:
     return f"{value:.4g} (learned{within})"
 
 
-def with_value(stored: float, value: float) -> float:
-    """Return a hyperparameter with another value; it stays known, or learned in the same interval."""
-    return Learned(value, stored.interval) if isinstance(stored, Learned) else float(value)
+class Parametrized(ABC):
+    """What has hyperparameters with names: a kernel, the prior of a process, the priors of several processes."""
+
+    @property
+    @abstractmethod
+    def hyperparameters(self) -> dict[str, float]:
+        """Names and values of the hyperparameters, in natural units, in the order of every gradient."""
+
+    @abstractmethod
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
+        """Return the same object with `change(name, value)` for the value of each hyperparameter."""
+
+    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
+        """Return the same object with other values of the named hyperparameters; learned ones stay learned.
+
+        TypeError for unknown names.
+        """
+        if unknown := values.keys() - self.hyperparameters.keys():
+            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
+
+        def moved(name: str, value: float) -> float:
+            new = values.get(name, value)
+            return Learned(new, value.interval) if isinstance(value, Learned) else float(new)
+
+        return self.map_values(moved)
+
+    def as_learned(self, names: Collection[str] | None = None) -> Self:
+        """Return the same object with all hyperparameters learned, or those in `names`, from their current values on.
+
+        Those that are learned already keep their intervals.
+        """
+
+        def learned(name: str, value: float) -> float:
+            is_new = (names is None or name in names) and not isinstance(value, Learned)
+            return Learned(value) if is_new else value
+
+        return self.map_values(learned)
+
+    def as_known(self) -> Self:
+        """Return the same object with every hyperparameter known at its current value."""
+        return self.map_values(lambda _, value: float(value))
 
 
 def amplitude(scales: Scales) -> Search:

@@ -1,6 +1,6 @@
 """Several processes, each with samples of its own, that are learned together."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property as cached
 from typing import Self
@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Learned, Scales, Search
+from trackably.gp.hyperparameter import Learned, Parametrized, Scales, Search
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
@@ -17,7 +17,7 @@ from trackably.gp.signal import KernelSum
 
 
 @dataclass(frozen=True)
-class JointPrior:
+class JointPrior(Parametrized):
     """Independent processes with `names`, each with its prior; hyperparameters named in `shared` are the same for all.
 
     A hyperparameter is called `<process>.<name>`, or just `<name>` if it is shared or if there is only one process.
@@ -93,9 +93,11 @@ class JointPrior:
         """Return the joint prior with other priors of the processes."""
         return type(self)(tuple(parts), self.names, self.shared)
 
-    def as_known(self) -> Self:
-        """Return the joint prior with every hyperparameter known at its current value."""
-        return self.with_parts(part.as_known() for part in self.parts)
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
+        def change_in(process: str) -> Callable[[str, float], float]:
+            return lambda name, value: change(self.name_of(process, name), value)
+
+        return self.with_parts(part.map_values(change_in(process)) for process, part in self._named)
 
     @cached
     def places(self) -> tuple[list[int], ...]:

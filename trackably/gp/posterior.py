@@ -103,12 +103,12 @@ class Posterior:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)
 
-    def weights_beside(self, seen: Array) -> Array:
+    def weights_with_rows(self, cross: Array) -> Array:
         """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
 
-        `seen` is (L κ(·, S))ᵀ ν for multipliers ν of the rows, the covariance of each sample with Σ_a ν_a L_a g.
+        `cross` is (L κ(·, S))ᵀ ν for multipliers ν of the rows, the covariance of each sample with Σ_a ν_a L_a g.
         """
-        return self.weights - self.solve(seen)
+        return self.weights - self.solve(cross)
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
@@ -199,11 +199,7 @@ class Posterior:
 
     def _jets(self, order: int, t: Array) -> Array:
         kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
-        if order:
-            jet, by_theta = kernel.jet_and_gradient(r, order)
-        else:
-            value, slopes = kernel.value_and_gradient(r)
-            jet, by_theta = value[None], slopes[:, None]
+        jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
         of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise moves the weights only

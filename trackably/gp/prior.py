@@ -1,6 +1,6 @@
 """The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property as cached
 from typing import Self
@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arguments import real
-from trackably.gp.hyperparameter import Hyperparameter, Learned, Scales, Search, as_learned, noise, with_value
+from trackably.gp.hyperparameter import Hyperparameter, Learned, Parametrized, Scales, Search, noise
 from trackably.gp.kernels.base import Kernel
 
 NOISE = "noise_std"
 
 
 @dataclass(frozen=True)
-class Prior:
+class Prior(Parametrized):
     """A constant `mean` m, a `kernel` κ, and the standard deviation `noise_std` σ_n of independent noise on samples.
 
     Each hyperparameter of the kernel, and σ_n, is known or learned (see `gp.hyperparameter`). ValueError: the mean is
@@ -55,19 +55,10 @@ class Prior:
             return Search(value.interval)
         return noise(scales) if name == NOISE else self.kernel.search(name, scales)
 
-    def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the prior with all hyperparameters learned, or only those in `names`; values do not change."""
-        noise_std = as_learned(self.noise_std) if names is None or NOISE in names else self.noise_std
-        return type(self)(self.kernel.as_learned(names), noise_std, self.mean)
-
-    def as_known(self) -> Self:
-        """Return the prior with every hyperparameter known at its current value."""
-        return type(self)(self.kernel.as_known(), float(self.noise_std), self.mean)
+    def map_values(self, change: Callable[[str, float], float]) -> Self:
+        return type(self)(self.kernel.map_values(change), change(NOISE, self.noise_std), self.mean)
 
     def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the prior with these values; learned hyperparameters stay learned."""
-        own = {name: v for name, v in values.items() if name != NOISE}
-        kernel = self.kernel.with_hyperparameters(own) if own else self.kernel
-        moved = type(self)(kernel, with_value(self.noise_std, values.get(NOISE, self.noise_std)), self.mean)
+        moved = super().with_hyperparameters(values)
         vars(moved).update(learned=self.learned, places=self.places)  # names do not depend on values
         return moved

@@ -39,8 +39,8 @@ class RowPosterior:
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for multipliers ν of shape (n,)."""
         return tuple(
-            part.with_kernels(part.weights_beside(seen), kernel.centres.times, kernel.centres.spread(multipliers))
-            for part, kernel, seen in zip(self.posterior.parts, self._kernels, self._seen(multipliers), strict=True)
+            part.with_kernels(part.weights_with_rows(cross), kernel.centres.times, kernel.centres.spread(multipliers))
+            for part, kernel, cross in zip(self.posterior.parts, self._kernels, self._cross(multipliers), strict=True)
         )
 
     def price_gradient(self, multipliers: Array) -> Array:
@@ -53,10 +53,10 @@ class RowPosterior:
         differentiated.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
-        for part, kernel, seen, places in zip(
-            self.posterior.parts, self._kernels, self._seen(multipliers), self.posterior.prior.places, strict=True
+        for part, kernel, cross, places in zip(
+            self.posterior.parts, self._kernels, self._cross(multipliers), self.posterior.prior.places, strict=True
         ):
-            own = part.weights_beside(seen)
+            own = part.weights_with_rows(cross)
             gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
         return gradient
 
@@ -67,9 +67,9 @@ class RowPosterior:
             return None
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
 
-    def _seen(self, multipliers: Array) -> list[Array]:
+    def _cross(self, multipliers: Array) -> list[Array]:
         """Return (L κ(·, S))ᵀ ν of each process."""
-        return [self.system.seen(multipliers)] if self.system else [multipliers @ across for across in self._across]
+        return [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
 
     @cached
     def _kernels(self) -> tuple[RowKernel, ...]:

@@ -56,7 +56,7 @@ class RowSystem:
         """The variances of the rows before any sample, shape (r,)."""
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
-    def seen(self, multipliers: Array) -> Array:
+    def cross(self, multipliers: Array) -> Array:
         """Return (L κ(·, S))ᵀ ν, the covariance of Σ_a ν_a L_a g with each sample; the shape is (n,)."""
         return np.asarray(times(self.blocks, self._spread(multipliers))[0, self.samples])
 

@@ -3,12 +3,10 @@
 The naive second implementation has the matrix of all samples.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from scipy.linalg import cho_factor, cho_solve
 
+from tests.trackably.gp import naive
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -21,7 +19,6 @@ from trackably import (
 )
 from trackably.condensed import condense_by_name
 from trackably.gp.joint import JointPosterior
-from trackably.gp.kernels.base import Kernel
 
 CART = ConstrainedSystem(
     LinearSystem([[1.0]], [[0.1]], states=("position",), inputs=("velocity",), sampling_time=0.1),
@@ -39,47 +36,32 @@ def drawn(count: int, speed: float) -> Samples:
     return Samples(times, values + NOISE * rng.standard_normal(count))
 
 
-def of_all(kernel: Kernel, noise: float, samples: Samples) -> tuple[float, Callable[[np.ndarray], np.ndarray]]:
-    """−2 ln p of all samples, and the posterior mean, by a dense matrix."""
-    t, y = samples.times, samples.values - MEAN
-    factor = cho_factor(kernel(t[:, None] - t) + noise**2 * np.eye(len(t)))
-    weights = cho_solve(factor, y)
-    nlml = 2 * np.log(np.diag(factor[0])).sum() + y @ weights + len(t) * np.log(2 * np.pi)
-    return float(nlml), lambda at: MEAN + kernel(at[:, None] - t) @ weights
+ROUGH, SMOOTH = Matern32(0.7, 1.5), SquaredExponential(0.6, 0.5)
+CASES = {
+    "known, rough": (learn_reference, ROUGH, 1.4, {"noise_std": NOISE}),
+    "known, smooth": (learn_reference, SMOOTH, 0.1, {"noise_std": NOISE}),
+    "learned": (learn_reference, Matern32(), 0.3, {"noise_std": (0.01, 0.2), "starts": 2}),
+    "stream, rough": (learn_stream, ROUGH, 0.3, {"noise_std": NOISE, "window": 15.0}),
+    "stream, smooth": (learn_stream, SMOOTH, 0.3, {"noise_std": NOISE, "window": 15.0}),
+}
 
 
-def assert_is_that_of_all(learned: JointPosterior, samples: Samples) -> None:
-    """In l, and in the mean on a fine grid, at worst, in σ_n."""
-    (part,) = learned.prior.parts
-    nlml, mean = of_all(part.kernel, float(part.noise_std), samples)
-    at = np.interp(np.arange(5 * len(samples)) / 5, np.arange(len(samples)), samples.times)
-    apart = np.max(np.abs(np.asarray(learned.signals[0](at)) - mean(at)))
-    assert learned.negative_log_marginal_likelihood()[0] == pytest.approx(nlml, rel=0, abs=OF_L)
+@pytest.mark.parametrize(("learn", "kernel", "speed", "options"), CASES.values(), ids=CASES)
+def test_l_and_the_mean_given_the_centres_are_those_given_all_samples(learn, kernel, speed, options):
+    """The mean on a fine grid, at worst, in σ_n."""
+    samples = drawn(600, speed)
+    found = learn(samples, CART, kernel, (0.0, 50.0), mean=MEAN, **options)
+    (part,) = found.prior.parts
+    posterior = JointPosterior(found.prior, found.samples)
+    at = np.interp(np.arange(3 * len(samples)) / 3, np.arange(len(samples)), samples.times)
+    apart = np.max(np.abs(posterior.signals[0](at) - naive.mean(part, samples, at)))
+    nlml = naive.negative_log_marginal_likelihood(part, samples)
+    assert posterior.negative_log_marginal_likelihood()[0] == pytest.approx(nlml, rel=0, abs=OF_L)
     assert apart <= OF_NOISE * float(part.noise_std)
 
 
-@pytest.mark.parametrize(("kernel", "speed"), [(Matern32(0.7, 1.5), 1.4), (SquaredExponential(0.6, 0.5), 0.1)], ids=str)
-def test_of_known_hyperparameters(kernel: Kernel, speed: float):
-    samples = drawn(1200, speed)
-    found = learn_reference(samples, CART, kernel, (0.0, 100.0), noise_std=NOISE, mean=MEAN)
-    assert_is_that_of_all(JointPosterior(found.prior, found.samples), samples)
-
-
-def test_of_learned_hyperparameters():
-    samples = drawn(1200, 0.3)
-    found = learn_reference(samples, CART, Matern32(), (0.0, 100.0), noise_std=(0.01, 0.2), mean=MEAN, starts=2)
-    assert_is_that_of_all(JointPosterior(found.prior, found.samples), samples)
-
-
-@pytest.mark.parametrize("kernel", [Matern32(0.7, 1.5), SquaredExponential(0.6, 0.5)], ids=str)
-def test_of_streams(kernel: Kernel):
-    samples = drawn(1200, 0.3)
-    found = learn_stream(samples, CART, kernel, (0.0, 100.0), window=30.0, noise_std=NOISE, mean=MEAN)
-    assert_is_that_of_all(JointPosterior(found.stream.prior, found.samples), samples)
-
-
 def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
-    samples, few = drawn(1200, 0.3), drawn(60, 0.3)
+    samples, few = drawn(600, 0.3), drawn(60, 0.3)
     asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}
     one, other = (learn_reference(few, CART, Matern32(), **asked, centres=given) for given in ("auto", None))
     assert one.hyperparameters == pytest.approx(other.hyperparameters, rel=0.02)

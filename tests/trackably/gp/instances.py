@@ -1,6 +1,8 @@
 """The table of kernels that every law is checked on, and each kernel's formula written a second time."""
 
 from collections.abc import Callable
+from dataclasses import fields
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -139,22 +141,12 @@ def time_scale(kernel: Kernel) -> float:
 
 _positive = st.floats(0.05, 20.0)
 
-decaying_kernels = st.recursive(
-    st.one_of(
-        st.builds(SquaredExponential, _positive, _positive),
-        st.builds(Matern32, _positive, _positive),
-        st.builds(Matern52, _positive, _positive),
-        st.builds(Matern72, _positive, _positive),
-        st.builds(RationalQuadratic, _positive, _positive, _positive),
-        st.builds(PiecewisePolynomial2, _positive, _positive),
-        st.builds(PiecewisePolynomial3, _positive, _positive),
-    ),
-    lambda parts: st.builds(Sum, parts, parts) | st.builds(Product, parts, parts),
-    max_leaves=3,
-)
 
-kernels = st.recursive(
-    decaying_kernels | st.builds(Periodic, _positive, st.floats(0.3, 20.0), _positive),
-    lambda parts: st.builds(Sum, parts, parts) | st.builds(Product, parts, parts),
-    max_leaves=3,
-)
+def _with_pairs(simple: st.SearchStrategy[Kernel]) -> st.SearchStrategy[Kernel]:
+    pairs = partial(st.builds, Sum), partial(st.builds, Product)
+    return st.recursive(simple, lambda parts: st.one_of([pair(parts, parts) for pair in pairs]), max_leaves=3)
+
+
+_radial = [st.builds(of, *[_positive] * len(fields(of))) for of in _CORRELATIONS if of is not Periodic]
+decaying_kernels = _with_pairs(st.one_of(_radial))
+kernels = _with_pairs(decaying_kernels | st.builds(Periodic, _positive, st.floats(0.3, 20.0), _positive))

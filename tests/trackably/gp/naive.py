@@ -15,7 +15,7 @@ from trackably.gp.stencil import Stencils
 
 
 def _covariance(prior: Prior, one, other):
-    return np.array([[float(prior.kernel(np.array(s - t))) for t in other] for s in one])
+    return prior.kernel(np.subtract.outer(np.asarray(one), np.asarray(other)))
 
 
 def _observed(prior: Prior, samples: Samples):
@@ -38,15 +38,10 @@ def mean(prior: Prior, samples: Samples, t):
     return prior.mean + _covariance(prior, t, instants) @ S.T @ inverse @ residual
 
 
-def covariance(prior: Prior, samples: Samples, s, t):
-    """κ⁺(s, t), shape (len(s), len(t))."""
-    instants, S, inverse, *_ = _observed(prior, samples)
-    left, right = _covariance(prior, s, instants) @ S.T, S @ _covariance(prior, instants, t)
-    return _covariance(prior, s, t) - left @ inverse @ right
-
-
 def variance(prior: Prior, samples: Samples, t):
-    return np.diag(covariance(prior, samples, t, t))
+    instants, S, inverse, *_ = _observed(prior, samples)
+    cross = _covariance(prior, t, instants) @ S.T
+    return np.diag(_covariance(prior, t, t) - cross @ inverse @ cross.T)
 
 
 def negative_log_marginal_likelihood(prior: Prior, samples: Samples) -> float:

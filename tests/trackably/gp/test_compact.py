@@ -14,18 +14,17 @@ from trackably.gp.signal import KernelSum
 SMOOTH = [SquaredExponential(1.5, 2.0), RationalQuadratic(1.5, 6.0, 2.0), Periodic(1.5, 4.0, 9.0)]
 
 
-def long_at_bounds(kernel: Kernel, step: float = 0.01, seed: int = 0) -> KernelSum:
+def long_at_bounds(kernel: Kernel, step: float = 0.01) -> KernelSum:
     """Return a function as bounds of an acceleration make it: second differences at a hundred places."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     places, weights = np.sort(rng.uniform(-10, 20, 100)), rng.uniform(0, 1, 100) / step**2
     centres = np.concatenate([places, places + step, places + 2 * step])
     return KernelSum.of_terms(kernel, 0.3, centres, np.concatenate([weights, -2 * weights, weights]))
 
 
 @pytest.mark.parametrize("kernel", SMOOTH)
-@pytest.mark.parametrize("seed", range(3))
-def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel, seed):
-    given = long_at_bounds(kernel, seed=seed)
+def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel):
+    given = long_at_bounds(kernel)
     found, t = compact(given), np.linspace(-30, 40, 3001)
     size = np.sum(np.abs(given.weights)) * kernel(np.zeros(()))
     assert len(found.centres) <= len(given.centres) // 2
@@ -43,5 +42,5 @@ def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel, seed)
     ],
     ids=["with kinks", "few", "none"],
 )
-def test_what_no_fewer_kernels_make_is_returned_as_it_is(given):
+def test_a_sum_that_fewer_kernels_do_not_represent_is_returned_unchanged(given):
     assert compact(given) is given

@@ -7,46 +7,56 @@ from hypothesis import strategies as st
 
 from tests.trackably.gp import naive
 from tests.trackably.gp.instances import REPRESENTATIVE, decaying_kernels, over
-from tests.trackably.gp.test_stencils import OF_KINDS, STENCILS
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.gp.stencil import POINT, Stencil, Stencils
 
 NOISE = np.array([1.0, 0.5, 2.0, 1.0, 0.1, 3.0, 1.0])
 SAMPLES = Samples([0.0, 0.13, 0.4, 0.55, 0.9, 1.4, 1.45, 2.0], [1.0, 0.4, -0.3, 0.1, 0.8, 2.0, 1.9, -1.0])
 TIMES = np.array([-0.7, 0.0, 0.2, 0.55, 1.0, 1.42, 2.3, 4.0])
 
+H = 0.05
+STENCILS = {
+    "scaled": Stencil((-2.0,), 0.1, 0.3),
+    "difference": Stencil((-10.0, 10.0), 0.1, 1.0),
+    "second_difference": Stencil((4.0, -8.0, 4.0), 0.5),
+    "uneven": Stencil((0.3, 0.0, -0.7, 1.1), 0.07, 0.2),
+}
+POSITION, VELOCITY = Stencil((0.5, 0.5), H, 0.2), Stencil((-1 / H, 1 / H), H)
+KINDS = Stencils((POSITION, VELOCITY, POINT), ("position", "velocity", "z1"), (0, 1, 1, 0, 2, 0, 1))
+OF_KINDS = np.array([0.0, 0.0, 0.3, 0.4, 0.4, 0.9, 1.2]), np.array([0.05, 0.3, 0.2, 0.05, 0.1, 0.05, 0.3])
 SEEN = {
     **{name: Samples(SAMPLES.times[:7], SAMPLES.values[:7], NOISE, stencil) for name, stencil in STENCILS.items()},
-    "kinds": OF_KINDS,
+    "kinds": Samples(OF_KINDS[0], np.sin(3 * OF_KINDS[0]) + KINDS.places, OF_KINDS[1], KINDS),
 }
 SOME = {name: REPRESENTATIVE[name] for name in ("matern32_short", "nested")}
-CASES = {f"points-{name}": (kernel, SAMPLES) for name, kernel in REPRESENTATIVE.items()} | {
-    f"{seen}-{name}": (kernel, samples) for seen, samples in SEEN.items() for name, kernel in SOME.items()
+# Dense factors are made in one part for up to 127 samples, and have another layout for odd numbers than for even ones.
+SIZES = {n: 0.1 * np.cumsum(np.random.default_rng(n).uniform(0.1, 2, n)) for n in (1, 2, 3, 127, 128, 131)}
+CASES = {f"points-{name}": (kernel, SAMPLES) for name, kernel in REPRESENTATIVE.items()}
+CASES |= {f"{seen}-{name}": (kernel, samples) for seen, samples in SEEN.items() for name, kernel in SOME.items()}
+CASES |= {
+    f"{n} samples": (SOME["matern32_short"], Samples(t, np.sin(t), 0.5 + np.sin(t) ** 2)) for n, t in SIZES.items()
 }
-
-
-def prior_of(kernel, **given_values):
-    return Prior(kernel, **{"noise_std": 0.2, "mean": 0.3} | given_values).as_learned()
 
 
 @over(CASES, "kernel", "samples")
 def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
-    prior, scale = prior_of(kernel), float(kernel(np.zeros(())))
+    prior, scale = Prior(kernel, 0.2, 0.3).as_learned(), float(kernel(np.zeros(())))
     posterior = Posterior(prior, samples)
-    np.testing.assert_allclose(posterior.mean(TIMES), naive.mean(prior, samples, TIMES), rtol=1e-8, atol=1e-9)
-    wanted = naive.variance(prior, samples, TIMES)
-    np.testing.assert_allclose(posterior.variance(TIMES) / scale, wanted / scale, atol=1e-9)
     value, gradient = posterior.negative_log_marginal_likelihood()
     assert value == pytest.approx(naive.negative_log_marginal_likelihood(prior, samples), rel=1e-9, abs=1e-9)
     slopes = naive.by_log_hyperparameters(lambda p: naive.negative_log_marginal_likelihood(p, samples), prior)
     np.testing.assert_allclose(gradient, slopes, rtol=1e-6, atol=1e-6 * max(1, abs(value)))
+    np.testing.assert_allclose(posterior.mean(TIMES), naive.mean(prior, samples, TIMES), rtol=1e-8, atol=1e-9)
+    wanted = naive.variance(prior, samples, TIMES)
+    np.testing.assert_allclose(posterior.variance(TIMES) / scale, wanted / scale, atol=1e-9)
 
 
 @over(CASES, "kernel", "samples")
 def test_gradients_of_the_mean_and_its_derivative_are_central_differences(kernel, samples):
-    prior = prior_of(kernel)
+    prior = Prior(kernel, 0.2, 0.3).as_learned()
     posterior = Posterior(prior, samples)
     slopes = naive.by_log_hyperparameters(lambda p: naive.mean(p, samples, TIMES), prior)
     np.testing.assert_allclose(posterior.jets(TIMES, 0)[1:, 0], slopes, rtol=1e-6, atol=2e-6)

@@ -1,4 +1,4 @@
-"""Streams with what `learn_reference` has too: disturbances, margins, learned means, nonlinear plants, files."""
+"""A stream in one call: what `learn_reference` has too, and one certificate for the whole that the checker proves."""
 
 import json
 from functools import cache, partial
@@ -10,6 +10,7 @@ import pytest
 from tests.trackably.plants import AXIS
 from trackably import (
     ConstrainedSystem,
+    IgnoresSamplesWarning,
     Matern52,
     ModelError,
     NotTrackableError,
@@ -27,8 +28,8 @@ from trackably.certificates.form import encode_certificate
 from trackably.codec import CodecError
 from trackably.systems.library import tank
 
-TIMES = np.arange(120) / 6
-MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.random.default_rng(4).standard_normal(120)
+TIMES = np.arange(90) / 6
+MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.random.default_rng(4).standard_normal(90)
 PUSHED = Zonotope.box([-1e-3, -5e-3], [1e-3, 5e-3])
 NOISE = Zonotope.box([-1e-3, -2e-3], [1e-3, 2e-3])
 OPTIONS = {
@@ -40,12 +41,13 @@ OPTIONS = {
     "wrong model": {"model_error": ModelError.intervals(AXIS.system, {("velocity", "force"): (0.0495, 0.0505)})},
     "true signal": {"truth": Truth(noise=0.08, slope=1.0)},
 }
-learn = partial(learn_stream, Samples(TIMES, MOVED), AXIS, SquaredExponential(0.6, 0.9), window=8.0, noise_std=0.02)
+KNOWN = {"plant": AXIS, "kernel": SquaredExponential(0.6, 0.9), "window": 8.0, "noise_std": 0.02}
+learn = partial(learn_stream, Samples(TIMES, MOVED), **KNOWN)
 
 
 @cache
 def learned(name: str) -> StreamReference:
-    return learn(**{"claim": (0.0, 20.0), "mean": -0.45, "centres": None, **OPTIONS[name]})
+    return learn(**{"claim": (0.0, 15.0), "mean": -0.45, "centres": None, **OPTIONS[name]})
 
 
 each = pytest.mark.parametrize("name", OPTIONS)
@@ -82,46 +84,62 @@ def test_no_possible_signal_is_further_away_than_the_certificate_says():
 
 
 def test_given_values_are_met_and_proved(tmp_path):
-    """At the start, where windows meet, and within one; each is a little beside the samples."""
+    """At the start, where windows meet, within one, and long after the last; each is a little beside the samples."""
     x, v, later = MOVED[0] + 0.03, 0.8, MOVED[48] - 0.03
     at = {0.0: {"position": x, "velocity": v}, 8.0: {"position": later}, 13.1: {"velocity": 0.2}}
-    reference = learn(claim=(0.0, 20.0), mean=-0.45, centres=None, at=at, at_tolerance={"position": 1e-4})
+    at[50.0] = {"position": -0.6}
+    reference = learn(claim=(0.0, 51.0), mean=-0.45, centres=None, at=at, at_tolerance={"position": 1e-4})
     found = reference.reference.state_at(np.array([*at]))
     assert found[0] == pytest.approx([x, v], abs=1e-4)
-    assert (found[1, 0], found[2, 1]) == pytest.approx((later, 0.2), abs=1e-4)
+    assert (found[1, 0], found[2, 1], found[3, 0]) == pytest.approx((later, 0.2, -0.6), abs=1e-4)
     assert f"position = {later:.6g} ± 0.000101 at 8 s" in reference.explanation
     files = reference.save_certificate(tmp_path / "stream.json")
-    assert [type(check(file)) for file in files] == [Proved] * 4
+    assert [type(check(file)) for file in files] == [Proved] * 5
     reference.save(tmp_path / "saved.json")
     loaded = StreamReference.load(tmp_path / "saved.json")
     again = loaded.save_certificate(tmp_path / "again.json")
     assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
 
 
-def test_a_mean_is_learned_from_the_first_window_without_bounds():
-    found = learn(claim=(0.0, 20.0), mean=(-1.0, 0.1), centres=None)
+def test_hyperparameters_and_a_mean_are_learned_from_one_window():
+    asked = {"claim": (0.0, 15.0), "centres": None}
+    found = learn(kernel=SquaredExponential(), noise_std=(0.005, 0.5), mean=(-1.0, 0.1), starts=2, **asked)
     (prior,) = found.stream.prior.parts
+    assert prior.noise_std == pytest.approx(0.02, rel=0.3)
     assert prior.mean == pytest.approx(-0.45, abs=0.15)
     assert prior.mean not in {-1.0, 0.1}
-    assert learn(claim=(0.0, 20.0), mean=prior.mean, centres=None).fingerprint == found.fingerprint
+    off = MOVED - found.reference.state_at(TIMES)[:, 0]
+    assert found.misfit["position"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-6)
+    assert found.misfit["position"] == pytest.approx(prior.noise_std, rel=0.3)
+    again = learn(kernel=prior.kernel, noise_std=prior.noise_std, mean=prior.mean, **asked)
+    assert again.fingerprint == found.fingerprint
+
+
+def test_a_reference_that_bounds_keep_from_its_samples_is_announced():
+    low = ConstrainedSystem(AXIS.system, Polytope.box([-0.5, -1.0], [-0.4, 1.0]), AXIS.input_set)
+    with pytest.warns(IgnoresSamplesWarning, match=r"it is 0\.\d+ off those of position; wider bounds may help"):
+        learn(plant=low, claim="all_times", mean=-0.45)
+
+
+@pytest.mark.parametrize("window", [1.0, 0.02])
+def test_a_window_of_a_few_samples_is_refused(window):
+    with pytest.raises(ValueError, match=rf"^window: .* and 8 samples, got {window:g} s .* every 0\.167 s, 90 in"):
+        learn(window=window, claim="all_times")
 
 
 def test_a_nonlinear_plant_is_followed_by_its_inputs():
     plant = ConstrainedSystem(
         tank(sampling_time=5.0, area=1.0, outflow=0.05), Polytope.box([0.7], [1.15]), Polytope.box([0.03], [0.065])
     )
-    t = np.arange(0.0, 240.0, 4.0)
+    t = np.arange(0.0, 160.0, 4.0)
     level = 0.9 + 0.26 * np.sin(2 * np.pi * t / 140) + 0.01 * np.random.default_rng(3).standard_normal(t.size)
     found = learn_stream(
-        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 236.0), window=80.0, noise_std=0.03, mean=0.9
+        Samples(t, level), plant, Matern52(0.2, 30.0), (0.0, 156.0), window=80.0, noise_std=0.03, mean=0.9
     )
     assert isinstance(check(encode_certificate(found.certificate)), Proved)
-    steps = np.arange(47)
+    steps = np.arange(31)
     x, u = found.state(steps), found.input(steps)
-    follow = x[0]
-    for k in steps[:-1]:
-        follow = follow + 5.0 * (u[k] - 0.05 * np.sqrt(follow))
-        np.testing.assert_allclose(follow, x[k + 1], atol=1e-9)
+    np.testing.assert_allclose(plant.system.successor(x[:-1], u[:-1]), x[1:], atol=1e-9)
     assert 0.7 <= x.min() < 0.705
     assert 1.145 < x.max() <= 1.15
     assert 0.03 <= u.min() < u.max() <= 0.065
@@ -134,7 +152,6 @@ def saved(tmp_path) -> Path:
 
 
 HARM = {
-    "no length": (lambda d: d.update(length=0.0), CodecError, "and length > 0"),
     "other bounds": (lambda d: d["tightening"].update(margin=0.01), CodecError, "are not the tightened ones"),
     "no samples": (lambda d: d.update(samples=[]), CodecError, "for each flat output"),
     "a reference that breaks its bounds": (

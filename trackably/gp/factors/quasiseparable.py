@@ -77,23 +77,23 @@ class Block(NamedTuple):
     move: Array
     near: int
 
-    def seen(self, state: Array) -> Array:
-        """Return P x for a state x, (r, …)."""
+    def at_samples(self, state: Array) -> Array:
+        """Return P x, the contribution of a state x, (r, …), to the samples."""
         count = self.by_tails.shape[1]
         found = self.by_tails @ state[:count]
         found[: self.near] += state[count:]
         return np.asarray(found)
 
-    def shown(self, values: Array) -> Array:
-        """Return Pᵀ v for numbers v of the samples, (b, …)."""
+    def from_samples(self, values: Array) -> Array:
+        """Return Pᵀ v for one number v of each sample, (b, …)."""
         return np.concatenate([self.by_tails.T @ values, values[: self.near]])
 
-    def past(self, state: Array) -> Array:
-        """Return the part of Φ x that is not zero: that of the tails."""
+    def moved(self, state: Array) -> Array:
+        """Return Φ x for a state x, (r, …), without the zeros that follow the part of the tails."""
         return np.asarray(self.move @ state[: len(self.move)])
 
-    def back(self, state: Array) -> Array:
-        """Return the part of Φᵀ x that is not zero."""
+    def moved_back(self, state: Array) -> Array:
+        """Return Φᵀ x for a state x, (r, …), without the zeros that follow the part of the tails."""
         return np.asarray(self.move.T @ state[: len(self.move)])
 
 
@@ -122,9 +122,9 @@ def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
         until = slice(row.start, row.stop + after)
         both = _covariances(covariance, (t[until], weights[until]), (t[row], weights[row]))
         own, beside = np.split(both, [row.stop - row.start], axis=1)
-        told = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
-        told = np.concatenate([told, beside - by_tails[row.stop : until.stop] @ told], axis=1)
-        found.append(Block(row, own, told, by_tails[row], move, before))
+        of_tails = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
+        of_next = beside - by_tails[row.stop : until.stop] @ of_tails
+        found.append(Block(row, own, np.concatenate([of_tails, of_next], axis=1), by_tails[row], move, before))
     return found
 
 
@@ -176,18 +176,18 @@ class Quasiseparable(Factorisation):
         factors = list[Factor]()
         explained = np.zeros((len(blocks[0].move),) * 2)  # F, the part of the covariance that earlier samples explain
         for block in blocks:
-            seen = block.seen(explained)
-            left = block.own[0] - block.seen(seen.T)
+            seen = block.at_samples(explained)
+            left = block.own[0] - block.at_samples(seen.T)
             left[np.diag_indices(len(left))] += noise_variance[block.rows]
             cholesky, info = scipy.linalg.lapack.dpotrf(left, lower=True)
             if info:
                 return None
             moved, count = block.into[0].copy(), len(block.move)
-            moved[:count] -= block.past(seen.T)
+            moved[:count] -= block.moved(seen.T)
             factor = Factor(cholesky, np.empty(0))
             factor = factor._replace(gain=factor.solve(moved.T))
             known, explained = explained, moved @ factor.gain
-            explained[:count, :count] += block.past(block.past(known)[:, :count].T)
+            explained[:count, :count] += block.moved(block.moved(known)[:, :count].T)
             factors.append(factor)
         return cls(blocks, factors, noise_variance)
 
@@ -197,15 +197,15 @@ class Quasiseparable(Factorisation):
 
     def solve(self, right: Array) -> Array:
         solution = np.array(right, dtype=float)
-        state = self._nothing(*right.shape[1:])
+        state = self._zeros(*right.shape[1:])
         for block, factor in zip(self.blocks, self.factors, strict=True):
-            solution[block.rows] -= block.seen(state)
-            state = _plus(factor.gain.T @ solution[block.rows], block.past(state))
+            solution[block.rows] -= block.at_samples(state)
+            state = _add_to_tails(factor.gain.T @ solution[block.rows], block.moved(state))
             solution[block.rows] = factor.solve(solution[block.rows])
-        state = self._nothing(*right.shape[1:])
+        state = self._zeros(*right.shape[1:])
         for block, factor in self._backwards():
             solution[block.rows] -= factor.gain @ state
-            state = _plus(block.shown(solution[block.rows]), block.back(state))
+            state = _add_to_tails(block.from_samples(solution[block.rows]), block.moved_back(state))
         return solution
 
     def gradient_times(self, c: Array) -> Array:
@@ -218,20 +218,20 @@ class Quasiseparable(Factorisation):
         cancel in N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, a sum of positive semidefinite matrices.
         """
         by_kernel, by_noise = np.zeros(len(self.blocks[0].own) - 1), 0.0
-        known, state = self._nothing(len(self.blocks[0].move)), self._nothing()
+        known, state = self._zeros(len(self.blocks[0].move)), self._zeros()
         for block, factor in self._backwards():
             own, later, inverse = c[block.rows], -known @ factor.gain.T, factor.inverse()
             among = inverse - factor.gain @ later - own[:, None] * own
             by_kernel += np.einsum("pij,ij->p", block.own[1:], among)
             by_kernel += 2 * np.einsum("pri,ri->p", block.into[1:], later - state[:, None] * own)
             by_noise += float(among.diagonal() @ self.noise_variance[block.rows])
-            passed = -block.shown(factor.gain).T
+            passed = -block.from_samples(factor.gain).T
             passed[: len(block.move), : len(block.move)] += block.move
-            known = block.shown(block.shown(inverse).T) + passed.T @ known @ passed
-            state = _plus(block.shown(own), block.back(state))
+            known = block.from_samples(block.from_samples(inverse).T) + passed.T @ known @ passed
+            state = _add_to_tails(block.from_samples(own), block.moved_back(state))
         return by_kernel, by_noise
 
-    def _nothing(self, *shape: int) -> Array:
+    def _zeros(self, *shape: int) -> Array:
         """Return the state before the first block or after the last one: zeros, one for each coefficient of tails."""
         return np.zeros((len(self.blocks[0].move), *shape))
 
@@ -244,16 +244,16 @@ def times(blocks: list[Block], c: Array) -> Array:
     product = np.empty((len(blocks[0].own), len(c)))
     before = np.zeros((len(blocks[0].move), len(product)))
     for block in blocks:
-        product[:, block.rows] = block.own @ c[block.rows] + block.seen(before).T
-        before = _plus((block.into @ c[block.rows]).T, block.past(before))
+        product[:, block.rows] = block.own @ c[block.rows] + block.at_samples(before).T
+        before = _add_to_tails((block.into @ c[block.rows]).T, block.moved(before))
     after = np.zeros(len(blocks[0].move))
     for block in reversed(blocks):
         product[:, block.rows] += after @ block.into
-        after = _plus(block.shown(c[block.rows]), block.back(after))
+        after = _add_to_tails(block.from_samples(c[block.rows]), block.moved_back(after))
     return product
 
 
-def _plus(state: Array, of_tails: Array) -> Array:
-    """Add numbers to the part of a state that belongs to tails, in place, and return the state."""
+def _add_to_tails(state: Array, of_tails: Array) -> Array:
+    """Add to the part of a state that belongs to tails, in place, and return the state."""
     state[: len(of_tails)] += of_tails
     return state

@@ -7,8 +7,8 @@ of `jet` and `jet_and_gradient`.
 
 import dataclasses
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import comb
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Scales, Search, as_learned, with_value
+from trackably.gp.hyperparameter import Parametrized, Scales, Search
 
 # Jets are arrays of a function of time and its derivatives. These functions differentiate jets and multiply them.
 
@@ -39,6 +39,8 @@ def leibniz(f: Array, g: Array) -> Array:
 
     Either f or g may be a single jet, with p = 1.
     """
+    if f.shape[1] == 1:
+        return np.asarray(f * g)  # for values alone, which are needed most
     product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
     for n in range(f.shape[1]):
         for j in range(n + 1):
@@ -189,40 +191,12 @@ _NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and below
 
 
 @dataclasses.dataclass(frozen=True)
-class Kernel(ABC):
+class Kernel(Parametrized):
     """Stationary covariance κ(r) of two instants that lie r = t − t' [s] apart. Kernels add and multiply."""
-
-    @property
-    @abstractmethod
-    def hyperparameters(self) -> dict[str, float]:
-        """Names and values of the hyperparameters, in natural units, in the order of every gradient."""
-
-    @abstractmethod
-    def map_values(self, change: Callable[[str, float], float]) -> Self:
-        """Return the same kernel with `change(name, value)` for the value of each hyperparameter."""
 
     @abstractmethod
     def search(self, name: str, scales: Scales) -> Search:
         """Return the search interval of a hyperparameter for which none is given."""
-
-    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        """Return the same kernel with other values of the named hyperparameters; learned ones stay learned.
-
-        TypeError for unknown names.
-        """
-        if unknown := values.keys() - self.hyperparameters.keys():
-            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
-        return self.map_values(lambda name, value: with_value(value, values[name]) if name in values else value)
-
-    def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the same kernel with all hyperparameters learned, or those in `names`, starting
-        at their current values.
-        """
-        return self.map_values(lambda name, value: as_learned(value) if names is None or name in names else value)
-
-    def as_known(self) -> Self:
-        """Return the same kernel with every hyperparameter known at its current value."""
-        return self.map_values(lambda _, value: float(value))
 
     @abstractmethod
     def jet(self, r: Array, order: int) -> Array:
@@ -230,10 +204,13 @@ class Kernel(ABC):
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
+        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape).
+
+        For order 0, the value may differ from that of `jet` by a few roundings.
+        """
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """Return κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
+        """Return the jet of order 0: κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
         jet, gradient = self.jet_and_gradient(r, 0)
         return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 
@@ -383,11 +360,6 @@ class Sum(_Pair):
         right, right_gradient = self.right.jet_and_gradient(r, order)
         return left + right, np.concatenate([left_gradient, right_gradient])
 
-    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        left, left_gradient = self.left.value_and_gradient(r)
-        right, right_gradient = self.right.value_and_gradient(r)
-        return np.asarray(left + right), np.concatenate([left_gradient, right_gradient])
-
 
 @dataclasses.dataclass(frozen=True)
 class Product(_Pair):
@@ -408,8 +380,3 @@ class Product(_Pair):
         right, right_gradient = self.right.jet_and_gradient(r, order)
         gradient = np.concatenate([leibniz(left_gradient, right[None]), leibniz(left[None], right_gradient)])
         return leibniz(left[None], right[None])[0], gradient
-
-    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        left, left_gradient = self.left.value_and_gradient(r)
-        right, right_gradient = self.right.value_and_gradient(r)
-        return np.asarray(left * right), np.concatenate([left_gradient * right, left * right_gradient])

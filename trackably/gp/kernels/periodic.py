@@ -24,6 +24,8 @@ class Periodic(Elementary):
         return np.asarray(self._jets(r, order)[0])
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        if not order:
+            return self._of_order_0(r)
         jet, detour = self._jets(r, order + 1)
         gradient = np.empty((3, *jet[:-1].shape))
         gradient[0] = 2 * jet[:-1]
@@ -37,7 +39,7 @@ class Periodic(Elementary):
     def value(self, r: Array) -> Array:
         return np.asarray(self.signal_std**2 * correlation(r, self.lengthscale, self.period))
 
-    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
+    def _of_order_0(self, r: Array) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
         omega, beta = tau / self.period, self.lengthscale**-2
         phase = omega / 2 * r
@@ -54,7 +56,7 @@ class Periodic(Elementary):
         phase *= tangent
         phase *= quotient
         np.multiply(phase, twice, out=gradient[2, ...])
-        return value, gradient
+        return value[None], gradient[:, None]
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g) and g = 2 sin²(ωr/2)/θ₂² = (1 − cos ωr)/θ₂² with ω = 2π/θ₃, each with its derivatives.

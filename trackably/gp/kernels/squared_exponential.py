@@ -35,8 +35,10 @@ class SquaredExponential(Radial):
         value *= self.signal_std**2
         return value
 
-    def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        """For order 0, return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
+        if order:
+            return super().jet_and_gradient(r, order)
         g = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
         g *= g
         value = np.asarray(-g)
@@ -45,7 +47,7 @@ class SquaredExponential(Radial):
         gradient = np.empty((2, *r.shape))
         twice = np.multiply(value, 2.0, out=gradient[0, ...])
         np.multiply(twice, g, out=gradient[1, ...])
-        return value, gradient
+        return value[None], gradient[:, None]
 
     @property
     def spectral_density(self) -> SpectralDensity:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
@@ -15,48 +15,32 @@ def between(rows, lower, upper) -> BoundedNormal:
     return BoundedNormal.between(*(np.asarray(given, dtype=float) for given in (rows, lower, upper)))
 
 
-def random_rows(seed: int, most_rows: int = 12):
-    """Rows through a polyhedron that holds one random point, and often not the origin."""
-    rng = np.random.default_rng(seed)
-    rows = rng.standard_normal((rng.integers(1, most_rows), rng.integers(1, 6))) * 10.0 ** rng.integers(-3, 4)
-    rows[::4] = rows[-1]
-    middle = rows @ (1.5 * rng.standard_normal(rows.shape[1]))
-    size = np.linalg.norm(rows, axis=1) * rng.choice([0.3, 1.0, 3.0])
-    return rows, middle - size * rng.uniform(0.1, 1, len(rows)), middle + size * rng.uniform(0.1, 1, len(rows))
-
-
 # The last but two: a particle that is reflected with the period π/2 must not stay at 5.5.
 @pytest.mark.parametrize(
     ("lower", "upper"), [(-1, 0.5), (2, 3), (-0.03, 0.02), (1, 1.05), (4, INF), (-INF, INF), (-INF, 0)]
 )
 def test_one_dimension_against_scipy(lower, upper):
-    draws = between([[-2.0]], [-2 * upper], [-2 * lower]).draws(4000, 0)[:, 0]
+    draws = between([[-2.0]], [-2 * upper], [-2 * lower]).draws(2000, 0)[:, 0]
     assert stats.kstest(draws, stats.truncnorm(lower, upper).cdf).pvalue > 0.01
     assert lower <= draws.min() < draws.max() <= upper
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_three_dimensions_against_rejection(seed):
+    """Rows in different units, some of them twice, through a polyhedron that often does not hold the origin."""
     rng = np.random.default_rng(seed)
-    rows = rng.standard_normal((8, 3))
-    lower = -rng.uniform(0.1, 1.5, 8)
-    upper = lower + rng.uniform(0.8, 3, 8)
-    draws = between(rows, lower, upper).draws(4000, seed)
-    every = rng.standard_normal((400_000, 3))
+    rows = rng.standard_normal((9, 3)) * 10.0 ** rng.integers(-3, 4, (9, 1))
+    rows[::4] = rows[-1]
+    size, middle = np.linalg.norm(rows, axis=1), rows @ (0.7 * rng.standard_normal(3))
+    lower, upper = middle - size * rng.uniform(0.4, 1.5, 9), middle + size * rng.uniform(0.4, 1.5, 9)
+    draws, every = between(rows, lower, upper).draws(2000, seed), rng.standard_normal((100_000, 3))
+    values = draws @ rows.T
+    assert min(np.min((values - lower) / size), np.min((upper - values) / size)) >= -1e-12
     kept = every[np.all((every @ rows.T >= lower) & (every @ rows.T <= upper), axis=1)]
-    assert len(kept) > 2000
+    assert len(kept) > 1000
     for direction in np.vstack([np.eye(3), rows]):
         assert stats.ks_2samp(draws @ direction, kept @ direction).pvalue > 1e-3
     np.testing.assert_allclose(np.cov(draws.T), np.cov(kept.T), atol=0.1 * np.var(kept))
-
-
-@given(st.integers(0, 10**6))
-@settings(max_examples=12)
-def test_every_draw_is_within_all_bounds(seed):
-    rows, lower, upper = random_rows(seed)
-    values = between(rows, lower, upper).draws(60, seed) @ rows.T
-    assert np.all((values - lower) / np.linalg.norm(rows, axis=1) >= -1e-12)
-    assert np.all((upper - values) / np.linalg.norm(rows, axis=1) >= -1e-12)
 
 
 @pytest.mark.parametrize(

@@ -40,14 +40,22 @@ def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior
 
 
 def disagreement(one: Posterior, other: Posterior) -> float:
-    """The largest relative difference of likelihood, gradients, weights, means and variances."""
+    """The largest relative difference of likelihood, gradients, weights, means, their derivatives and variances."""
     first, span = one.samples.times[0], one.samples.times[-1] - one.samples.times[0]
     t = first + np.linspace(-0.1 * span, 1.2 * span, 60)
 
     def answers(p):
         value, gradient = p.negative_log_marginal_likelihood()
         jet, *by_theta = p.jets(t, 0)
-        return np.array(value), gradient, p.weights, jet - p.prior.mean, np.array(by_theta), p.variance(t)
+        return (
+            np.array(value),
+            gradient,
+            p.weights,
+            jet - p.prior.mean,
+            np.array(by_theta),
+            p.signal.derivative(t),
+            p.variance(t),
+        )
 
     return max(
         float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(answers(one), answers(other), strict=True)

@@ -1,4 +1,4 @@
-"""Arrays that come and go are not paid for page by page each time."""
+"""Freed memory stays with the process: new arrays cause no page faults."""
 
 import os
 import platform
@@ -25,7 +25,7 @@ print(faults())
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries have other limits")
-def test_memory_that_was_freed_is_taken_again():
+def test_freed_memory_is_used_again_without_page_faults():
     own = {
         name: value for name, value in os.environ.items() if not name.startswith("MALLOC_")
     }  # Dask sets limits there
