@@ -21,6 +21,7 @@ from trackably.checker import model_error as checked
 from trackably.checker.subject import End as CheckedEnd
 from trackably.checker.subject import Pieces, Row
 from trackably.checker.subject import Polytope as Rows
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import End, ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
@@ -388,21 +389,17 @@ class ModelError:
         systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in known]
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
-    def generators(self, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> list[Sequence[Fraction]]:
-        """Return the generators of the zonotope D that contains the effect of the model's error, exactly.
+    def added_to(self, W: Zonotope, plant: ConstrainedSystem) -> Zonotope:
+        """Return W ⊕ D, exactly, with a zonotope D that contains the effect of the model's error on a plant.
 
         ValueError: shapes do not fit, or an unbounded state has an uncertain coefficient.
         """
-        every: Sequence[LinearSystem | Vertex] = (system, *self.vertices)
+        every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
         nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
-        found = checked.of_model_error(nominal, vertices, _rows(state_set), _rows(input_set))
-        if isinstance(found, str):
-            raise ValueError(f"model_error: {found}")
-        return list(found)
-
-    def added_to(self, W: Zonotope, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> Zonotope:
-        """Return W ⊕ D, exactly. Raises as `generators`."""
-        return Zonotope(W.centre, [*W.generators, *self.generators(system, state_set, input_set)])
+        D = checked.of_model_error(nominal, vertices, _rows(plant.state_set), _rows(plant.input_set))
+        if isinstance(D, str):
+            raise ValueError(f"model_error: {D}")
+        return Zonotope(W.centre, [*W.generators, *D])
 
     def __str__(self) -> str:
         return f"the convex hull of {len(self.vertices)} systems"

@@ -16,7 +16,7 @@ from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.subject import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon, to_floats
-from trackably.systems.trajectories import Coordinate, Functional
+from trackably.systems.trajectories import Functional, Trajectory
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
 
@@ -63,8 +63,8 @@ class Flatness:
     For a linear system, `outputs` are the rows q_c of its flat outputs z_c = q_c x, exactly.
     """
 
-    states: tuple[Coordinate, ...]
-    inputs: tuple[Coordinate, ...]
+    states: tuple[Trajectory, ...]
+    inputs: tuple[Trajectory, ...]
     orders: tuple[int, ...]
     outputs: Sequence[Sequence[Fraction]] = ()
 
@@ -97,16 +97,16 @@ def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float
     inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
     u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]
     return Flatness(
-        _functionals(x_weights, x_offset, sampling_time),
-        _functionals(u_weights, inputs @ (x_offset - A @ x_offset - offset), sampling_time),
+        _trajectories(x_weights, x_offset, sampling_time),
+        _trajectories(u_weights, inputs @ (x_offset - A @ x_offset - offset), sampling_time),
         tuple(orders),
         [(scale * row).tolist() for scale, row in zip(scales, q, strict=True)],
     )
 
 
-def _functionals(by_output: list[Rationals], offset: Rationals, sampling_time: float) -> tuple[Functional, ...]:
+def _trajectories(by_output: list[Rationals], offset: Rationals, sampling_time: float) -> tuple[Trajectory, ...]:
     return tuple(
-        Functional(tuple(tuple(of[i]) for of in by_output), constant, sampling_time)
+        Trajectory.of(Functional(constant, tuple(tuple(of[i]) for of in by_output), sampling_time))
         for i, constant in enumerate(offset)
     )
 

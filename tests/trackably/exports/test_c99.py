@@ -131,7 +131,7 @@ def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> Non
     for i, coordinate in enumerate((*flatness.states, *flatness.inputs)):
         error = Fraction(proved.certificate.evaluation_error[("position", "velocity", "force")[i]])
         for t, value in zip(times, values[:, i].tolist(), strict=True):
-            exact = quantity_at(coordinate, proved.reference.pieces, t)  # type: ignore[arg-type]
+            exact = quantity_at(coordinate.functional, proved.reference.pieces, t)
             assert abs(exact - Fraction(value)) <= min(error, abs(exact) / 2**52 + Fraction(1, 10**25))
 
 

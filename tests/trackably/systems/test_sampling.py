@@ -119,7 +119,8 @@ def test_flat_outputs_that_no_state_shows_are_told_in_states():
     x = np.array(states)
     z = [x @ np.array([float(v) for v in row]) for row in outputs]
     for i, of_state in enumerate(delayed.flatness.states):
-        shifted = float(of_state.offset) + sum(
-            float(v) * z[c][j : len(x) - 1 + j] for c, ws in enumerate(of_state.weights) for j, v in enumerate(ws)
+        q = of_state.functional
+        shifted = float(q.offset) + sum(
+            float(v) * z[c][j : len(x) - 1 + j] for c, ws in enumerate(q.weights) for j, v in enumerate(ws)
         )
         np.testing.assert_allclose(shifted, x[: len(x) - 1, i], atol=1e-12)

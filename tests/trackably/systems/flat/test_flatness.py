@@ -9,7 +9,7 @@ from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import SYSTEMS, controllable
 from trackably.systems.linear import LinearSystem
 from trackably.systems.rationals import exact, rank
-from trackably.systems.trajectories import Functional
+from trackably.systems.trajectories import Trajectory
 
 T_S = 0.1
 
@@ -30,13 +30,14 @@ CASES = TABLE | {f"random_{seed}": controllable(seed, inputs=3) for seed in rang
 REDUNDANT = {name: system for name, system in CASES.items() if np.linalg.matrix_rank(system.B) < system.B.shape[1]}
 
 
-def look(functionals: tuple[Functional, ...], c: int, j: int) -> np.ndarray:
+def look(coordinates: tuple[Trajectory, ...], c: int, j: int) -> np.ndarray:
     """The weights of z_c(t + j T_s), zero where there is none."""
-    return np.array([q.weights[c][j] if 0 <= j < len(q.weights[c]) else Fraction(0) for q in functionals])
+    weights = [q.functional.weights[c] for q in coordinates]
+    return np.array([w[j] if 0 <= j < len(w) else Fraction(0) for w in weights])
 
 
-def offsets(functionals: tuple[Functional, ...]) -> np.ndarray:
-    return np.array([q.offset for q in functionals])
+def offsets(coordinates: tuple[Trajectory, ...]) -> np.ndarray:
+    return np.array([q.functional.offset for q in coordinates])
 
 
 @over(CASES, "system")
@@ -59,7 +60,7 @@ def test_every_state_can_be_written(system):
     assert len(flat.orders) == np.linalg.matrix_rank(system.B)
     for functionals, extra in ((flat.states, 0), (flat.inputs, 1)):
         for q in functionals:
-            assert [len(w) for w in q.weights] == [order + extra for order in flat.orders]
+            assert [len(w) for w in q.functional.weights] == [order + extra for order in flat.orders]
             assert q.sampling_time == system.sampling_time
     columns = [look(flat.states, c, j) for c, order in enumerate(flat.orders) for j in range(order)]
     assert rank(np.array(columns)) == n

@@ -37,7 +37,7 @@ def test_states_and_inputs_are_rounded_once(number):
     last = max(float(z.breakpoints[-1]) for z in reference.pieces)
     times = rng.uniform(*(found.window or (0.0, last)), 7)
     values = np.concatenate([reference.state_at(times), reference.input_at(times)], axis=-1)
-    for i, functional in enumerate((*reference.plant.flatness.states, *reference.plant.flatness.inputs)):
+    for i, of in enumerate((*reference.plant.flatness.states, *reference.plant.flatness.inputs)):
         for t, value in zip(times.tolist(), values[:, i].tolist(), strict=True):
-            expected = quantity_at(functional, reference.pieces, Fraction(t))
+            expected = quantity_at(of.functional, reference.pieces, Fraction(t))
             assert abs(Fraction(value) - expected) <= 1.001 * UNIT * abs(expected) + Fraction(1, 10**24)
