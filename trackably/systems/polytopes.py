@@ -66,7 +66,7 @@ class Polytope:
                 f"set: {r} rows need as many lower and upper bounds, got shapes {shapes[0]} and {shapes[1]}"
             )
         for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
-            is_bounded = _any_moves([low, high]) or -np.inf < low <= high < np.inf
+            is_bounded = _any_moves(low, high) or -np.inf < low <= high < np.inf
             if not (np.all(np.isfinite(row)) and np.any(row) and is_bounded):
                 raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
                                  f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
@@ -128,7 +128,7 @@ class Polytope:
             raise ValueError(f"set: lower and upper need the same shape (n,), got {np.shape(low)} and {np.shape(high)}")
         both = list(zip(low, high, strict=True))
         for i, (a, b) in enumerate(both):
-            if _any_moves([a, b]):
+            if _any_moves(a, b):
                 continue
             if not a < b:
                 ends = ", ".join(ends_shown(a, b))
@@ -252,12 +252,7 @@ class Polytope:
 
 
 def _any_moves(*ends: object) -> bool:
-    """Return whether one of the ends, or an entry of one, moves in time."""
-    return any(
-        isinstance(end, PolynomialPieces | Mapping) or is_spline(end)
-        for of in ends
-        for end in np.atleast_1d(np.asarray(of, dtype=object))
-    )
+    return any(isinstance(end, PolynomialPieces) for end in ends)
 
 
 def _ends(what: str, given: Any) -> list[Any]:
@@ -265,12 +260,14 @@ def _ends(what: str, given: Any) -> list[Any]:
 
     A spline rests before its first breakpoint and after its last one, or repeats if it extrapolates periodically.
     """
-    if not _any_moves(given):
-        return list(np.atleast_1d(numbers(what, given)).tolist())
-    return [_end(of) for of in np.atleast_1d(np.asarray(given, dtype=object))]
+    ends = list(map(_end, np.atleast_1d(np.asarray(given, dtype=object))))
+    if _any_moves(*ends):
+        return [end if _any_moves(end) else float(end) for end in ends]
+    return list(np.atleast_1d(numbers(what, given)).tolist())
 
 
-def _end(given: Any) -> End:
+def _end(given: Any) -> Any:
+    """Return an end that moves in time as pieces, and anything else as it is."""
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
     if is_spline(given):
@@ -278,7 +275,7 @@ def _end(given: Any) -> End:
         if c.ndim != 2:
             raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
         return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
-    return given if isinstance(given, PolynomialPieces) else float(given)
+    return given
 
 
 def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:

@@ -322,10 +322,7 @@ class Tightening:
     def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
         for (low, high), a, b, (_, bounds) in zip(by, *bounded.ends, bounded.intervals, strict=True):
-            if isinstance(a, PolynomialPieces) or isinstance(b, PolynomialPieces):
-                width = Fraction(bounds.width)
-            else:
-                width = Fraction(b) - Fraction(a)
+            width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
             kept = Fraction(self.margin) * width
             lower.append(_inwards(a, -1, low + kept))
             upper.append(_inwards(b, 1, high + kept))

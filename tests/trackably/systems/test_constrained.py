@@ -17,10 +17,6 @@ INPUTS = Polytope.box(np.array([-3.0]), np.array([4.0]))
 PLANT = ConstrainedSystem(AXIS, STATES, INPUTS)
 
 
-def signal(t):
-    return np.sin(3 * t) + 0.2 * t
-
-
 def test_each_row_is_a_quantity_with_a_name_of_its_own():
     """As it is written; rows that are written alike are numbered."""
     names = ["position", "position+0.5velocity", "position (2)", "-velocity", "u1"]
@@ -30,12 +26,3 @@ def test_each_row_is_a_quantity_with_a_name_of_its_own():
     assert [q.name for q in replace(PLANT, state_set=nearly).quantities] == names
     bounds = [Interval(-1, 1), Interval(-1, 1), Interval(-1, 2), Interval(-1, 1), Interval(-3, 4)]
     assert [q.bounds for q in PLANT.quantities] == bounds
-
-
-def test_quantities_are_the_rows_of_the_states_and_inputs():
-    t = np.linspace(0, 3, 31)
-    states = np.stack([x((signal,), t) for x in PLANT.flatness.states], axis=-1)
-    inputs = np.stack([u((signal,), t) for u in PLANT.flatness.inputs], axis=-1)
-    expected = np.hstack([states @ STATES.rows.T, inputs @ INPUTS.rows.T])
-    found = np.stack([q((signal,), t) for q in PLANT.quantities], axis=-1)
-    np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -70,8 +70,6 @@ def test_a_stencil_measures_what_its_name_says(which: str):
     [
         (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
         (AXIS, ["speed"], f"speed {NEITHER}"),
-        (AXIS, ["rate of z2"], f"z2 {NEITHER}"),
-        (AXIS, ["rate of position"], f"rate of position {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
         (
             ROBOT,
             ["x", "y", "rate of heading"],
@@ -92,7 +90,7 @@ def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, mes
         stencils_by_name(plant, names)
 
 
-@pytest.mark.parametrize("sampling_time", [0.1, 0.07, 0.03, 0.013, 0.007, 0.0031])
+@pytest.mark.parametrize("sampling_time", [0.1, 0.03, 0.0031])
 @pytest.mark.parametrize("name", ["x2", "x3"])
 def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it(sampling_time, name):
     """Sums of float64 weights are not zero where the exact ones are."""

@@ -23,7 +23,7 @@ def test_the_support_function_is_the_optimum_of_a_linear_program(name):
         assert bounded.farthest(row) @ row == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_halfspaces_have_the_support_of_their_linear_program(seed):
     rng = np.random.default_rng(seed)
     n = 2 + seed % 2

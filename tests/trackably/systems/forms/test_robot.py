@@ -22,7 +22,7 @@ def test_the_heading_that_windows_show_does_not_jump():
     np.testing.assert_allclose(np.diff(states[:, 2]), T_S * inputs[:, 1], atol=1e-12)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1.5, 0.0), (0.0, 0.8), (0.0, 0.0)])
+@pytest.mark.parametrize(("width", "height"), [(1.5, 0.0), (0.0, 0.0)])
 def test_a_robot_that_stands_still_has_no_proof_even_without_a_bound_of_its_speed(width, height):
     found = prove(eight(width, height, slowest=-1.0))
     assert isinstance(found, Unproved)

@@ -7,8 +7,8 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, parts, text
-from trackably.checker.intervals import ONE, ZERO, UndefinedError, between, exactly, iv
+from trackably.checker.formulas import Formula, parts, text
+from trackably.checker.intervals import ONE, ZERO, UndefinedError, exactly, iv
 from trackably.checker.models import Model, enclose
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.tail import slopes_of
@@ -98,23 +98,3 @@ def test_derivatives_are_those_of_central_differences_and_of_the_checker():
 
     law()
     assert len(examined) > 80
-
-
-X, Y = Name("x"), Name("y")
-SINGULAR = {
-    "the zero vector": (Angle(X, Y), (-0.1, 0.1), (-0.1, 0.1)),
-    "across ±π": (Angle(X, Y), (-0.1, 0.1), (-1.0, -0.5)),
-    "at a kink": (Operation("+", Function("sqrt", Power(X, 2.0)), Y), (-0.1, 0.2), (0.5, 0.6)),
-    "a zero denominator": (Operation("/", Number(1.0), Operation("*", X, Y)), (-0.1, 0.2), (0.5, 0.6)),
-}
-
-
-@pytest.mark.parametrize("which", SINGULAR)
-def test_where_there_may_be_no_value_it_is_refused(which):
-    formula, *box = SINGULAR[which]
-    with pytest.raises(UndefinedError):
-        enclose(formula, {name: between(*ends) for name, ends in zip("xy", box, strict=True)})
-    values = {name: ((a + b) / 2, (b - a) / 2) for name, (a, b) in zip("xy", box, strict=True)}
-    around = {name: Model([*map(exactly, pair)] + [ZERO] * (TERMS - 2), ZERO) for name, pair in values.items()}
-    with pytest.raises(UndefinedError):
-        FormulaValues(FormulaNeeds({}, dict.fromkeys(around, INPUT_ERROR), 0), TERMS).track(formula, around)

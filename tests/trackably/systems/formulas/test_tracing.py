@@ -42,7 +42,6 @@ ORDINARY = (
 REFUSED = {
     "a comparison": (lambda x, u: [x[0] if x[0] > 1 else u[0]], f"{ONE_FORMULA}compares a value"),
     "a truth value": (lambda x, u: [x[0] if x[0] else u[0]], f"{ONE_FORMULA}branches on a value"),
-    "a look-up": (lambda x, u: [{1.0: u[0]}[x[0]]], f"{ONE_FORMULA}uses a value as a key"),
     "rounding": (lambda x, u: [round(x[0]) + u[0]], f"{ONE_FORMULA}rounds a value"),
     "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], f"{ONE_FORMULA}converts a value to a plain number, as f"),
     "solve": (
@@ -58,28 +57,16 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_is_no_formula_is_refused_with_the_reason(name):
-    f, reason = REFUSED[name]
-    with pytest.raises(ValueError, match=reason):
-        trace(f, ("a",), ("p",))
-
-
 def clamped(u):
     return max(-1.0, min(1.0, u))
 
 
-def tolerant(of):
-    """A function that clamps what it can, and goes on where it cannot."""
-
-    def f(x, u):
-        try:
-            v = clamped(u[0])
-        except Exception:
-            v = u[0]
-        return of(x, v)
-
-    return f
+def tolerant(x, u):
+    """Clamps what it can, and goes on where it cannot."""
+    try:
+        return [x[0] + clamped(u[0])]
+    except Exception:
+        return [x[0] + u[0]]
 
 
 def in_a_thread(call):
@@ -89,28 +76,25 @@ def in_a_thread(call):
 
 COUNTED, KEPT = count(1), dict[str, object]()
 DISGUISED = {
-    "clamped inside try": (tolerant(lambda x, v: [x[0] + v]), "it compares a value"),
+    "clamped inside try": (tolerant, "it compares a value"),
     "another thread": (lambda x, u: in_a_thread(lambda: [x[0] + clamped(u[0])]), "it compares a value"),
     "isinstance": (
         lambda x, u: [x[0] + (clamped(u[0]) if isinstance(x[0], float) else u[0])],
         "it gives a = .*, and its formula a = ",
     ),
-    "dtype": (lambda x, u: [x[0] + (u[0] if x.dtype == object else clamped(u[0]))], "and its formula a = "),
     "an error": (
         lambda x, u: [x[0] + u[0]] if x.dtype == object else 1 // 0,
         r"it raises ZeroDivisionError \(.*\), and its formula a = ",
     ),
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
     "NaN replaced": (lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]], "it gives a = .*, and its formula a = nan"),
-    "random": (lambda x, u: [x[0] + np.random.default_rng().normal() * u[0]], "must be the same formula in each call"),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
     "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "must be the same formula in each call"),
 }
 
 
-@pytest.mark.parametrize("name", DISGUISED)
-def test_what_treats_symbols_in_another_way_is_refused(name):
-    f, reason = DISGUISED[name]
+@pytest.mark.parametrize(("f", "reason"), [*REFUSED.values(), *DISGUISED.values()], ids=[*REFUSED, *DISGUISED])
+def test_what_is_no_formula_or_treats_symbols_in_another_way_is_refused_with_the_reason(f, reason):
     with pytest.raises(ValueError, match=reason):
         NonlinearSystem.of(f, ["a"], ["p"], 0.1)
 
