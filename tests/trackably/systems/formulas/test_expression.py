@@ -1,4 +1,6 @@
-"""Expressions: one function in floats, balls, intervals, Taylor models and many digits; and its derivative."""
+"""Expressions: one function in floats, balls, intervals, Taylor models and many digits; and its derivatives."""
+
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -18,8 +20,8 @@ TERMS, REACH = 6, {"x": 0.01, "y": -0.02}
 INPUT_ERROR = exactly(2.0**-50)
 
 
-def test_every_arithmetic_holds_the_true_value():
-    examined, in_floats, in_models = [], [], []
+def test_every_arithmetic_holds_the_true_value_and_derivatives_are_those_of_differences():
+    examined = Counter()
 
     @settings(max_examples=100, deadline=None)
     @given(expressions, points)
@@ -28,27 +30,25 @@ def test_every_arithmetic_holds_the_true_value():
         ball = in_balls(expression, values)
         if ball is None:
             return
-        examined.append(expression)
         tree = a_formula(to_lists(expression), "f")
-        with mp.workdps(60):
+        with mp.workdps(80):
             true = many_digits(expression, values)
             assert not isinstance(true, mp.mpc)
             middle, radius = mp.mpf(ball.mid().str(45, radius=False)), mp.mpf(float(ball.rad()))
             assert abs(true - middle) <= radius + abs(middle) * mp.mpf(10) ** -40 + mp.mpf(10) ** -40
             interval = enclose(tree, {name: iv.mpf(v) for name, v in values.items()})
             assert mp.mpf(interval.a._mpi_[0]) <= true <= mp.mpf(interval.b._mpi_[1])
-            if models_hold(tree, values):
-                in_models.append(expression)
+            examined.update(defined=1, models=models_hold(tree, values))
+            assert_slopes_are_those_of_differences(expression, values)
         seen = float(evaluate_floats(expression, {name: np.array(v) for name, v in values.items()}))
         conditions = [in_balls(node, values) for node in parts(expression)]
         if all(c is not None and 1e-3 < abs(float(c)) < 1e3 for c in conditions):
-            in_floats.append(expression)
+            examined.update(floats=1)
             assert seen == pytest.approx(float(true), rel=1e-8, abs=1e-8)
 
     law()
-    assert len(examined) > 80
-    assert len(in_floats) > 60
-    assert len(in_models) > 50
+    assert examined["defined"] > 80
+    assert min(examined["floats"], examined["models"]) > 50
 
 
 def models_hold(tree: Formula, values: dict[str, float]) -> bool:
@@ -74,27 +74,13 @@ def models_hold(tree: Formula, values: dict[str, float]) -> bool:
     return True
 
 
-def test_derivatives_are_those_of_central_differences_and_of_the_checker():
-    examined = []
-
-    @settings(max_examples=100, deadline=None)
-    @given(expressions, points)
-    def law(expression, point):
-        values = dict(zip("xy", point, strict=True))
-        if in_balls(expression, values) is None:
-            return
-        examined.append(expression)
-        along = {"x": [ONE, ZERO], "y": [ZERO, ONE]}
-        with mp.workdps(80):
-            checked = slopes_of(expression, {name: exactly(v) for name, v in values.items()}, along)
-            for name, slope in zip("xy", checked, strict=True):
-                h = mp.mpf(10) ** -25
-                ends = [many_digits(expression, {**values, name: mp.mpf(values[name]) + s * h}) for s in (1, -1)]
-                difference = (ends[0] - ends[1]) / (2 * h)
-                if abs(difference) < 1e30:
-                    found = many_digits(derivative(expression, name), values)
-                    for of in (found, mp.mpf(slope.mid._mpi_[0])):
-                        assert abs(of - difference) <= mp.mpf(10) ** -12 * (1 + abs(difference)), text(expression)
-
-    law()
-    assert len(examined) > 80
+def assert_slopes_are_those_of_differences(expression: Formula, values: dict[str, float]) -> None:
+    """Derivatives as formulas, and those that the checker encloses, against central differences."""
+    along, h = {"x": [ONE, ZERO], "y": [ZERO, ONE]}, mp.mpf(10) ** -25
+    checked = slopes_of(expression, {name: exactly(v) for name, v in values.items()}, along)
+    for name, slope in zip("xy", checked, strict=True):
+        ends = [many_digits(expression, {**values, name: mp.mpf(values[name]) + s * h}) for s in (1, -1)]
+        difference, found = (ends[0] - ends[1]) / (2 * h), many_digits(derivative(expression, name), values)
+        if abs(difference) < 1e30:
+            for of in (found, mp.mpf(slope.mid._mpi_[0])):
+                assert abs(of - difference) <= mp.mpf(10) ** -12 * (1 + abs(difference)), text(expression)
