@@ -55,12 +55,11 @@ class ConstrainedSystem:
             if bounds.dimension != dimension:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
         if isinstance(self.system, NonlinearSystem):
-            bounded = self.input_set.rows.any(axis=0).tolist()
-            if not self.system.flat and not all(bounded):
+            free = [self.system.inputs[i] for i in np.flatnonzero(~self.input_set.rows.any(axis=0))]
+            if free and not self.system.flat:
                 raise ValueError(
                     f"system: every input of a nonlinear system must be bounded, because the proof of its bounds shows "
-                    f"that the input exists, but {self.system.inputs[bounded.index(False)]} is free; give bounds, "
-                    "however wide"
+                    f"that the input exists, but {', '.join(free)} is free; give bounds, however wide"
                 )
             object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
         _ = self.flatness, self.constraints  # computed now, to raise their errors

@@ -73,7 +73,7 @@ class Functional(subject.Functional):
 
 # States and inputs of a reference as functions of time: formulas of functionals of the learned signals.
 
-_ITSELF = "q"
+_ITSELF = Name("q")
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Trajectory:
     @classmethod
     def of(cls, functional: Functional) -> Self:
         """Return the trajectory that equals a functional."""
-        return cls(Name(_ITSELF), ((_ITSELF, functional),))
+        return cls(_ITSELF, ((_ITSELF.name, functional),))
 
     @classmethod
     def of_formula(cls, formula: Formula, functionals: Mapping[str, Functional]) -> Self:

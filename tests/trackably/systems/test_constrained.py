@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
@@ -26,3 +28,17 @@ def test_each_row_is_a_quantity_with_a_name_of_its_own():
     assert [q.name for q in replace(PLANT, state_set=nearly).quantities] == names
     bounds = [Interval(-1, 1), Interval(-1, 1), Interval(-1, 2), Interval(-1, 1), Interval(-3, 4)]
     assert [q.bounds for q in PLANT.quantities] == bounds
+
+
+OBLIQUE = Polytope([[1.0, 0.5], [0.3, -2.0]], [-9.0, -9.0], [9.0, 9.0])
+VEHICLE = ConstrainedSystem(INSTANCES["vehicle"].system, OBLIQUE, OBLIQUE)
+
+
+@over({"linear": PLANT, "nonlinear": VEHICLE}, "plant")
+def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
+    t, signals = np.linspace(0, 3, 31), [lambda t: np.sin(3 * t) + 0.2 * t, lambda t: np.cos(2 * t)]
+    states, inputs = (
+        np.stack([q(signals, t) for q in side]) for side in (plant.flatness.states, plant.flatness.inputs)
+    )
+    found = np.stack([q(signals, t) for q in plant.quantities])
+    np.testing.assert_allclose(found, np.vstack([plant.state_set.rows @ states, plant.input_set.rows @ inputs]))
