@@ -45,17 +45,14 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
     output is not sampled.
     """
     found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
-    moving: dict[str, int] = {}
     for name in names:
         signal, stencil = _signal_of(plant, name)
         found[signal][name] = stencil
-        if not stencil.measures_levels:
-            moving[name] = signal
-    ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: kind[0] in moving)) for kinds in found)
-    for name, signal in moving.items():
-        if next(iter(ordered[signal])) in moving:
+    ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: not kind[1].measures_levels)) for kinds in found)
+    for signal, kinds in enumerate(ordered):
+        if kinds and not any(stencil.measures_levels for stencil in kinds.values()):
             raise ValueError(
-                f"samples: {name} says how its flat output moves, but not where it is; give samples of "
+                f"samples: {next(iter(kinds))} says how its flat output moves, but not where it is; give samples of "
                 f"{', '.join(sampled_names(plant, signal))} instead (learn_reference takes both)"
             )
     if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
