@@ -63,7 +63,6 @@ def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():
         ({"f": [["sqrt", "inflow"]]}, r"solvable for its inputs, .* not affine in inflow: it holds sqrt\(\"inflow\"\)"),
         ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
-        ({"A": [[1.0]]}, "NonlinearSystem has no A"),
     ],
 )
 def test_json_that_is_no_system_is_refused(change, reason):
