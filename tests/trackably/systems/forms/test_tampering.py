@@ -42,9 +42,8 @@ def test_a_changed_certificate_is_refused(which):
     assert isinstance(verdict, Failed) or "flat" in verdict.reason
 
 
-@pytest.mark.parametrize("name", ["speed", "turn"])
-def test_errors_that_are_too_small_are_refused(name):
-    verdict = check(changed(certificate(), f"evaluation.errors.{name}", 1e-12))
+def test_an_error_that_is_too_small_is_refused():
+    verdict = check(changed(certificate(), "evaluation.errors.turn", 1e-12))
     assert isinstance(verdict, Failed)
     assert "float64" in verdict.reason
 
