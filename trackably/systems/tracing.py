@@ -7,7 +7,6 @@ formulas differ, or the values do, it is refused. The numbers are drawn at rando
 
 import math
 from collections.abc import Callable, Sequence
-from contextvars import ContextVar
 from functools import partial
 from typing import Any, NoReturn, TypeVar
 
@@ -30,22 +29,17 @@ SUPPORTED = (
 )
 
 
-REFUSALS: ContextVar[list[str]] = ContextVar("REFUSALS", default=[])  # noqa: B039  used while nothing is traced
-"""Reasons why the traced function has no formula; stored, because the function may catch exceptions."""
-
-
 class Refusal(BaseException):
     """A computation that cannot be written as a formula.
 
-    A BaseException, so that `except Exception` does not catch it.
+    A BaseException, so that `except Exception` does not catch it. A function that catches it all the same is compared
+    with its formulas at numbers.
     """
 
 
 def refuse(why: str) -> NoReturn:
-    """Stop the traced function by raising Refusal, and store the reason in `REFUSALS`."""
-    said = f"system: f must {why}"
-    REFUSALS.get().append(said)
-    raise Refusal(said)
+    """Stop the traced function by raising Refusal."""
+    raise Refusal(f"system: f must {why}")
 
 
 def as_formula(value: object) -> Formula | None:
@@ -295,20 +289,13 @@ def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> 
 
 def _call(call: Callable[[], T], what: str) -> T:
     """Return the result of a call with symbols. NoFormulaError: it raises, or uses an operation that symbols refuse."""
-    refused: list[str] = []
-    token = REFUSALS.set(refused)
     try:
-        found = call()
+        return call()
     except (Refusal, NoFormulaError) as error:
-        refused.append(str(error))
+        raise NoFormulaError(str(error)) from None
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""
-        refused.append(f"{what} must be written in {SUPPORTED}: {error}{instead}")
-    finally:
-        REFUSALS.reset(token)
-    if refused:
-        raise NoFormulaError(refused[0])
-    return found
+        raise NoFormulaError(f"{what} must be written in {SUPPORTED}: {error}{instead}") from None
 
 
 def _formula_of(value: object, what: str) -> Formula:

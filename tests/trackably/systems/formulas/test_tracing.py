@@ -57,12 +57,16 @@ def clamped(u):
     return max(-1.0, min(1.0, u))
 
 
-def tolerant(x, u):
-    """Clamps what it can, and goes on where it cannot."""
-    try:
-        return [x[0] + clamped(u[0])]
-    except Exception:
-        return [x[0] + u[0]]
+def tolerant(error):
+    """A function that clamps what it can, and goes on where it cannot."""
+
+    def f(x, u):
+        try:
+            return [x[0] + clamped(u[0])]
+        except error:
+            return [x[0] + u[0]]
+
+    return f
 
 
 def in_a_thread(call):
@@ -72,7 +76,8 @@ def in_a_thread(call):
 
 COUNTED, KEPT = count(1), dict[str, object]()
 DISGUISED = {
-    "clamped inside try": (tolerant, "it compares a value"),
+    "clamped inside try": (tolerant(Exception), "it compares a value"),
+    "clamped, whatever is raised": (tolerant(BaseException), "it gives a = .*, and its formula a = "),
     "another thread": (lambda x, u: in_a_thread(lambda: [x[0] + clamped(u[0])]), "it compares a value"),
     "isinstance": (
         lambda x, u: [x[0] + (clamped(u[0]) if isinstance(x[0], float) else u[0])],
