@@ -411,8 +411,8 @@ def tightening(
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """Return the largest f ≤ 1e6 for which a point satisfies all rows, tightened by f `by` (r, 2) and by a margin.
 
-    It is found by a linear program, scaled with half widths about the middles; ≤ 0 if the margin alone leaves no point.
-    If a bound moves, each row is considered alone, at its least width.
+    It is the optimum of a linear program in which each row is divided by half its width. It is ≤ 0 if the margin alone
+    leaves no point. If a bound moves, each row is considered alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
