@@ -59,7 +59,7 @@ class FlatForm(subject.FlatForm):
         z[j] is the array of the flat outputs at step k + j. The function is called with symbols, so it must use
         ordinary arithmetic only (see `tracing.Symbol`). ValueError: it is no such function; the message says why.
         """
-        states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")
+        states, inputs = formulas_of(lambda: function(_Shifts(outputs)))
         return cls(states, inputs, tuple(angles))
 
     @property
