@@ -36,5 +36,5 @@ def test_a_wrong_flat_form_is_refused_when_it_is_given():
 
 
 def test_what_is_no_formula_in_a_flat_form_is_said_of_the_flat_form():
-    with pytest.raises(ValueError, match="^flat form must be one formula .* compares a value"):
+    with pytest.raises(ValueError, match=r"^flat form must be one formula .* compares a value"):
         FlatForm.of(lambda z: ([z[0][0]], [max(z[0][0], z[1][0])]), 1)
