@@ -31,18 +31,15 @@ from trackably.systems.rationals import exact, row_echelon
 Vector = tuple[Fraction, ...]
 
 
-def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple[Vector, ...]:
-    """Return the rows of a matrix as rationals. Fractions are kept, and float64 numbers are converted exactly.
+def _exactly(
+    what: str, given: ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]], *shape: int | None
+) -> Any:
+    """Return an array of this shape as rationals, in nested lists. Fractions are kept, and float64 numbers are exact.
 
-    ValueError: it is no matrix, or a number is not finite. TypeError: an entry is no number.
+    ValueError: the shape differs, or a number is not finite. TypeError: an entry is no number.
     """
-    array = numbers(what, cast(ArrayLike, given))
-    if array.ndim != 2 or not array.shape[1]:
-        raise ValueError(f"{what} must be a matrix with a column for each state, got shape {array.shape}")
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{what} must be finite, got {array.tolist()}")
-    rows = given if isinstance(given, list | tuple) else array.tolist()
-    return tuple(tuple(Fraction(value) for value in row) for row in rows)
+    array(what, cast(ArrayLike, given), *shape)
+    return exact(given).tolist()
 
 
 class _ExactSet(ABC):
@@ -89,15 +86,12 @@ class Zonotope(checker.Zonotope, _ExactSet):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        (centre,) = _vectors("disturbance: centre", [self.centre])
-        generators = _vectors("disturbance: generators", self.generators) if len(self.generators) else ()
-        if any(len(generator) != len(centre) for generator in generators):
-            raise ValueError(
-                f"disturbance: every generator needs {len(centre)} entries, one for each state, "
-                f"got {len(generators[0])}"
-            )
+        centre = tuple(_exactly("disturbance: centre", self.centre, None))
+        generators: Any = ()
+        if len(self.generators):
+            generators = _exactly("disturbance: generators", self.generators, None, len(centre))
         object.__setattr__(self, "centre", centre)
-        object.__setattr__(self, "generators", generators)
+        object.__setattr__(self, "generators", tuple(map(tuple, generators)))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
@@ -175,7 +169,8 @@ class ConvexHull(checker.Hull, _ExactSet):
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", _vectors("disturbance: vertices", self.vertices))
+        vertices = _exactly("disturbance: vertices", self.vertices, None, None)
+        object.__setattr__(self, "vertices", tuple(map(tuple, vertices)))
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
