@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 import numpy as np
 import scipy
 
-from trackably.arguments import numbers
+from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.intervals import Corridor, End, Interval, ends_shown, interval
 from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
@@ -50,15 +50,11 @@ class Polytope:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        if not self.dimension:
-            object.__setattr__(self, "dimension", int(np.shape(self.rows)[-1]))
-        if not np.size(self.rows):
-            object.__setattr__(self, "rows", np.empty((0, self.dimension)))
-        rows = numbers("set: rows", self.rows)
-        if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
-            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got shape {rows.shape}")
-        rows.flags.writeable = False
+        dimension = self.dimension or None
+        unbounded = dimension and not np.size(self.rows)
+        rows = np.empty((0, self.dimension)) if unbounded else array("set: rows", self.rows, None, dimension)
         object.__setattr__(self, "rows", rows)
+        object.__setattr__(self, "dimension", rows.shape[1])
         lower, upper = (_ends(f"set: {name}", getattr(self, name)) for name in ("lower", "upper"))
         r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
         if shapes != [(r,), (r,)]:
@@ -67,9 +63,11 @@ class Polytope:
             )
         for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
             is_bounded = _any_moves(low, high) or -np.inf < low <= high < np.inf
-            if not (np.all(np.isfinite(row)) and np.any(row) and is_bounded):
-                raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
-                                 f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
+            if not (np.any(row) and is_bounded):
+                raise ValueError(
+                    f"set: row {i} needs entries other than zero, and finite bounds, lower ≤ upper, got {row.tolist()} "
+                    f"in [{low}, {high}]"
+                )
         object.__setattr__(self, "_intervals", list(zip(rows, map(interval, lower, upper), strict=True)))
         if self.moves:
             for name in ("lower", "upper"):
