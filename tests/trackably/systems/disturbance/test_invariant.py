@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.trackably.systems.disturbance.instances import ALL, CART, DISTURBED
+from tests.trackably.systems.disturbance.instances import ALL
 from tests.trackably.systems.disturbance.naive import exact_support
 from trackably.systems.rationals import exact
-from trackably.systems.tightening import NoInvariantSetError, tightening
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -14,7 +13,7 @@ def test_the_set_is_invariant(name):
     """A_K Z ⊕ W ⊆ Z: h_Z(A_Kᵀ row) + h_W(row) ≤ h_Z(row), without any tolerance."""
     Z = ALL[name].tightening.invariant
     closed = exact(Z.system.A) + exact(Z.system.B) @ exact(Z.feedback)
-    for row in exact(np.random.default_rng(1).integers(1, 10, (4, len(closed)))):
+    for row in exact(np.random.default_rng(1).integers(-9, 10, (4, len(closed)))):
         moved = (row @ closed).tolist()
         assert Z.support(moved) + exact_support(Z.disturbance, row.tolist()) <= Z.support(row.tolist())
 
@@ -35,8 +34,3 @@ def test_the_worst_disturbances_nearly_reach_the_bounds_of_the_set(name):
         width = next(c.bounds.width for c in found.given.given_constraints if c.row == row and c.side == side)
         assert reached <= allowed * (1 + 1e-12)
         assert allowed <= 1.03 * reached + 2e-5 * width
-
-
-def test_a_feedback_under_which_errors_grow_is_refused():
-    with pytest.raises(NoInvariantSetError, match=r"inside the unit circle, but one has the size 1\.1"):
-        tightening(CART, DISTURBED["pushed"].disturbance, [[1.0, 1.0]])
