@@ -157,6 +157,8 @@ class Trajectory:
 
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
         """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
+        if self.functional is not None:
+            return self.functional.rounded
         slopes = self.slopes({name: functional(signals, t) for name, functional in self.arguments})
         return self._weights({name: slope.item() for name, slope in slopes.items()})
 
