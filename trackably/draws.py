@@ -16,7 +16,6 @@ from trackably.gp.rows import Rows, Terms
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Coordinate, Functional
 
 # States and inputs at several steps as one normal distribution, given samples.
 
@@ -32,11 +31,11 @@ def step_normal(reference: Reference, posterior: JointPosterior, steps: Array) -
     ValueError: an input has no finite derivative. Raises IllConditioned as the posterior does.
     """
     plant, signals, times = reference.plant, reference.signals, steps * reference.plant.sampling_time
-    coordinates: tuple[Coordinate, ...] = (*plant.flatness.states, *plant.flatness.inputs)
+    coordinates = (*plant.flatness.states, *plant.flatness.inputs)
     terms: list[list[Terms]] = [[] for _ in posterior.parts]
     for row, (q, t) in enumerate(product(coordinates, times)):
         with np.errstate(invalid="ignore"):
-            weights = q.rounded if isinstance(q, Functional) else q.weights_at(signals, t)
+            weights = q.weights_at(signals, t)
         for c, w in weights:
             terms[c].append(Terms(t + plant.sampling_time * np.arange(len(w)), w, np.full(len(w), row)))
     rows = Rows(np.zeros(len(coordinates) * len(times)), tuple(Terms.joined(parts) for parts in terms))

@@ -26,7 +26,7 @@ from trackably.learning.problem import ActiveBound, Method, Side, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Coordinate, Functional
+from trackably.systems.trajectories import Trajectory
 
 
 @dataclass(frozen=True)
@@ -294,18 +294,18 @@ class Fit:
         """The reference of least l found without bounds; it may violate any bound."""
         return Reference(self.unconstrained_posterior.signals, self.reference.plant)
 
-    def std_of(self, coordinates: Iterable[Coordinate], t: Array) -> Array:
+    def std_of(self, coordinates: Iterable[Trajectory], t: Array) -> Array:
         """Return the posterior standard deviations of coordinates at t [s], given the samples: shape (*t.shape, q)."""
         variances = [self._variance(q, t) for q in coordinates]
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 
-    def _variance(self, q: Coordinate, t: Array) -> Array:
+    def _variance(self, q: Trajectory, t: Array) -> Array:
         """Return the posterior variance of a coordinate at each time [s]; an array of the same shape as t.
 
         Formulas are linearised at each t.
         """
-        if isinstance(q, Functional):
-            return self.posterior.variance_of(q.rounded, t, q.sampling_time)
+        if (linear := q.functional) is not None:
+            return self.posterior.variance_of(linear.rounded, t, q.sampling_time)
         each = [
             self.posterior.variance_of(q.weights_at(self.reference.kernel_sums, at), at, q.sampling_time)
             for at in t.reshape(-1, 1)

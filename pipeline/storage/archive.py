@@ -21,7 +21,6 @@ from trackably.files import to_json
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import Signal
-from trackably.systems.trajectories import Functional
 
 
 @dataclass(frozen=True)
@@ -251,8 +250,8 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     plant = reference.plant
     states, inputs = reference.state_at(times), reference.input_at(times)
     curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
-    for name, functional in zip(plant.system.states, plant.flatness.states, strict=True):
-        if isinstance(functional, Functional):  # that of a formula is no posterior standard deviation
+    for name, state in zip(plant.system.states, plant.flatness.states, strict=True):
+        if (functional := state.functional) is not None:  # that of a formula is no posterior standard deviation
             variance = posterior.variance_of(functional.rounded, times, plant.sampling_time)
             curves[f"{name}_std"] = np.sqrt(variance)
     curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}

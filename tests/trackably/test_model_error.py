@@ -1,6 +1,7 @@
 """Bounds are kept by every plant of a hull, and what the checker accepts is no more than that."""
 
 import copy
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -56,9 +57,10 @@ def test_what_is_added_to_the_disturbance_holds_all_differences(seed):
     if seed % 2:  # one parameter
         A, B, c = (of[:1] + np.linspace(-1, 2, q).reshape(-1, *[1] * (of.ndim - 1)) * of[-1:] for of in (A, B, c))
     low, high = -draw.uniform(0.1, 2, n + m), draw.uniform(0.1, 2, n + m)
-    nominal = LinearSystem(A.mean(axis=0), B.mean(axis=0), c.mean(axis=0), sampling_time=1.0)
+    nominal = LinearSystem(*(of.mean(axis=0) + draw.normal(size=of.shape[1:]) for of in (A, B, c)), sampling_time=1.0)
     sets = Polytope.box(low[:n], high[:n]), Polytope.box(low[n:], high[n:])
-    D = Zonotope(np.zeros(n), ModelError.of(list(zip(A, B, c, strict=True))).generators(nominal, *sets))
+    plant, nothing = ConstrainedSystem(nominal, *sets), Zonotope(np.zeros(n))
+    D = ModelError.of(list(zip(A, B, c, strict=True))).added_to(nothing, plant)
     rows = draw.normal(size=(40, n))
     for _ in range(40):
         hull, z = draw.dirichlet(np.ones(q)), np.where(draw.random(n + m) < 0.5, low, high)
@@ -120,16 +122,14 @@ def test_a_changed_certificate_is_refused(learned, name):
     assert isinstance(check(content), Failed | NotACertificate)
 
 
-def test_the_message_says_which_vertex_costs_what_and_which_share_would_do():
+def test_the_message_says_which_vertex_costs_most_and_which_share_would_do():
     K = [[-100.0, -20.0]]
-    with pytest.raises(ValueError, match=r"vertex \d costs the bounds .* of acceleration") as raised:
+    with pytest.raises(ValueError, match=r"largest for vertex \d, take .* of acceleration") as raised:
         tightening(PLANT, W, K, model_error=gain(2.0))
-    share = float(str(raised.value).split("up to ")[1].split(" ")[0])
-    tightening(PLANT, W, K, model_error=gain(0.99 * 2.0 * share))
+    share = float(str(raised.value).split("at most ")[1].split(" ")[0])
+    tightening(PLANT, W.scaled(Fraction(0.99 * share)), K, model_error=gain(0.99 * 2.0 * share))
     with pytest.raises(ValueError, match="model_error"):
-        tightening(PLANT, W, K, model_error=gain(1.01 * 2.0 * share))
-    with pytest.raises(ValueError, match="beside 0 for disturbance and noise"):
-        tightening(PLANT, None, K, model_error=gain(2.0))
+        tightening(PLANT, W.scaled(Fraction(1.01 * share)), K, model_error=gain(1.01 * 2.0 * share))
 
 
 def test_intervals_of_entries_are_all_their_corners():

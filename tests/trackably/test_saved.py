@@ -42,7 +42,7 @@ BROKEN = {
     "no samples": (changed("fit", "samples", to=KeyError), r"lacks samples @ \$\.fit$"),
     "a reversed set": (
         changed("fit", "reference", "plant", "state_set", "upper", to=[-9.0, -9.0]),
-        r"set: row 0 needs finite entries, not all zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
+        r"set: row 0 needs entries other than zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
     ),
     "half a window": (
         changed("proved_from", to=None),

@@ -42,6 +42,7 @@ WRONG = {
     "sampling time, text": (lambda: system([[1]], [[1]], sampling_time="0.1"), "sampling_time: expected a number"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "box of texts": (lambda: Polytope.box(["a"], [1]), "set: lower: expected numbers, got ['a']"),
+    "rows, a number": (lambda: Polytope(3, [0], [1]), "set: rows must have shape (any, any), got shape ()"),
     "set as a tuple": (lambda: plant(state_set=(-1, 1)), "state_set: expected a Polytope, such as Polytope.box"),
     "no system": (lambda: plant(system=(1, 2)), "system: expected a LinearSystem or a NonlinearSystem, got (1, 2)"),
     "bare system": (lambda: learn(plant=AXIS.system), "plant: expected a ConstrainedSystem(system, state_set"),

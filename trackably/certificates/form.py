@@ -20,7 +20,6 @@ from trackably.systems.disturbances import ConvexHull, DisturbanceSet
 from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
-from trackably.systems.trajectories import Functional
 
 
 def encode_certificate(certificate: Certificate) -> dict[str, Any]:
@@ -82,7 +81,7 @@ def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
     sides = {"states": plant.flatness.states, "inputs": plant.flatness.inputs}
     return {
         "trajectories": {
-            side: [as_written({"offset": q.offset, "weights": q.weights}) for q in parts if isinstance(q, Functional)]
+            side: [as_written({"offset": q.offset, "weights": q.weights}) for of in parts if (q := of.functional)]
             for side, parts in sides.items()
         }
     }

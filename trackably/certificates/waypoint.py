@@ -18,7 +18,7 @@ from trackably.systems.intervals import Interval, rounded_text
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional, Trajectory
+from trackably.systems.trajectories import Trajectory
 
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
@@ -133,5 +133,4 @@ def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[C
 
 def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:
     """Return all states and inputs by name."""
-    names, of = (*plant.system.states, *plant.system.inputs), (*plant.flatness.states, *plant.flatness.inputs)
-    return {name: Trajectory.of(q) if isinstance(q, Functional) else q for name, q in zip(names, of, strict=True)}
+    return dict(zip(plant.names, (*plant.flatness.states, *plant.flatness.inputs), strict=True))

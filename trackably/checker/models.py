@@ -7,7 +7,7 @@ bounded on the right is small if q and r begin with the series of a/b and √a. 
 < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import factorial
 
@@ -220,36 +220,37 @@ def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
     return evaluate(formula, constants(values, 1), Models(1)).span
 
 
-def differential(part: Formula, value: Real, at: Sequence[Real], by: Sequence[Real]) -> Real:
-    """Return Σ_i φ_i `by`[i], with the derivatives φ_i of a part of a formula by its operands, and its `value` φ.
+def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Sequence[Real]], Real]:
+    """Return the map by ↦ Σ_i φ_i by_i, with the derivatives φ_i of a part of a formula by its operands.
 
-    The operands are in the intervals `at`. For names and numbers the sum is zero. By the mean-value theorem it also
-    contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and quotients this is so because
-    a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise UndefinedError if the part may be undefined.
+    The operands are in the intervals `at`, and `value` contains φ. For names and numbers the sum is zero. By the
+    mean-value theorem it also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and
+    quotients this is so because a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise UndefinedError
+    if the part may be undefined.
     """
-    found = ZERO
+    slope = ZERO
     match part:
         case Operation("+"):
-            found = by[0] + by[1]
+            return lambda by: by[0] + by[1]
         case Operation("-"):
-            found = by[0] - by[1]
+            return lambda by: by[0] - by[1]
         case Operation("*"):
-            found = by[0] * at[1] + at[0] * by[1]
+            return lambda by: by[0] * at[1] + at[0] * by[1]
         case Operation():
             require_nonzero(at[1])
-            found = (by[0] - value * by[1]) / at[1]
-        case Power(_, exponent):
-            found = slope_of_power(at[0], exponent) * by[0]
-        case Function(name):
-            require_positive(name, at[0])
-            found = slope_of_function(name, at[0]) * by[0]
+            return lambda by: (by[0] - value * by[1]) / at[1]
         case Angle():
             y, x = at
             side(y, x)
             length = whole_power(x, 2) + whole_power(y, 2)
             require_nonzero(length)
-            found = (x * by[0] - y * by[1]) / length
-    return found
+            return lambda by: (x * by[0] - y * by[1]) / length
+        case Power(_, exponent):
+            slope = slope_of_power(at[0], exponent)
+        case Function(name):
+            require_positive(name, at[0])
+            slope = slope_of_function(name, at[0])
+    return lambda by: slope * by[0] if by else ZERO
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:

@@ -269,7 +269,7 @@ class FormulaValues:
             return ZERO
         span, inner = self.known[part].span, [self.tracked[one] for one in operands(part)]
         changes = [SIGN * one.error for one in inner]
-        propagated = abs(differential(part, span, [one.computed for one in inner], changes)).b
+        propagated = abs(differential(part, span, [one.computed for one in inner])(changes)).b
         computed = abs(span + SIGN * propagated)
         require(computed.b < _OVERFLOW, "it may overflow")
         roundings = 1 if isinstance(part, Operation) else 8

@@ -135,12 +135,12 @@ def slopes_of(formula: Formula, box: Mapping[str, Real], of_names: Mapping[str, 
     `of_names` has the derivatives of each name in these directions. Raise UndefinedError if the formula may be
     undefined.
     """
-    values, slopes = dict[Formula, Model](), dict[Formula, Sequence[Real]]()
+    values, slopes, count = dict[Formula, Model](), dict[Formula, Sequence[Real]](), len(next(iter(of_names.values())))
     evaluate(formula, constants(box, 1), Models(1), values)
     for part in parts(formula):
         inner = operands(part)
-        spans, count = [values[one].span for one in inner], len(next(iter(of_names.values())))
-        each = ([slopes[one][d] for one in inner] for d in range(count))
-        own = (differential(part, values[part].span, spans, by) for by in each)
-        slopes[part] = of_names[part.name] if isinstance(part, Name) else list(own)
+        along = differential(part, values[part].span, [values[one].span for one in inner])
+        each = zip(*(slopes[one] for one in inner), strict=True) if inner else [()] * count
+        own = [ZERO if all(of is ZERO for of in by) else along(by) for by in each]
+        slopes[part] = of_names[part.name] if isinstance(part, Name) else own
     return slopes[formula]

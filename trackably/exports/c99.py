@@ -24,7 +24,7 @@ from trackably.systems.allocation import ROUNDING, Allocation
 from trackably.systems.formulas import steps as steps_of
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Coordinate, Functional
+from trackably.systems.trajectories import Functional, Trajectory
 
 # Signals as C functions: sums of kernels, by the formulas of κ in `trackably.gp.kernels`, operation by operation.
 
@@ -195,13 +195,13 @@ _FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
 """Functions with the same name in the C library."""
 
 
-def assignment_lines(coordinate: Coordinate, target: str, written: Callable[[Functional], str]) -> list[str]:
+def assignment_lines(coordinate: Trajectory, target: str, written: Callable[[Functional], str]) -> list[str]:
     """Return the lines that assign a coordinate's value to `target`; `written` turns functionals into expressions.
 
     ValueError: a function has no counterpart in C.
     """
-    if isinstance(coordinate, Functional):
-        return [f"{target} = {written(coordinate)};"]
+    if (functional := coordinate.functional) is not None:
+        return [f"{target} = {written(functional)};"]
     lines, names = ["{"], {name: f"a{i}" for i, (name, _) in enumerate(coordinate.arguments)}
     lines += [f"    const double {names[name]} = {written(functional)};" for name, functional in coordinate.arguments]
     steps = steps_of(coordinate.formula)
@@ -212,12 +212,11 @@ def assignment_lines(coordinate: Coordinate, target: str, written: Callable[[Fun
     return [*lines, f"    {target} = v{len(steps) - 1};", "}"]
 
 
-def counts(coordinates: Iterable[Coordinate], signals: int) -> list[int]:
+def counts(coordinates: Iterable[Trajectory], signals: int) -> list[int]:
     """Return for each signal c the number of values z_c[j] that the coordinates need, at least one."""
     needed = [1] * signals
     for coordinate in coordinates:
-        parts = [coordinate] if isinstance(coordinate, Functional) else [part for _, part in coordinate.arguments]
-        for c, weights in (pair for part in parts for pair in part.rounded):
+        for c, weights in (pair for _, part in coordinate.arguments for pair in part.rounded):
             needed[c] = max(needed[c], 1 + int(weights.nonzero()[0][-1]))
     return needed
 

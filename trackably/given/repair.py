@@ -23,7 +23,7 @@ from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Coordinate, Functional
+from trackably.systems.trajectories import Functional
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4  # intervals between knots: least and most number, and number in each piece
 _INSTANTS = 6  # times in each interval between knots at which bounds are imposed first
@@ -140,7 +140,7 @@ class Nearest:
         """The equations by which the states at the start equal `held`; none if they are free."""
         found = []
         for state, value in zip(self.given.plant.flatness.states, () if self.held is None else self.held, strict=False):
-            functional = _requirement(state)
+            functional = _requirement(state.functional)
             row = self.rows(functional.weights, self.splines.knots[:1])
             scale = float(np.max(np.abs(row.data)))
             found.append((row / scale, np.array([(value - float(functional.offset)) / scale])))
@@ -186,8 +186,8 @@ def _stack(sides: Sequence[Side]) -> Side:
     return sparse.csr_array(sparse.vstack(rows)), np.concatenate(values)
 
 
-def _requirement(functional: Coordinate | None) -> Functional:
-    assert isinstance(functional, Functional), "plants are linear here"
+def _requirement(functional: Functional | None) -> Functional:
+    assert functional is not None, "plants are linear here"
     return functional
 
 

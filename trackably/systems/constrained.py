@@ -18,7 +18,7 @@ from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.trajectories import Coordinate, Quantity, weighted_sum
+from trackably.systems.trajectories import Quantity, Trajectory, weighted_sum
 
 System = LinearSystem | NonlinearSystem
 
@@ -54,16 +54,13 @@ class ConstrainedSystem:
         for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
             if bounds.dimension != dimension:
                 raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
-        if (
-            isinstance(self.system, NonlinearSystem)
-            and not self.system.flat
-            and (free := _free(self.system.inputs, self.input_set))
-        ):
-            raise ValueError(
-                f"system: every input of a nonlinear system must be bounded, because the proof of its bounds shows "
-                f"that the input exists, but {', '.join(free)} is free; give bounds, however wide"
-            )
-        if isinstance(self.system, NonlinearSystem) and self.system.angles:
+        if isinstance(self.system, NonlinearSystem):
+            free = [self.system.inputs[i] for i in np.flatnonzero(~self.input_set.rows.any(axis=0))]
+            if free and not self.system.flat:
+                raise ValueError(
+                    f"system: every input of a nonlinear system must be bounded, because the proof of its bounds shows "
+                    f"that the input exists, but {', '.join(free)} is free; give bounds, however wide"
+                )
             object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
         _ = self.flatness, self.constraints  # computed now, to raise their errors
 
@@ -88,7 +85,7 @@ class ConstrainedSystem:
         return self.system.flatness()
 
     @property
-    def coordinates(self) -> dict[Side, tuple[Coordinate, ...]]:
+    def coordinates(self) -> dict[Side, tuple[Trajectory, ...]]:
         """States and inputs as functions of the flat outputs, under the keys "state" and "input"."""
         return {"state": self.flatness.states, "input": self.flatness.inputs}
 
@@ -177,8 +174,3 @@ def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
         if np.count_nonzero(row) == 1 and row.sum() == 1.0:
             found[plant.system.states[int(np.argmax(row))]] = bounds
     return found
-
-
-def _free(names: tuple[str, ...], bounded: Polytope) -> list[str]:
-    """Return the names of the coordinates that no row of the set involves."""
-    return [name for name, column in zip(names, bounded.rows.T, strict=True) if not column.any()]

@@ -21,6 +21,7 @@ from trackably.checker import model_error as checked
 from trackably.checker.subject import End as CheckedEnd
 from trackably.checker.subject import Pieces, Row
 from trackably.checker.subject import Polytope as Rows
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import End, ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
@@ -30,18 +31,15 @@ from trackably.systems.rationals import exact, row_echelon
 Vector = tuple[Fraction, ...]
 
 
-def _vectors(what: str, given: ArrayLike | Sequence[Sequence[Fraction]]) -> tuple[Vector, ...]:
-    """Return the rows of a matrix as rationals. Fractions are kept, and float64 numbers are converted exactly.
+def _exactly(
+    what: str, given: ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]], *shape: int | None
+) -> Any:
+    """Return an array of this shape as rationals, in nested lists. Fractions are kept, and float64 numbers are exact.
 
-    ValueError: it is no matrix, or a number is not finite. TypeError: an entry is no number.
+    ValueError: the shape differs, or a number is not finite. TypeError: an entry is no number.
     """
-    array = numbers(what, cast(ArrayLike, given))
-    if array.ndim != 2 or not array.shape[1]:
-        raise ValueError(f"{what} must be a matrix with a column for each state, got shape {array.shape}")
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{what} must be finite, got {array.tolist()}")
-    rows = given if isinstance(given, list | tuple) else array.tolist()
-    return tuple(tuple(Fraction(value) for value in row) for row in rows)
+    array(what, cast(ArrayLike, given), *shape)
+    return exact(given).tolist()
 
 
 class _ExactSet(ABC):
@@ -88,15 +86,12 @@ class Zonotope(checker.Zonotope, _ExactSet):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        (centre,) = _vectors("disturbance: centre", [self.centre])
-        generators = _vectors("disturbance: generators", self.generators) if len(self.generators) else ()
-        if any(len(generator) != len(centre) for generator in generators):
-            raise ValueError(
-                f"disturbance: every generator needs {len(centre)} entries, one for each state, "
-                f"got {len(generators[0])}"
-            )
+        centre = tuple(_exactly("disturbance: centre", self.centre, None))
+        generators: Any = ()
+        if len(self.generators):
+            generators = _exactly("disturbance: generators", self.generators, None, len(centre))
         object.__setattr__(self, "centre", centre)
-        object.__setattr__(self, "generators", generators)
+        object.__setattr__(self, "generators", tuple(map(tuple, generators)))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
@@ -174,7 +169,8 @@ class ConvexHull(checker.Hull, _ExactSet):
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", _vectors("disturbance: vertices", self.vertices))
+        vertices = _exactly("disturbance: vertices", self.vertices, None, None)
+        object.__setattr__(self, "vertices", tuple(map(tuple, vertices)))
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
@@ -388,21 +384,17 @@ class ModelError:
         systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in known]
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
-    def generators(self, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> list[Sequence[Fraction]]:
-        """Return the generators of the zonotope D that contains the effect of the model's error, exactly.
+    def added_to(self, W: Zonotope, plant: ConstrainedSystem) -> Zonotope:
+        """Return W ⊕ D, exactly, with a zonotope D that contains the effect of the model's error on a plant.
 
         ValueError: shapes do not fit, or an unbounded state has an uncertain coefficient.
         """
-        every: Sequence[LinearSystem | Vertex] = (system, *self.vertices)
+        every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
         nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
-        found = checked.of_model_error(nominal, vertices, _rows(state_set), _rows(input_set))
-        if isinstance(found, str):
-            raise ValueError(f"model_error: {found}")
-        return list(found)
-
-    def added_to(self, W: Zonotope, system: LinearSystem, state_set: Polytope, input_set: Polytope) -> Zonotope:
-        """Return W ⊕ D, exactly. Raises as `generators`."""
-        return Zonotope(W.centre, [*W.generators, *self.generators(system, state_set, input_set)])
+        D = checked.of_model_error(nominal, vertices, _rows(plant.state_set), _rows(plant.input_set))
+        if isinstance(D, str):
+            raise ValueError(f"model_error: {D}")
+        return Zonotope(W.centre, [*W.generators, *D])
 
     def __str__(self) -> str:
         return f"the convex hull of {len(self.vertices)} systems"

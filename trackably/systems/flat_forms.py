@@ -59,7 +59,7 @@ class FlatForm(subject.FlatForm):
         z[j] is the array of the flat outputs at step k + j. The function is called with symbols, so it must use
         ordinary arithmetic only (see `tracing.Symbol`). ValueError: it is no such function; the message says why.
         """
-        states, inputs = formulas_of(lambda: function(_Shifts(outputs)), "flat form")
+        states, inputs = formulas_of(lambda: function(_Shifts(outputs)))
         return cls(states, inputs, tuple(angles))
 
     @property
@@ -114,20 +114,19 @@ class _Shifts:
 _TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
-def why_not_flat(f: Sequence[Formula], form: FlatForm, states: Sequence[str], inputs: Sequence[str]) -> str | None:
-    """Return why `form` is no flat form of f, or is not shown to be one; None if it is shown to be one."""
-    if (len(form.states), len(form.inputs)) != (len(states), len(inputs)):
+def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
+    """Return why `form` is no flat form of a system, or is not shown to be one; None if it is shown to be one."""
+    if (len(form.states), len(form.inputs)) != (len(system.states), len(system.inputs)):
         return (
             f"has formulas of {len(form.states)} states and {len(form.inputs)} inputs, but the system has "
-            f"{len(states)} and {len(inputs)}"
+            f"{len(system.states)} and {len(system.inputs)}"
         )
-    if unknown := {*form.angles} - {*states}:
+    if unknown := {*form.angles} - {*system.states}:
         return f"calls {min(unknown)} an angle, which is no state"
-    system = subject.NonlinearSystem(tuple(f), tuple(states), tuple(inputs), 1.0, form)
     if (why := flatness.why_not_flat(system, form)) is None:
         return None
     reached, later = flatness.successor_formulas(system, form), flatness.one_step_later(form.states)
-    for state, a, b in zip(states, reached, later, strict=True):
+    for state, a, b in zip(system.states, reached, later, strict=True):
         off: Formula = Operation("-", a, b)
         if state in form.angles:  # zero for whole turns
             off = Function("sin", Operation("*", Number(0.5), off))

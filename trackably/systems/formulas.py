@@ -59,12 +59,12 @@ def to_lists(formula: Formula) -> object:
     return ["atan2", *inner]
 
 
-def derivative(formula: Formula, name: str) -> Term:
-    """Return the exact derivative with respect to the variable `name`."""
+def derivative(formula: Formula, name: str) -> Formula:
+    """Return the exact derivative with respect to the variable `name`; the number 0 if it vanishes everywhere."""
     known: dict[Formula, Term] = {}
     for node in parts(formula):
         known[node] = _slope(node, name, [known[operand] for operand in operands(node)])
-    return known[formula]
+    return known[formula] or Number(0.0)
 
 
 def _slope(node: Formula, name: str, inner: list[Term]) -> Term:

@@ -60,12 +60,7 @@ def tank(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> Nonli
 
     `area` A [m²], `outflow` a [m^2.5/s]. State level x [m], input inflow u [m³/s].
     """
-    h, wide, hole = (
-        _step(sampling_time),
-        positive("area", area),
-        positive("outflow", outflow),
-    )
-    return NonlinearSystem.of(lambda x, u: [x[0] + h / wide * (u[0] - hole * np.sqrt(x[0]))], ["level"], ["inflow"], h)
+    return _tanks(["level"], sampling_time, area, outflow)
 
 
 def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> NonlinearSystem:
@@ -74,18 +69,7 @@ def two_tanks(sampling_time: float, area: float = 2.0, outflow: float = 0.6) -> 
     A ẋ₁ = u − a √x₁, A ẋ₂ = a √x₁ − a √x₂ (Torricelli): `area` A [m²], `outflow` a [m^2.5/s]. States upper and lower
     level [m], input inflow u [m³/s]. The flat output is the lower level.
     """
-    h, wide, hole = (
-        _step(sampling_time),
-        positive("area", area),
-        positive("outflow", outflow),
-    )
-
-    def f(x: Any, u: Any) -> list[Any]:
-        upper, lower = x
-        between = hole * np.sqrt(upper)
-        return [upper + h / wide * (u[0] - between), lower + h / wide * (between - hole * np.sqrt(lower))]
-
-    return NonlinearSystem.of(f, ["upper", "lower"], ["inflow"], h)
+    return _tanks(["upper", "lower"], sampling_time, area, outflow)
 
 
 def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, friction: float = 0.02) -> NonlinearSystem:
@@ -107,6 +91,17 @@ def pendulum(sampling_time: float, length: float = 0.5, mass: float = 0.2, frict
 
 def _step(sampling_time: float) -> float:
     return positive("system: sampling_time", sampling_time)
+
+
+def _tanks(levels: list[str], sampling_time: float, area: float, outflow: float) -> NonlinearSystem:
+    """Return equal tanks, each of which empties into the next one; their states are the `levels`, from above."""
+    h, wide, hole = _step(sampling_time), positive("area", area), positive("outflow", outflow)
+
+    def f(x: Any, u: Any) -> list[Any]:
+        flows = [u[0], *(hole * np.sqrt(level) for level in x)]
+        return [level + h / wide * (inflow - out) for level, inflow, out in zip(x, flows, flows[1:], strict=False)]
+
+    return NonlinearSystem.of(f, levels, ["inflow"], h)
 
 
 def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[..., Any]) -> NonlinearSystem:

@@ -16,7 +16,7 @@ from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.subject import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon, to_floats
-from trackably.systems.trajectories import Coordinate, Functional
+from trackably.systems.trajectories import Functional, Trajectory
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
 
@@ -63,50 +63,15 @@ class Flatness:
     For a linear system, `outputs` are the rows q_c of its flat outputs z_c = q_c x, exactly.
     """
 
-    states: tuple[Coordinate, ...]
-    inputs: tuple[Coordinate, ...]
+    states: tuple[Trajectory, ...]
+    inputs: tuple[Trajectory, ...]
     orders: tuple[int, ...]
     outputs: Sequence[Sequence[Fraction]] = ()
 
 
-def flatness(A: Rationals, B: Rationals, offset: Rationals, sampling_time: float, states: Sequence[str]) -> Flatness:
-    """Return flat outputs of the controllable system x(k+1) = A x(k) + B u(k) + c with names of its `states`.
-
-    If there are as many independent inputs as states, the flat outputs are the states themselves. Otherwise they follow
-    from the first independent columns of [B, A B, …] (Luenberger's choice), each scaled to the unit of the first state
-    that it moves at rest. Of several inputs with the same effect, the one with the smallest Euclidean norm is chosen.
-
-    Shapes: A (n, n), B (n, m), offset c (n,). ValueError: the system is not controllable, or too close to an
-    uncontrollable one for float64.
-    """
-    independent = B[:, _independent_columns(B)]
-    orders = _chains(A, independent, states)
-    q = _outputs(A, independent, orders)
-    Q, d = [], []  # z_c(k + j) = Q x(k) + d for u = 0 and j < κ_c
-    for row, order in zip(q, orders, strict=True):
-        moved, constant = row, Fraction(0)
-        for _ in range(order):
-            Q.append(moved)
-            d.append(constant)
-            moved, constant = moved @ A, constant + moved @ offset
-    by_outputs = inverse(np.vstack(Q))
-    x_offset = -(by_outputs @ np.array(d, dtype=object))
-    gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
-    scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]  # effects on states at rest
-    x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))
-    inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
-    u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]
-    return Flatness(
-        _functionals(x_weights, x_offset, sampling_time),
-        _functionals(u_weights, inputs @ (x_offset - A @ x_offset - offset), sampling_time),
-        tuple(orders),
-        [(scale * row).tolist() for scale, row in zip(scales, q, strict=True)],
-    )
-
-
-def _functionals(by_output: list[Rationals], offset: Rationals, sampling_time: float) -> tuple[Functional, ...]:
+def _trajectories(by_output: list[Rationals], offset: Rationals, sampling_time: float) -> tuple[Trajectory, ...]:
     return tuple(
-        Functional(tuple(tuple(of[i]) for of in by_output), constant, sampling_time)
+        Trajectory.of(Functional(constant, tuple(tuple(of[i]) for of in by_output), sampling_time))
         for i, constant in enumerate(offset)
     )
 
@@ -299,8 +264,37 @@ class LinearSystem:
         return np.broadcast_to(self.A, (*shape, *self.A.shape)), np.broadcast_to(self.B, (*shape, *self.B.shape))
 
     def flatness(self) -> Flatness:
-        """Return states and inputs as functions of flat outputs. ValueError: the system is not controllable."""
-        return flatness(exact(self.A), exact(self.B), exact(self.c), self.sampling_time, self.states)
+        """Return states and inputs as functions of flat outputs.
+
+        If there are as many independent inputs as states, the flat outputs are the states themselves. Otherwise they
+        follow from the first independent columns of [B, A B, …] (Luenberger's choice), each scaled to the unit of the
+        first state that it moves at rest. Of several inputs with the same effect, the one with the smallest Euclidean
+        norm is chosen. ValueError: the system is not controllable, or too close to an uncontrollable one for float64.
+        """
+        A, B, offset, T = exact(self.A), exact(self.B), exact(self.c), self.sampling_time
+        independent = B[:, _independent_columns(B)]
+        orders = _chains(A, independent, self.states)
+        q = _outputs(A, independent, orders)
+        Q, d = [], []  # z_c(k + j) = Q x(k) + d for u = 0 and j < κ_c
+        for row, order in zip(q, orders, strict=True):
+            moved, constant = row, Fraction(0)
+            for _ in range(order):
+                Q.append(moved)
+                d.append(constant)
+                moved, constant = moved @ A, constant + moved @ offset
+        by_outputs = inverse(np.vstack(Q))
+        x_offset = -(by_outputs @ np.array(d, dtype=object))
+        gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
+        scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]  # on states at rest
+        x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))
+        inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
+        u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]
+        return Flatness(
+            _trajectories(x_weights, x_offset, T),
+            _trajectories(u_weights, inputs @ (x_offset - A @ x_offset - offset), T),
+            tuple(orders),
+            [(scale * row).tolist() for scale, row in zip(scales, q, strict=True)],
+        )
 
 
 def _power_of_two(column: Array, other: Array) -> float:

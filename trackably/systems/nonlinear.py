@@ -10,9 +10,10 @@ import numpy as np
 
 from trackably.arguments import names, positive
 from trackably.arrays import Array
-from trackably.checker.formulas import Formula, Operation, parts, text
+from trackably.checker import subject
+from trackably.checker.formulas import Formula, Name, Operation, parts, text
 from trackably.checker.formulas import names as names_in
-from trackably.checker.inverse import Term, UnsolvableError, inputs_of
+from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth
@@ -26,7 +27,7 @@ MAX_SIZE = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class NonlinearSystem:
+class NonlinearSystem(subject.NonlinearSystem):
     """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
     `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
@@ -36,10 +37,6 @@ class NonlinearSystem:
     states; a formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
     """
 
-    f: tuple[Formula, ...]
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    sampling_time: float
     flat: FlatForm | None = None
 
     def __post_init__(self) -> None:
@@ -69,9 +66,9 @@ class NonlinearSystem:
     def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""
         smooth = without_jumps(form)
-        if why_not_flat(self.f, smooth, self.states, self.inputs) is None:
+        if why_not_flat(self, smooth) is None:
             return smooth
-        if why := why_not_flat(self.f, form, self.states, self.inputs):
+        if why := why_not_flat(self, form):
             raise ValueError(f"system: the flat form {why}")
         return form
 
@@ -131,11 +128,6 @@ class NonlinearSystem:
         require_same_values(f, system.f, x, u)
         return system
 
-    @property
-    def successors(self) -> tuple[str, ...]:
-        """The names of the next states in the formulas of the inputs."""
-        return tuple(f"{name}⁺" for name in self.states)
-
     @cached_property
     def solution(self) -> Mapping[str, Formula]:
         """u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`, as the checker solves for it."""
@@ -146,56 +138,38 @@ class NonlinearSystem:
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m), with shape (…, n); NaN or infinite where f is undefined."""
-        values, shape = self._values(x, u)
-        return _stack([evaluate_floats(formula, values) for formula in self.f], shape)
+        return self._evaluate(self.f, x, u)
 
-    def _values(self, x: Array, u: Array) -> tuple[Mapping[str, Array], tuple[int, ...]]:
-        """Return the values of states and inputs by name, and their common shape."""
-        columns = [np.moveaxis(np.asarray(values, dtype=float), -1, 0) for values in (x, u)]
-        values = {
-            name: column
-            for names, of in zip((self.states, self.inputs), columns, strict=True)
-            for name, column in zip(names, of, strict=True)
-        }
-        return values, np.broadcast_shapes(*(of.shape[1:] for of in columns))
+    def _evaluate(self, formulas: Sequence[Formula], x: Array, u: Array) -> Array:
+        """Return the values of formulas of states and inputs at x (…, n) and u (…, m), with shape (…, formulas)."""
+        columns = [np.moveaxis(np.asarray(of, dtype=float), -1, 0) for of in (x, u)]
+        values = dict(zip(self.states, columns[0], strict=True)) | dict(zip(self.inputs, columns[1], strict=True))
+        shape = np.broadcast_shapes(*(of.shape[1:] for of in columns))
+        return np.stack([np.broadcast_to(evaluate_floats(of, values), shape) for of in formulas], axis=-1)
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
-        values, shape = self._values(x, u)
-        rows = [_stack([evaluate_floats(of, values) if of else np.zeros(shape) for of in row], shape)
-                for row in self._slopes]  # fmt: skip
-        of_states, of_inputs = np.split(np.stack(rows, axis=-2), [len(self.states)], axis=-1)
+        found = self._evaluate(self._slopes, x, u)
+        of_states, of_inputs = np.split(found.reshape(*found.shape[:-1], len(self.f), -1), [len(self.states)], axis=-1)
         return of_states, of_inputs
 
     @cached_property
-    def _slopes(self) -> list[list[Term]]:
-        """∂f_i/∂v as formulas, for each i and each state or input v."""
-        return [[derivative(formula, name) for name in (*self.states, *self.inputs)] for formula in self.f]
+    def _slopes(self) -> list[Formula]:
+        """∂f_i/∂v as formulas, for each state or input v of f_1, then for those of f_2, and so on."""
+        return [derivative(formula, name) for formula in self.f for name in (*self.states, *self.inputs)]
 
     def flatness(self) -> Flatness:
         """Return states and inputs as functions of flat outputs.
 
         Without a flat form, the states are the flat outputs.
         """
+        n, functionals = len(self.states), dict[str, Functional]()
         if (form := self.flat) is not None:
-            shifted = shifted_outputs(form, self.sampling_time)
-            found = [Trajectory.of_formula(formula, shifted) for formula in (*form.states, *form.inputs)]
-            coordinates = tuple(of.functional or of for of in found)
-            n = len(form.states)
-            return Flatness(coordinates[:n], coordinates[n:], form.orders)
-        n = len(self.states)
-        states = tuple(one_of(i, n, (Fraction(1),), self.sampling_time) for i in range(n))
-        functionals: dict[str, Functional] = {}
-        for state, now, later in zip(states, self.states, self.successors, strict=True):
-            functionals |= {now: state, later: state.later}
-        inputs = tuple(Trajectory.of_formula(self.solution[name], functionals) for name in self.inputs)
-        return Flatness(states, inputs, (1,) * n)
-
-    @property
-    def angles(self) -> tuple[str, ...]:
-        """The states that are equal up to whole turns."""
-        return self.flat.angles if self.flat is not None else ()
-
-
-def _stack(columns: list[Array], shape: tuple[int, ...]) -> Array:
-    return np.stack([np.broadcast_to(column, shape) for column in columns], axis=-1)
+            formulas, functionals = (*form.states, *form.inputs), shifted_outputs(form, self.sampling_time)
+        else:
+            formulas = (*map(Name, self.states), *(self.solution[name] for name in self.inputs))
+            for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
+                functionals[now] = one_of(i, n, (Fraction(1),), self.sampling_time)
+                functionals[later] = functionals[now].later
+        found = tuple(Trajectory.of_formula(formula, functionals) for formula in formulas)
+        return Flatness(found[:n], found[n:], (1,) * n if form is None else form.orders)

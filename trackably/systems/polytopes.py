@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 import numpy as np
 import scipy
 
-from trackably.arguments import numbers
+from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.systems.intervals import Corridor, End, Interval, ends_shown, interval
 from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
@@ -50,15 +50,11 @@ class Polytope:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        if not self.dimension:
-            object.__setattr__(self, "dimension", int(np.shape(self.rows)[-1]))
-        if not np.size(self.rows):
-            object.__setattr__(self, "rows", np.empty((0, self.dimension)))
-        rows = numbers("set: rows", self.rows)
-        if rows.ndim != 2 or not rows.shape[1] == self.dimension > 0:
-            raise ValueError(f"set: rows must be a matrix with a column for each coordinate, got shape {rows.shape}")
-        rows.flags.writeable = False
+        dimension = self.dimension or None
+        unbounded = dimension and not np.size(self.rows)
+        rows = np.empty((0, self.dimension)) if unbounded else array("set: rows", self.rows, None, dimension)
         object.__setattr__(self, "rows", rows)
+        object.__setattr__(self, "dimension", rows.shape[1])
         lower, upper = (_ends(f"set: {name}", getattr(self, name)) for name in ("lower", "upper"))
         r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
         if shapes != [(r,), (r,)]:
@@ -66,10 +62,12 @@ class Polytope:
                 f"set: {r} rows need as many lower and upper bounds, got shapes {shapes[0]} and {shapes[1]}"
             )
         for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
-            is_bounded = _any_moves([low, high]) or -np.inf < low <= high < np.inf
-            if not (np.all(np.isfinite(row)) and np.any(row) and is_bounded):
-                raise ValueError(f"set: row {i} needs finite entries, not all zero, and finite bounds, lower ≤ upper, "
-                                 f"got {row.tolist()} in [{low}, {high}]")  # fmt: skip
+            is_bounded = _any_moves(low, high) or -np.inf < low <= high < np.inf
+            if not (np.any(row) and is_bounded):
+                raise ValueError(
+                    f"set: row {i} needs entries other than zero, and finite bounds, lower ≤ upper, got {row.tolist()} "
+                    f"in [{low}, {high}]"
+                )
         object.__setattr__(self, "_intervals", list(zip(rows, map(interval, lower, upper), strict=True)))
         if self.moves:
             for name in ("lower", "upper"):
@@ -128,12 +126,7 @@ class Polytope:
             raise ValueError(f"set: lower and upper need the same shape (n,), got {np.shape(low)} and {np.shape(high)}")
         both = list(zip(low, high, strict=True))
         for i, (a, b) in enumerate(both):
-            if _any_moves([a, b]):
-                continue
-            if not a < b:
-                ends = ", ".join(ends_shown(a, b))
-                raise ValueError(f"set: must have an interior, got [{ends}] for coordinate {i + 1}")
-            if np.isinf(a) != np.isinf(b):
+            if not _any_moves(a, b) and np.isinf(a) != np.isinf(b):
                 raise ValueError(
                     f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]; give two finite bounds or none; if one "
                     "side does not matter, give a bound that is never reached"
@@ -252,12 +245,7 @@ class Polytope:
 
 
 def _any_moves(*ends: object) -> bool:
-    """Return whether one of the ends, or an entry of one, moves in time."""
-    return any(
-        isinstance(end, PolynomialPieces | Mapping) or is_spline(end)
-        for of in ends
-        for end in np.atleast_1d(np.asarray(of, dtype=object))
-    )
+    return any(isinstance(end, PolynomialPieces) for end in ends)
 
 
 def _ends(what: str, given: Any) -> list[Any]:
@@ -265,12 +253,14 @@ def _ends(what: str, given: Any) -> list[Any]:
 
     A spline rests before its first breakpoint and after its last one, or repeats if it extrapolates periodically.
     """
-    if not _any_moves(given):
-        return list(np.atleast_1d(numbers(what, given)).tolist())
-    return [_end(of) for of in np.atleast_1d(np.asarray(given, dtype=object))]
+    ends = list(map(_end, np.atleast_1d(np.asarray(given, dtype=object))))
+    if _any_moves(*ends):
+        return [end if _any_moves(end) else float(end) for end in ends]
+    return list(np.atleast_1d(numbers(what, given)).tolist())
 
 
-def _end(given: Any) -> End:
+def _end(given: Any) -> Any:
+    """Return an end that moves in time as pieces, and anything else as it is."""
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
     if is_spline(given):
@@ -278,7 +268,7 @@ def _end(given: Any) -> End:
         if c.ndim != 2:
             raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
         return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
-    return given if isinstance(given, PolynomialPieces) else float(given)
+    return given
 
 
 def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:

@@ -13,18 +13,18 @@ from trackably.gp.joint import common_period
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem, Side
 from trackably.systems.pieces import DoubleDouble, PolynomialPieces, Signal, moved_back, two_product
-from trackably.systems.trajectories import Coordinate, Functional, Quantity, weighted_sum
+from trackably.systems.trajectories import Functional, Quantity, Trajectory, weighted_sum
 
 # Functionals of polynomial pieces in twice the precision: differences of large numbers lose no digits.
 
 
 def precise_values(
-    coordinates: Sequence[Coordinate], signals: Sequence[PolynomialPieces], time: Sequence[Array]
+    coordinates: Sequence[Trajectory], signals: Sequence[PolynomialPieces], time: Sequence[Array]
 ) -> Array:
     """Return states or inputs at times that are sums of a few float64 [s]; shape (*time.shape, coordinates).
 
-    Coordinates are functionals of polynomial pieces, or formulas of functionals, which are evaluated in float64. A
-    functional is evaluated in twice the precision, and rounded to float64 once, at the end. So it is within u |q| +
+    Functionals are evaluated in twice the precision, and rounded to float64 once, at the end; formulas of them are
+    evaluated in float64. So a functional is within u |q| +
     100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals, N the number of their
     shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a piece.
     Certificates rely on this bound (`checker.piecewise`).
@@ -42,11 +42,7 @@ def precise_values(
                 total = total + DoubleDouble.of(w) * shifted(c, j) if w else total
         return np.broadcast_to(total.high, np.shape(time[0]))
 
-    found = [
-        value(q) if isinstance(q, Functional) else q.value({name: value(part) for name, part in q.arguments})
-        for q in coordinates
-    ]
-    return np.stack(found, axis=-1)
+    return np.stack([q.value({name: value(part) for name, part in q.arguments}) for q in coordinates], axis=-1)
 
 
 class Window(NamedTuple):
@@ -133,7 +129,7 @@ class Reference:
         """
         return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
 
-    def inputs_near(self, t: float) -> tuple[Coordinate, ...]:
+    def inputs_near(self, t: float) -> tuple[Trajectory, ...]:
         """Return u_r as functions of time that are exact near t [s], up to constants.
 
         If inputs are redundant, they follow from the law of the allocation that is active at t.

@@ -14,12 +14,10 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil, Stencils
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.trajectories import Functional
 
 RATE_OF = "rate of "
 """Prefix of a name: "rate of x" is the change of x in one step, divided by the sampling time, in its unit per s."""
 
-_ROUNDING = 1e-12  # a sum of weights that is smaller than this part of the largest weight counts as zero
 _DIGITS = 9  # digits of weights in messages
 
 
@@ -47,17 +45,14 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
     output is not sampled.
     """
     found: list[dict[str, Stencil]] = [{} for _ in range(plant.signal_count)]
-    moving: dict[str, int] = {}
     for name in names:
         signal, stencil = _signal_of(plant, name)
         found[signal][name] = stencil
-        if not shows_level(stencil):
-            moving[name] = signal
-    ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: kind[0] in moving)) for kinds in found)
-    for name, signal in moving.items():
-        if next(iter(ordered[signal])) in moving:
+    ordered = tuple(dict(sorted(kinds.items(), key=lambda kind: not kind[1].measures_levels)) for kinds in found)
+    for signal, kinds in enumerate(ordered):
+        if kinds and not any(stencil.measures_levels for stencil in kinds.values()):
             raise ValueError(
-                f"samples: {name} says how its flat output moves, but not where it is; give samples of "
+                f"samples: {next(iter(kinds))} says how its flat output moves, but not where it is; give samples of "
                 f"{', '.join(sampled_names(plant, signal))} instead (learn_reference takes both)"
             )
     if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
@@ -159,7 +154,7 @@ def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
         if seen is None:
             why = (
                 "depends on several flat outputs, but each flat output is learned from samples of its own"
-                if isinstance(coordinate, Functional)
+                if coordinate.functional is not None
                 else "is no weighted sum of one flat output at shifted times"
             )
             raise ValueError(
@@ -188,7 +183,7 @@ def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
 def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
     """Return the names by which a flat output can be sampled: states that determine it, and its own name."""
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
-    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and shows_level(seen[1])]
+    alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and seen[1].measures_levels]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]
 
 
@@ -200,8 +195,3 @@ def _where(plant: ConstrainedSystem) -> str:
         if not shown:
             said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
     return f", where {' and '.join(said)}" if said else ""
-
-
-def shows_level(stencil: Stencil) -> bool:
-    """Whether samples depend on the level of a flat output at rest, by more than rounding of A and B can cause."""
-    return abs(sum(stencil.weights)) > _ROUNDING * max(map(abs, stencil.weights))

@@ -1,6 +1,6 @@
 """Tightened bounds: a reference that satisfies them leaves slack for the error of the disturbed system."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -51,27 +51,27 @@ def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: A
     states' `scales` (n,), has fallen below 1e-7 of its largest size. Raises NoInvariantSetError if this takes too many
     steps, or never happens.
     """
-    total, largest, powers = np.zeros(len(rows)), np.zeros(len(rows)), rows
-    if not len(rows):
-        return total
+    total, largest = np.zeros(len(rows)), np.zeros(len(rows))
     if not spectral_radius(A_K) < 1:
         raise NoInvariantSetError(
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
             f"{spectral_radius(A_K):.6g}"
         )
-    for _ in range(LONGEST):
-        total = total + disturbance.support(powers)
-        size = np.max(np.abs(powers) * scales, axis=1)
+    for moved in powers(rows, A_K):
+        total = total + disturbance.support(moved)
+        size = np.max(np.abs(moved) * scales, axis=1)
         largest = np.maximum(largest, size)
         if np.all(size <= _DECAYED * largest):
-            return total
-        powers = powers @ A_K
-    raise too_slow(A_K)
+            break
+    return total
 
 
-def too_slow(A_K: Array) -> NoInvariantSetError:
-    """Return the error to raise if the error of the closed loop decays too slowly."""
-    return NoInvariantSetError(
+def powers(rows: Array, A_K: Array) -> Iterator[Array]:
+    """Yield rows, rows A_K, rows A_K², …; raise NoInvariantSetError if more than `LONGEST` of them are asked for."""
+    for _ in range(LONGEST):
+        yield rows
+        rows = rows @ A_K
+    raise NoInvariantSetError(
         f"feedback: the error decays too slowly under A + B K, which has an eigenvalue of size "
         f"{spectral_radius(A_K):.6g}"
     )
@@ -225,13 +225,12 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
 
 def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
     """Return s and α with A_Kˢ P ⊆ α P for the box P, where α is at most about one half."""
-    power = A_K
-    for s in range(1, LONGEST):
-        contraction = float(np.max(np.abs(power) @ box / box))
-        if contraction <= _CONTRACTION:
-            return s, contraction * (1 + _ROUNDING) + _ROUNDING
-        power = power @ A_K
-    raise too_slow(A_K)
+    contractions = list[float]()
+    for power in powers(A_K, A_K):
+        contractions.append(float(np.max(np.abs(power) @ box / box)))
+        if contractions[-1] <= _CONTRACTION:
+            break
+    return len(contractions), contractions[-1] * (1 + _ROUNDING) + _ROUNDING
 
 
 def _head(
@@ -240,16 +239,17 @@ def _head(
     """Return the smallest N for which the last part of Z is small in each row, relative to the
     first part or the row's width.
     """
-    powers, sizes, head = [rows], [np.abs(rows) @ box], np.zeros((2, len(rows)))
-    for N in range(1, LONGEST):
-        head += disturbance.support(np.stack([powers[N - 1], -powers[N - 1]]))
-        while len(sizes) < N + terms:
-            powers.append(powers[-1] @ A_K)
-            sizes.append(np.abs(powers[-1]) @ box)
+    supports, sizes, head = list[Array](), list[Array](), np.zeros((2, len(rows)))
+    for N, moved in enumerate(powers(rows, A_K), start=1 - terms):
+        supports.append(disturbance.support(np.stack([moved, -moved])))
+        sizes.append(np.abs(moved) @ box)
+        if N < 1:
+            continue
+        head += supports[N - 1]
         tail = np.sum(sizes[N:], axis=0) / (1 - contraction)
         if np.all(tail <= np.maximum(_TAIL_OF_HEAD * np.min(head, axis=0), _TAIL_OF_WIDTH * widths)):
-            return N
-    raise too_slow(A_K)
+            break
+    return N
 
 
 _LARGEST_FRACTION = 1e6
@@ -322,70 +322,38 @@ class Tightening:
     def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
         lower, upper = [], []
         for (low, high), a, b, (_, bounds) in zip(by, *bounded.ends, bounded.intervals, strict=True):
-            if isinstance(a, PolynomialPieces) or isinstance(b, PolynomialPieces):
-                width = Fraction(bounds.width)
-            else:
-                width = Fraction(b) - Fraction(a)
+            width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
             kept = Fraction(self.margin) * width
             lower.append(_inwards(a, -1, low + kept))
             upper.append(_inwards(b, 1, high + kept))
         return Polytope(bounded.rows, lower, upper, bounded.dimension)
 
     def _shortage(self, fraction: float) -> str:
-        """Say which bounds are short by how much, and which part of the disturbance set would be possible."""
-        named = zip(self.given.given_constraints, self.taken, strict=True)
+        """Say which bounds are short by how much, and which part of all that disturbs would be possible."""
+        taken, left = np.array([float(low + high) for low, high in self.taken]), 1 - 2 * self.margin
+        worst = int(np.argmax(taken / bound_widths(self.given)))
+        bound, width = self.given.given_constraints[worst], bound_widths(self.given)[worst]
+        cause, which, whole = "disturbance", "", "this disturbance set"
         if self.model_error and self.invariant:
-            return self._shortage_of_model(self.model_error, self.invariant)
-        left = 1 - 2 * self.margin
-        short = [(float(low + high), of) for of, (low, high) in named]
-        taken, worst = max(short, key=lambda found: found[0] / found[1].bounds.width)
-        missing = taken - left * worst.bounds.width
-        would = (
-            f"with {self._feedback} at most {fraction:.3g} of this disturbance set is possible"
-            if fraction > 0
-            else "no disturbance set is possible"
-        )
+            cause, whole = "model_error", "the model's error, disturbance and noise together"
+            which = f", largest for vertex {self._costliest(self.model_error, self.invariant, worst) + 1},"
+        feedback = "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
+        would = f"with {feedback} at most {fraction:.3g} of {whole} is possible"
+        if fraction <= 0:
+            would = "no disturbance set is possible"
+        if (missing := taken[worst] - left * width) < 0:
+            return f"{cause}: no point satisfies all bounds at once after they are tightened for the errors; {would}"
         kept = f" in addition to the margin of {self.margin:g} of the width on either side" if self.margin else ""
-        if missing < 0:
-            return (
-                f"disturbance: no point satisfies all bounds at once after they are tightened for the errors; {would}"
-            )
         return (
-            f"disturbance: the errors take {taken:.4g} of the {worst.bounds.width:.4g} between the bounds "
-            f"{worst.bounds} of {worst.name}{kept}, which are too close by {missing:.4g} at least; {would}"
+            f"{cause}: the errors{which} take {taken[worst]:.4g} of the {width:.4g} between the bounds {bound.bounds} "
+            f"of {bound.name}{kept}, which are too close by {missing:.4g} at least; {would}"
         )
 
-    @property
-    def _feedback(self) -> str:
-        return "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
-
-    def _shortage_of_model(self, error: ModelError, Z: InvariantSet) -> str:
-        """Say how much of which bound each vertex costs, and which share of the model's error would be possible."""
-        given, width = self.given, (1 - 2 * self.margin) * bound_widths(self.given)
-
-        def cost(of: ModelError) -> Array:
-            """Return the part of each width that errors take if the model's error alone disturbs."""
-            D = of.added_to(Zonotope([Fraction(0)] * len(Z.box)), given.linear, given.state_set, given.input_set)
-            return widths_taken(given, D, Z.feedback)
-
-        W, V = self.disturbance, self.noise
-        assert W is not None, "Z is that of disturbances"
-        by_vertex, whole = [cost(ModelError((each,))) for each in error.vertices], cost(error)
-        of_errors = of_measured_state(require_zonotope("disturbance", W), V, given.linear.A) if V else W
-        beside = widths_taken(given, of_errors, Z.feedback) + 0.0  # no −0 is printed
-        if V:  # a state differs from its measurement by the noise
-            rows = given.state_set.rows
-            beside[: len(rows)] += V.support(rows) + V.support(-rows)
-        left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
-        worst = int(np.argmin((width - beside - whole) / width))
-        vertex = int(np.argmax([of[worst] for of in by_vertex]))
-        bound, share = self.given.given_constraints[worst], float(np.min(left))
-        would = f"up to {share:.3g} of the model's error would do" if share > 0 else "no model's error would do"
-        return (
-            f"model_error: vertex {vertex + 1} costs the bounds {bound.bounds} of {bound.name} "
-            f"{by_vertex[vertex][worst]:.4g} and all of them {whole[worst]:.4g}, beside {beside[worst]:.4g} for "
-            f"disturbance and noise, of the {width[worst]:.4g} between them; with {self._feedback} {would}"
-        )
+    def _costliest(self, error: ModelError, Z: InvariantSet, row: int) -> int:
+        """Return the index of the vertex of a wrong model that, alone, takes most of the width of a row."""
+        none = Zonotope([Fraction(0)] * len(Z.box))
+        alone = [ModelError((vertex,)).added_to(none, self.given) for vertex in error.vertices]
+        return int(np.argmax([widths_taken(self.given, D, Z.feedback)[row] for D in alone]))
 
 
 def _inwards(end: End, sign: int, by: Fraction) -> End:
@@ -434,7 +402,7 @@ def tightening(
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.intervals(system, entries)")
         beside = require_zonotope("disturbance, with model_error", of_errors)
-        of_errors = model_error.added_to(beside, system, plant.state_set, plant.input_set)
+        of_errors = model_error.added_to(beside, plant)
     K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
     Z = invariant_set(plant, K, of_errors)
     return Tightening(plant, margin, Z, W, V, model_error, feedback is None)
@@ -443,8 +411,8 @@ def tightening(
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """Return the largest f ≤ 1e6 for which a point satisfies all rows, tightened by f `by` (r, 2) and by a margin.
 
-    It is found by a linear program, scaled with half widths about the middles; ≤ 0 if the margin alone leaves no point.
-    If a bound moves, each row is considered alone, at its least width.
+    It is the optimum of a linear program in which each row is divided by half its width. It is ≤ 0 if the margin alone
+    leaves no point. If a bound moves, each row is considered alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION

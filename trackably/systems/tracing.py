@@ -6,10 +6,10 @@ formulas differ, or the values do, it is refused. The numbers are drawn at rando
 """
 
 import math
-from collections.abc import Callable, Sequence
-from contextvars import ContextVar
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
@@ -30,22 +30,17 @@ SUPPORTED = (
 )
 
 
-REFUSALS: ContextVar[list[str]] = ContextVar("REFUSALS", default=[])  # noqa: B039  used while nothing is traced
-"""Reasons why the traced function has no formula; stored, because the function may catch exceptions."""
-
-
 class Refusal(BaseException):
     """A computation that cannot be written as a formula.
 
-    A BaseException, so that `except Exception` does not catch it.
+    A BaseException, so that `except Exception` does not catch it. A function that catches it all the same is compared
+    with its formulas at numbers.
     """
 
 
 def refuse(why: str) -> NoReturn:
-    """Stop the traced function by raising Refusal, and store the reason in `REFUSALS`."""
-    said = f"system: f must {why}"
-    REFUSALS.get().append(said)
-    raise Refusal(said)
+    """Stop the traced function by raising Refusal; the message begins with what the function must do or be."""
+    raise Refusal(f"must {why}")
 
 
 def as_formula(value: object) -> Formula | None:
@@ -183,8 +178,6 @@ def _as_objects(value: object) -> np.ndarray:
 Dynamics = Callable[[Any, Any], Any]
 """f(x, u): the successor states, as a sequence, from the arrays of states and inputs."""
 
-T = TypeVar("T")
-
 _Sequence = (list, tuple, np.ndarray)
 _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # draws of each size; half are positive, for roots and logarithms
 _ROUNDING = 1e3  # f may differ by this many times the bound on rounding errors, as it may add in another order
@@ -194,16 +187,12 @@ _LINALG = (
 )
 
 
-class NoFormulaError(ValueError):
-    """A computation that cannot be written as a formula; the message says why."""
-
-
 def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
-    """Return the formulas that f computes, one for each state. NoFormulaError: there are none; the message says why."""
+    """Return the formulas that f computes, one for each state. ValueError: there are none; the message says why."""
     one, other = (_formulas(f, states, inputs) for _ in range(2))
     shapes = Shapes()
     if any(shapes.of(a) != shapes.of(b) for a, b in zip(one, other, strict=True)):
-        raise NoFormulaError(
+        raise ValueError(
             "system: f must be the same formula in each call, but was another one in the second; it may draw numbers, "
             "count, or change what it uses"
         )
@@ -213,7 +202,7 @@ def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tupl
 def require_same_values(
     f: Dynamics, formulas: Sequence[Formula], states: tuple[str, ...], inputs: tuple[str, ...]
 ) -> None:
-    """Compare f with its formulas at drawn numbers. NoFormulaError: values differ, or f is undefined there."""
+    """Compare f with its formulas at drawn numbers. ValueError: values differ, or f is undefined there."""
     rng, n = np.random.default_rng(0), len(states)
     drawn = np.concatenate([size * rng.normal(size=(_DRAWS, n + len(inputs))) for size in _SIZES])
     drawn[::2] = abs(drawn[::2])
@@ -225,7 +214,7 @@ def require_same_values(
         for state, formula, number, value in zip(states, formulas, seen.tolist(), expected.tolist(), strict=True):
             if not _agree(formula, dict(zip(names, at.tolist(), strict=True)), number, value):
                 where = ", ".join(f"{name} = {of:.6g}" for name, of in zip(names, at.tolist(), strict=True))
-                raise NoFormulaError(
+                raise ValueError(
                     f"system: f must be one formula for all states and inputs, but at {where} it "
                     f"{said or f'gives {state} = {number:.6g}'}, and its formula {state} = {value:.6g}; use {SUPPORTED}"
                 )
@@ -266,53 +255,41 @@ def _rounding_error(formula: Formula, values: dict[str, float]) -> float:
     return float(found.error.b)
 
 
-def formulas_of(call: Callable[[], Any], what: str) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
-    """Call a function that returns a list of states and a list of inputs, and return their formulas.
+def formulas_of(call: Callable[[], Any]) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
+    """Call a function of a flat form with symbols, and return the formulas of its states and of its inputs.
 
-    NoFormulaError: it returns something else; the message says what.
+    ValueError: it does not return a list of states and a list of inputs; the message says what it returns.
     """
-
-    def both() -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:
+    with _symbols_in("flat form"):
         values = call()
         if not (isinstance(values, _Sequence) and len(values) == 2 and all(isinstance(v, _Sequence) for v in values)):
-            raise NoFormulaError(f"{what}: must return a list of states and a list of inputs")
-        states, inputs = (tuple(_formula_of(value, what) for value in part) for part in values)
+            refuse("return a list of states and a list of inputs")
+        states, inputs = (tuple(map(_formula_of, part)) for part in values)
         return states, inputs
-
-    return _call(both, what)
 
 
 def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
-    def formulas() -> tuple[Formula, ...]:
+    with _symbols_in("system: f"):
         values = f(*(np.array([Symbol(Name(name)) for name in names], dtype=object) for names in (states, inputs)))
         if not isinstance(values, _Sequence) or len(values) != len(states):
             given = f"{len(values)} values" if isinstance(values, _Sequence) else type(values).__name__
-            raise NoFormulaError(f"system: f must return a list of {len(states)} successors, got {given}")
-        return tuple(_formula_of(value, "system: f") for value in values)
-
-    return _call(formulas, "system: f")
+            refuse(f"return a list of {len(states)} successors, got {given}")
+        return tuple(map(_formula_of, values))
 
 
-def _call(call: Callable[[], T], what: str) -> T:
-    """Return the result of a call with symbols. NoFormulaError: it raises, or uses an operation that symbols refuse."""
-    refused: list[str] = []
-    token = REFUSALS.set(refused)
+@contextmanager
+def _symbols_in(what: str) -> Iterator[None]:
+    """Raise ValueError, which begins with `what`, if a call with symbols raises, or does what symbols refuse."""
     try:
-        found = call()
-    except (Refusal, NoFormulaError) as error:
-        refused.append(str(error))
+        yield
+    except Refusal as error:
+        raise ValueError(f"{what} {error}") from None
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""
-        refused.append(f"{what} must be written in {SUPPORTED}: {error}{instead}")
-    finally:
-        REFUSALS.reset(token)
-    if refused:
-        raise NoFormulaError(refused[0])
-    return found
+        raise ValueError(f"{what} must be written in {SUPPORTED}: {error}{instead}") from None
 
 
-def _formula_of(value: object, what: str) -> Formula:
-    found = as_formula(value)
-    if found is None:
-        raise NoFormulaError(f"{what} must return numbers and formulas, got {type(value).__name__}")
+def _formula_of(value: object) -> Formula:
+    if (found := as_formula(value)) is None:
+        refuse(f"return numbers and formulas, got {type(value).__name__}")
     return found

@@ -4,16 +4,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from functools import cached_property as cached
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
+from trackably.checker import subject
 from trackably.checker.flatness import substitute
 from trackably.checker.formulas import Formula, Name, Number, Operation, names
-from trackably.checker.inverse import Term, plus, times
+from trackably.checker.inverse import plus, times
+from trackably.checker.quantities import weighted_sum as sum_of_functionals
 from trackably.checker.subject import shifted_name
 from trackably.gp.stencil import Stencil
 from trackably.systems.flat_forms import FlatForm
@@ -27,15 +28,13 @@ Signals = Sequence[Callable[[Array], Array]]
 
 
 @dataclass(frozen=True)
-class Functional:
+class Functional(subject.Functional):
     """q(t) = offset + Σ_c Σ_j w_cj z_c(t + j T_s), with `weights[c][j]` = w_cj and T_s = `sampling_time` [s].
 
-    Weights are exact rationals. A functional is affine in the signals: its derivatives, in time and with respect to
-    hyperparameters, are those of the signals, summed with the same weights.
+    Offset and weights are exact rationals. A functional is affine in the signals: its derivatives, in time and with
+    respect to hyperparameters, are those of the signals, summed with the same weights.
     """
 
-    weights: tuple[tuple[Fraction, ...], ...]
-    offset: Fraction
     sampling_time: float
 
     def __call__(self, signals: Signals, t: Array) -> Array:
@@ -71,36 +70,18 @@ class Functional:
         """The functional q(t + T_s)."""
         return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
 
-    @property
-    def stencil(self) -> tuple[int, Stencil] | None:
-        """The signal c and its weights, if q depends on exactly one signal; otherwise None."""
-        if len(self.rounded) != 1:
-            return None
-        signal, weights = self.rounded[0]
-        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, float(self.offset))
-
-
-def weighted_sum_of_functionals(row: Sequence[Fraction], functionals: Sequence[Functional]) -> Functional:
-    """Return Σ_i row_i q_i."""
-
-    def total(values: Sequence[Fraction]) -> Fraction:
-        return sum((r * value for r, value in zip(row, values, strict=True)), Fraction(0))
-
-    by_signal = zip(*(q.weights for q in functionals), strict=True)
-    weights = tuple(tuple(map(total, zip(*shifts, strict=True))) for shifts in by_signal)
-    return Functional(weights, total([q.offset for q in functionals]), functionals[0].sampling_time)
-
 
 # States and inputs of a reference as functions of time: formulas of functionals of the learned signals.
 
-_ITSELF = "q"
+_ITSELF = Name("q")
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """q(t) = formula(q_1(t), …, q_k(t)), with the functionals q_i by name in `arguments`.
+    """A state, an input, or a sum of them: q(t) = formula(q_1(t), …, q_k(t)), with functionals q_i in `arguments`.
 
-    For a linear system, q is itself a functional; the formula is then the name of its only argument.
+    Arguments are pairs of a name and a functional. For a linear system, q is itself a functional; the formula is then
+    the name of its only argument.
     """
 
     formula: Formula
@@ -109,7 +90,7 @@ class Trajectory:
     @classmethod
     def of(cls, functional: Functional) -> Self:
         """Return the trajectory that equals a functional."""
-        return cls(Name(_ITSELF), ((_ITSELF, functional),))
+        return cls(_ITSELF, ((_ITSELF.name, functional),))
 
     @classmethod
     def of_formula(cls, formula: Formula, functionals: Mapping[str, Functional]) -> Self:
@@ -125,14 +106,15 @@ class Trajectory:
     @cached_property
     def stencil(self) -> tuple[int, Stencil] | None:
         """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
-        if any(names(slope) for slope in self.derivatives.values() if slope is not None):
+        if any(map(names, self.derivatives.values())):
             return None
         zero = {name: np.zeros(()) for name, _ in self.arguments}
         signals = self._weights({name: float(slope) for name, slope in self.slopes(zero).items()})
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals
-        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, float(self.value(zero)))
+        at_zero = self.at_rest([0.0] * len(self.arguments[0][1].weights))
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, at_zero)
 
     @property
     def sampling_time(self) -> float:
@@ -153,7 +135,7 @@ class Trajectory:
         T = Fraction(self.sampling_time)
         if (q := self.functional) is not None:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
-            return self.of(Functional(tuple(tuple((b - a) / T for b, a in of) for of in pairs), Fraction(0), float(T)))
+            return self.of(Functional(Fraction(0), tuple(tuple((b - a) / T for b, a in of) for of in pairs), float(T)))
         later = {name: f"{name}⁺" for name, _ in self.arguments}
         (there,) = substitute([self.formula], {name: Name(new) for name, new in later.items()})
         arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
@@ -171,13 +153,12 @@ class Trajectory:
 
     def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
         """Return ∂q/∂q_i at these values of the arguments."""
-        return {
-            name: evaluate_floats(slope, arguments) if slope is not None else np.zeros(())
-            for name, slope in self.derivatives.items()
-        }
+        return {name: evaluate_floats(slope, arguments) for name, slope in self.derivatives.items()}
 
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
         """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
+        if self.functional is not None:
+            return self.functional.rounded
         slopes = self.slopes({name: functional(signals, t) for name, functional in self.arguments})
         return self._weights({name: slope.item() for name, slope in slopes.items()})
 
@@ -191,38 +172,26 @@ class Trajectory:
         return [(c, w) for c, w in enumerate(weights) if w.any()]
 
     @cached_property
-    def derivatives(self) -> dict[str, Term]:
+    def derivatives(self) -> dict[str, Formula]:
         """∂q/∂q_i as formulas, by the name of q_i."""
         return {name: derivative(self.formula, name) for name, _ in self.arguments}
 
 
-def single_signal(functional: Functional) -> Trajectory:
-    """Return a single shifted signal z_c(t + j T_s) as a formula of its name in flat forms."""
-    ((c, j),) = ((c, j) for c, weights in enumerate(functional.weights) for j, w in enumerate(weights) if w)
-    assert (functional.weights[c][j], functional.offset) == (Fraction(1), Fraction(0)), "a single shifted signal"
-    name = shifted_name(c, j)
-    return Trajectory(Name(name), ((name, functional),))
-
-
-Coordinate = Functional | Trajectory
-"""A state or an input as a function of time; for a linear system always a functional."""
-
-
-def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Coordinate]) -> Trajectory:
+def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> Trajectory:
     """Return Σ_i row_i q_i; if all q_i are functionals, it is exactly a functional.
 
-    If some q_i are formulas, the functionals must be single shifted signals, as in a flat form.
+    Otherwise, arguments of equal names in several q_i must be equal, as in a flat form.
     """
     every = list(zip(row, coordinates, strict=True))
     used = [(r, q) for r, q in every if r] or every
-    functionals = [q for _, q in used if isinstance(q, Functional)]
+    functionals = [q.functional for _, q in used if q.functional is not None]
     if len(functionals) == len(used):
-        return Trajectory.of(weighted_sum_of_functionals([r for r, _ in used], functionals))
+        found = sum_of_functionals([r for r, _ in used], functionals)
+        return Trajectory.of(Functional(found.offset, found.weights, functionals[0].sampling_time))
     total, arguments = None, dict[str, Functional]()
     for r, q in used:
-        part = single_signal(q) if isinstance(q, Functional) else q
-        total = plus(total, times(Number(float(r)), part.formula))
-        arguments.update(part.arguments)
+        total = plus(total, times(Number(float(r)), q.formula))
+        arguments.update(q.arguments)
     assert total is not None
     return Trajectory.of_formula(total, arguments)
 
@@ -243,7 +212,7 @@ def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functiona
 def one_of(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time: float) -> Functional:
     """Return the functional Σ_j `weights`[j] z(t + j T_s) of one signal z among `count` signals."""
     zero = tuple(Fraction(0) for _ in weights)
-    return Functional(tuple(weights if c == signal else zero for c in range(count)), Fraction(0), sampling_time)
+    return Functional(Fraction(0), tuple(weights if c == signal else zero for c in range(count)), sampling_time)
 
 
 # A bounded quantity of a reference: a state, an input, or a weighted sum of either.
@@ -340,7 +309,7 @@ class Quantities:
             lower[here], upper[here] = self.quantities[q].bounds.ends(t[here])
         return lower, upper
 
-    @cached
+    @cached_property
     def _moving(self) -> list[int]:
         return [q for q, quantity in enumerate(self.quantities) if quantity.bounds.moving]
 
@@ -349,7 +318,7 @@ class Quantities:
         found = (quantity.bounds.breakpoints_in(start, end) for quantity in self.quantities)
         return np.unique(np.concatenate([np.empty(0), *found]))
 
-    @cached
+    @cached_property
     def _constant_ends(self) -> tuple[Array, Array]:
         """The lower and the upper bounds, NaN if they move; each has shape (Q,)."""
         none = np.full(2, np.nan)
@@ -362,17 +331,17 @@ class Quantities:
         """Whether all quantities are functionals."""
         return self._functionals is not None
 
-    @cached
+    @cached_property
     def _functionals(self) -> list[Functional] | None:
         """The quantities as functionals; None unless all of them are."""
         found = [quantity.functional for quantity in self.quantities if quantity.functional is not None]
         return found if len(found) == len(self) else None
 
-    @cached
+    @cached_property
     def _offsets(self) -> Array:
         return np.array([float(functional.offset) for functional in self._functionals or ()])
 
-    @cached
+    @cached_property
     def _weights(self) -> list[tuple[int, Indices, Array]]:
         """For each signal with nonzero weights, its index c, the shifts j with nonzero weights,
         and w_qj (Q, shifts).

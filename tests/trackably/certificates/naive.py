@@ -31,7 +31,7 @@ def mean_of(signal: KernelSum):
 def _quantity(reference: Reference, name: str, means, t, number):
     """Of a scalar system by its own formulas, of others as what it says it looks at; in any arithmetic."""
     plant = reference.plant
-    if is_scalar(plant) and plant.flatness.states[0].weights == ((1,),):
+    if is_scalar(plant) and plant.flatness.states[0].functional.weights == ((1,),):
         if name == reference.quantities[0].name:
             return means[0](t)
         a, b, c = (number(v) for v in (plant.system.A.item(), plant.system.B.item(), plant.system.c.item()))
@@ -54,7 +54,8 @@ def follows_exactly(reference: Reference) -> bool:
     system, flat = reference.plant.system, reference.plant.flatness
     A, B, c = ([[Fraction(v) for v in row] for row in M.tolist()] for M in (system.A, system.B, system.c[:, None]))
     states, inputs = range(len(A)), range(len(B[0]))
-    x, u = [q.offset for q in flat.states], [q.offset for q in flat.inputs]
+    of_states, of_inputs = ([q.functional for q in side] for side in (flat.states, flat.inputs))
+    x, u = [q.offset for q in of_states], [q.offset for q in of_inputs]
     for i in states:
         if x[i] != sum(A[i][k] * x[k] for k in states) + sum(B[i][k] * u[k] for k in inputs) + c[i][0]:
             return False
@@ -64,11 +65,11 @@ def follows_exactly(reference: Reference) -> bool:
         return weights[j] if 0 <= j < len(weights) else Fraction(0)
 
     for s in range(len(reference.signals)):
-        for j in range(max(len(q.weights[s]) for q in (*flat.states, *flat.inputs)) + 1):
+        for j in range(max(len(q.weights[s]) for q in (*of_states, *of_inputs)) + 1):
             for i in states:
-                led = sum(A[i][k] * look(flat.states[k], s, j) for k in states)
-                pushed = sum(B[i][k] * look(flat.inputs[k], s, j) for k in inputs)
-                if look(flat.states[i], s, j - 1) != led + pushed:
+                led = sum(A[i][k] * look(of_states[k], s, j) for k in states)
+                pushed = sum(B[i][k] * look(of_inputs[k], s, j) for k in inputs)
+                if look(of_states[i], s, j - 1) != led + pushed:
                     return False
     return True
 

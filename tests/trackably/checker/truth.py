@@ -9,7 +9,7 @@ from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.test_soundness import smallest_margin
 from trackably.systems.linear import Flatness
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional
+from trackably.systems.trajectories import Functional, Trajectory
 
 
 @cache
@@ -28,15 +28,15 @@ def is_true(statement: str) -> bool:
 def as_stored(reference: Reference, trajectories: dict) -> Reference:
     """With the trajectories of a file, whatever the system's own are."""
 
-    def functionals(parts: list) -> tuple[Functional, ...]:
+    def functionals(parts: list) -> list[Functional]:
         t_s = reference.plant.sampling_time
-        return tuple(
-            Functional(tuple(tuple(map(Fraction, w)) for w in q["weights"]), Fraction(q["offset"]), t_s) for q in parts
-        )
+        return [
+            Functional(Fraction(q["offset"]), tuple(tuple(map(Fraction, w)) for w in q["weights"]), t_s) for q in parts
+        ]
 
     states, inputs = functionals(trajectories["states"]), functionals(trajectories["inputs"])
-    plant = replace(reference.plant)
-    plant.__dict__["flatness"] = Flatness(states, inputs, tuple(len(w) for w in inputs[0].weights))
+    plant, orders = replace(reference.plant), tuple(len(w) for w in inputs[0].weights)
+    plant.__dict__["flatness"] = Flatness(tuple(map(Trajectory.of, states)), tuple(map(Trajectory.of, inputs)), orders)
     return Reference(reference.signals, plant)
 
 

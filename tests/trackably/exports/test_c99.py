@@ -127,7 +127,7 @@ def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> Non
     for name, coordinate, column in zip(AXIS.names, (*flatness.states, *flatness.inputs), values.T, strict=True):
         error = Fraction(proved.certificate.evaluation_error[name])
         for t, value in zip(times, column.tolist(), strict=True):
-            exact = quantity_at(coordinate, proved.reference.pieces, t)  # type: ignore[arg-type]
+            exact = quantity_at(coordinate.functional, proved.reference.pieces, t)
             assert abs(exact - Fraction(value)) <= min(error, abs(exact) / 2**52 + Fraction(1, 10**25))
 
 

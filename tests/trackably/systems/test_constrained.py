@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from tests.trackably.gp.instances import over
+from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
@@ -17,10 +19,6 @@ INPUTS = Polytope.box(np.array([-3.0]), np.array([4.0]))
 PLANT = ConstrainedSystem(AXIS, STATES, INPUTS)
 
 
-def signal(t):
-    return np.sin(3 * t) + 0.2 * t
-
-
 def test_each_row_is_a_quantity_with_a_name_of_its_own():
     """As it is written; rows that are written alike are numbered."""
     names = ["position", "position+0.5velocity", "position (2)", "-velocity", "u1"]
@@ -32,10 +30,15 @@ def test_each_row_is_a_quantity_with_a_name_of_its_own():
     assert [q.bounds for q in PLANT.quantities] == bounds
 
 
-def test_quantities_are_the_rows_of_the_states_and_inputs():
-    t = np.linspace(0, 3, 31)
-    states = np.stack([x((signal,), t) for x in PLANT.flatness.states], axis=-1)
-    inputs = np.stack([u((signal,), t) for u in PLANT.flatness.inputs], axis=-1)
-    expected = np.hstack([states @ STATES.rows.T, inputs @ INPUTS.rows.T])
-    found = np.stack([q((signal,), t) for q in PLANT.quantities], axis=-1)
-    np.testing.assert_allclose(found, expected, atol=1e-12)
+OBLIQUE = Polytope([[1.0, 0.5], [0.3, -2.0]], [-9.0, -9.0], [9.0, 9.0])
+VEHICLE = ConstrainedSystem(INSTANCES["vehicle"].system, OBLIQUE, OBLIQUE)
+
+
+@over({"linear": PLANT, "nonlinear": VEHICLE}, "plant")
+def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
+    t, signals = np.linspace(0, 3, 31), [lambda t: np.sin(3 * t) + 0.2 * t, lambda t: np.cos(2 * t)]
+    states, inputs = (
+        np.stack([q(signals, t) for q in side]) for side in (plant.flatness.states, plant.flatness.inputs)
+    )
+    found = np.stack([q(signals, t) for q in plant.quantities])
+    np.testing.assert_allclose(found, np.vstack([plant.state_set.rows @ states, plant.input_set.rows @ inputs]))

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from mpmath import mp
 
-from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, T_S, as_formulas, exactly, moving
+from tests.trackably.systems.nonlinear_instances import INSTANCES, T_S, moving
 from trackably.checker.certificate import Window
-from trackably.codec import CodecError, decode, dumps, encode, loads
+from trackably.codec import CodecError, decode, encode
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
@@ -15,9 +14,7 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 
@@ -27,21 +24,6 @@ def test_states_and_inputs_of_other_sizes_are_refused(sizes):
     system = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0], x[1] + 0.1 * u[1]], ["a", "b"], ["u", "v"], 0.1)
     with pytest.raises(ValueError, match="zip"):
         system.successor(np.ones(sizes[0]), np.ones(sizes[1]))
-
-
-@pytest.mark.parametrize("name", INSTANCES)
-def test_states_and_inputs_are_those_of_many_digits(name):
-    instance = INSTANCES[name]
-    reference = moving(instance, seed=1)
-    with mp.workdps(40):
-        for t in (0.0, 0.37, 2.0):
-            true = exactly(instance, reference, t)
-            seen = [*reference.state_at(np.array(t)), *reference.input_at(np.array(t))]
-            assert [float(v) for v in true.values()] == pytest.approx(seen, abs=1e-11)
-
-
-def both(state_set: Polytope, input_set: Polytope) -> tuple[ConstrainedSystem, ConstrainedSystem]:
-    return tuple(ConstrainedSystem(s, state_set, input_set) for s in (LINEAR, as_formulas(LINEAR)))
 
 
 @pytest.mark.parametrize("name", ["tank", "reactor", "vehicle"])
@@ -74,15 +56,6 @@ def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():
     assert np.isnan(quantity.at_rest([-1.0]))
 
 
-@pytest.mark.parametrize("name", INSTANCES)
-def test_references_return_from_json(name):
-    reference = moving(INSTANCES[name])
-    again = loads(Reference, dumps(reference))
-    assert dumps(again) == dumps(reference)
-    t = np.linspace(0, 3, 30)
-    assert again.input_at(t).tobytes() == reference.input_at(t).tobytes()
-
-
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -90,7 +63,6 @@ def test_references_return_from_json(name):
         ({"f": [["sqrt", "inflow"]]}, r"solvable for its inputs, .* not affine in inflow: it holds sqrt\(\"inflow\"\)"),
         ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
         ({"f": []}, "f must have a formula for each of 1 states, got 0"),
-        ({"A": [[1.0]]}, "NonlinearSystem has no A"),
     ],
 )
 def test_json_that_is_no_system_is_refused(change, reason):

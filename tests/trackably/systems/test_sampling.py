@@ -70,8 +70,6 @@ def test_a_stencil_measures_what_its_name_says(which: str):
     [
         (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
         (AXIS, ["speed"], f"speed {NEITHER}"),
-        (AXIS, ["rate of z2"], f"z2 {NEITHER}"),
-        (AXIS, ["rate of position"], f"rate of position {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
         (
             ROBOT,
             ["x", "y", "rate of heading"],
@@ -92,7 +90,7 @@ def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, mes
         stencils_by_name(plant, names)
 
 
-@pytest.mark.parametrize("sampling_time", [0.1, 0.07, 0.03, 0.013, 0.007, 0.0031])
+@pytest.mark.parametrize("sampling_time", [0.1, 0.03, 0.0031])
 @pytest.mark.parametrize("name", ["x2", "x3"])
 def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it(sampling_time, name):
     """Sums of float64 weights are not zero where the exact ones are."""
@@ -119,7 +117,8 @@ def test_flat_outputs_that_no_state_shows_are_told_in_states():
     x = np.array(states)
     z = [x @ np.array([float(v) for v in row]) for row in outputs]
     for i, of_state in enumerate(delayed.flatness.states):
-        shifted = float(of_state.offset) + sum(
-            float(v) * z[c][j : len(x) - 1 + j] for c, ws in enumerate(of_state.weights) for j, v in enumerate(ws)
+        q = of_state.functional
+        shifted = float(q.offset) + sum(
+            float(v) * z[c][j : len(x) - 1 + j] for c, ws in enumerate(q.weights) for j, v in enumerate(ws)
         )
         np.testing.assert_allclose(shifted, x[: len(x) - 1, i], atol=1e-12)

@@ -66,5 +66,5 @@ def random_disturbed(seed: int) -> Disturbed:
     return Disturbed(plant, ConvexHull(1e-3 * np.vstack([np.zeros(n), rng.normal(size=(count, n))])))
 
 
-RANDOM = {f"random {seed}": random_disturbed(seed) for seed in range(8)}
+RANDOM = {f"random {seed}": random_disturbed(seed) for seed in range(4)}
 ALL = {**DISTURBED, **RANDOM}

@@ -1,25 +1,20 @@
 """Second implementations, as the definitions read: slow, and of few thoughts."""
 
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
-import scipy
 
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet
 from trackably.systems.tightening import InvariantSet
 
 
-def support_by_program(bounded: DisturbanceSet, row: np.ndarray) -> float:
-    """max row · w over the weights of the generators, or of the vertices."""
+def extremes(bounded: DisturbanceSet) -> np.ndarray:
+    """Points of a set, one in each row, among which its vertices are."""
     if isinstance(bounded, ConvexHull):
-        value = row @ np.array(bounded.vertices, dtype=float).T
-        program = scipy.optimize.linprog(-value, A_eq=np.ones((1, len(value))), b_eq=[1.0], bounds=(0, 1))
-        return -program.fun
-    constant = float(row @ np.array(bounded.centre, dtype=float))
-    if not bounded.generators:
-        return constant
-    value = row @ np.array(bounded.generators, dtype=float).T
-    return constant - scipy.optimize.linprog(-value, bounds=(-1, 1)).fun
+        return bounded.matrix
+    signs = np.array(list(product([-1, 1], repeat=len(bounded.generators))))
+    return bounded.matrix[0] + signs @ bounded.matrix[1:]
 
 
 def exact_support(bounded: DisturbanceSet, row: list[Fraction]) -> Fraction:

