@@ -104,13 +104,8 @@ def _compare(
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
     from pipeline.compare.comparison import compare, laid_out  # noqa: PLC0415
-    from pipeline.compare.model import load_tolerances  # noqa: PLC0415
-    from pipeline.compare.reports import (  # noqa: PLC0415
-        everything,
-        remarkable,
-        to_markdown,
-        to_text,
-    )
+    from pipeline.compare.model import Status, load_tolerances  # noqa: PLC0415
+    from pipeline.compare.reports import to_markdown, to_text  # noqa: PLC0415
 
     rules, claimed = load_tolerances(tolerances), load_claims(claims)
     with ExitStack() as stack:
@@ -118,7 +113,7 @@ def _compare(
         comparison = compare(folders[0], folders[1], rules, claimed, base, new)
     if markdown_file:
         write_text(markdown_file, to_markdown(comparison))
-    click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)
+    click.echo(to_text(comparison, () if list_all else (Status.IDENTICAL,)), nl=False)
     context.exit(0 if comparison.within else 1)
 
 

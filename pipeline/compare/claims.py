@@ -194,7 +194,7 @@ def _leaf(locator: Locator, file: Path) -> Value:
     found = json_leaves(read_json(data))
     if locator.path not in found:
         raise _NoValueError(f"there is no value {locator.path}")
-    return found[locator.path].value  # type: ignore[return-value]
+    return found[locator.path].value
 
 
 def _columns(locator: Locator, file: Path) -> Columns:
