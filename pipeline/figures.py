@@ -169,7 +169,7 @@ class _Figures:
             "asymptotic": lambda: algorithm1.asymptotic(
                 sound.reference, samples, last_sample, final_step, round(1.5 * final_step)
             ),
-            "prediction": lambda: self._prediction(final_step),
+            "prediction": lambda: self._prediction(round(1.5 * final_step), final_step),
         }
         if AS_PUBLISHED.name in traces:
             printed = self.experiment.published.iterations
@@ -190,16 +190,19 @@ class _Figures:
         times = np.linspace(0, _SCHEME * float(samples.times[-1]), _POINTS_OF_SCHEME)
         return algorithm1.scheme(self.shown[JOINT.name], samples, times, self.truth(times))
 
-    def _prediction(self, final_step: int) -> Figure:
-        steps = np.arange(round(1.5 * final_step) + 1, dtype=float)
-        printed = self.experiment.published.prediction
+    def _prediction(self, last_step: int, final_step: int | None = None) -> Figure:
+        """Draw the references of a scalar system up to a step, and closer the steps that tell them apart."""
+        published, samples = self.experiment.published.prediction, self.fitted.sampled.only
+        shown, steps = self.with_curves if final_step is None else self.shown, np.arange(last_step + 1.0)
+        beginning = predictions.Closer(f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
         return predictions.prediction(
-            self.fitted.sampled.only,
-            self.shown,
+            samples,
+            shown,
             HYPERPARAMETERS.name,
             steps,
+            beginning if final_step is None else predictions.excursion(shown.values(), steps),
             true_reference=self.truth(steps * self.experiment.plant.sampling_time),
-            published=read_columns(printed) if printed else None,
+            published=read_columns(published) if published else None,
             final_step=final_step,
         )
 
@@ -208,7 +211,8 @@ class _Figures:
         learned, study = self.fitted.learned, self.fitted.study
         if EXACT.name not in learned:
             return {}
-        found: Drawings = {"prediction": self._periodic_prediction}
+        wanted = self.experiment.periodic
+        found: Drawings = {"prediction": lambda: self._prediction(wanted.last_step if wanted else self.last_step)}
         if INTERVALS.name in learned:
             found["growth"] = lambda: predictions.growth_intervals(self._growth())
         if study and study.conservatism.counts.size:
@@ -220,18 +224,6 @@ class _Figures:
             levels = {label: learned[name].objective for name, label in labels.items()}
             found["conservatism"] = lambda: predictions.conservatism(study.conservatism, levels)
         return found
-
-    def _periodic_prediction(self) -> Figure:
-        wanted = self.experiment.periodic
-        steps = np.arange((wanted.last_step if wanted else self.last_step) + 1, dtype=float)
-        return predictions.periodic_prediction(
-            self.fitted.sampled.only,
-            self.with_curves,
-            HYPERPARAMETERS.name,
-            steps,
-            _FIRST_STEPS,
-            true_reference=self.truth(steps * self.experiment.plant.sampling_time),
-        )
 
     def _growth(self) -> dict[str, predictions.GrowthIntervals]:
         """Return derivatives in the growth-rate intervals of program (8), and the published ones if there are some."""
