@@ -159,8 +159,8 @@ class _NoValueError(Exception):
 
 def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
     """Return the verdicts for both folders. Raises InputError where the claim refers to an unknown printed number."""
-    verdicts = [_verdict(claim, results_folder(root)) for root in (base, new)]
-    return JudgedClaim(claim.claim, claim.source, claim.expected, *verdicts)
+    verdicts = {root: _verdict(claim, results_folder(root)) for root in {base, new}}
+    return JudgedClaim(claim.claim, claim.source, claim.expected, verdicts[base], verdicts[new])
 
 
 def _verdict(claim: Claim, results: Path) -> Verdict:
