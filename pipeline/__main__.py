@@ -17,7 +17,6 @@ import click
 from pipeline import options
 from pipeline.experiments import Experiment, load_experiment, parameters_of
 from pipeline.reproduce import reproduce
-from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.theorem import theorem
 from trackably.codec import CodecError
@@ -183,7 +182,7 @@ def run() -> None:
     except NoReferenceError as error:
         click.echo(f"failed: {error}", err=True)
         sys.exit(_NOTHING_FOUND)
-    except (InputError, LogError, CodecError) as error:
+    except (InputError, CodecError) as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(_UNUSABLE)
     except OSError as error:

@@ -19,8 +19,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pipeline.storage.logs import TIME, Log, LogError, read_log
+from pipeline.storage.logs import TIME, Log, read_log
 from trackably.arrays import Array
+from trackably.errors import InputError
 
 
 class UnreadableError(Exception):
@@ -161,7 +162,7 @@ def _read_once(path: Path, content: bytes) -> Log:
     """Claims and certificates look up one value after the other in the same logs, whose `content` is a digest."""
     try:
         return read_log(path)
-    except LogError as error:
+    except InputError as error:
         raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
 
 
