@@ -105,7 +105,7 @@ class _Figures:
         return next((truth(times) for truth in self.experiment.truths.values()), None)
 
     def references(self) -> Drawings:
-        """Margins, and states and inputs over time where no figure of the paper shows them."""
+        """Return the figures of references: margins, and states and inputs where no figure of the paper shows them."""
         found: Drawings = {"margins": self._margins}
         if not {SOUND.name, EXACT.name} & {*self.fitted.traces, *self.fitted.learned}:
             found["tracking"] = self._tracking
@@ -156,7 +156,7 @@ class _Figures:
         return curves.tracking(self.shown, observed, times, self.experiment.units)
 
     def algorithm1(self) -> Drawings:
-        """None without a trace of Algorithm 1 in the reading that its proof supports."""
+        """Return the figures of Algorithm 1, if there is a trace of the reading that its proof supports."""
         traces, learned, plant = self.fitted.traces, self.fitted.learned, self.experiment.plant
         if SOUND.name not in traces:
             return {}
@@ -207,7 +207,7 @@ class _Figures:
         )
 
     def periodic(self) -> Drawings:
-        """None without a reference learned at all phases."""
+        """Return the figures of periodic references, if one was learned at all phases."""
         learned, study = self.fitted.learned, self.fitted.study
         if EXACT.name not in learned:
             return {}
@@ -251,7 +251,7 @@ class _Figures:
         return panels
 
     def loops(self) -> Drawings:
-        """Closed loops over time and in the plane, where no plan was found, and feasible sets."""
+        """Return the figures of closed loops, of steps without a plan, and of feasible sets."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
         courses, steps, plane = by_reference(closed), experiment.loop_steps, experiment.plane
@@ -273,7 +273,7 @@ class _Figures:
         return found
 
     def disturbed(self) -> Drawings:
-        """None where nothing was disturbed."""
+        """Return the figures of disturbed loops, if there are such loops."""
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}

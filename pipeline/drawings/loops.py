@@ -213,7 +213,7 @@ def feasible_intervals(
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=axis_label(name, units), xlim=(0, last))
-    _legend(figure, axes)
+    legend_above(figure, columns=6)
     return figure
 
 
@@ -238,22 +238,13 @@ def feasible_polygons(
     (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
     axes.set(xlabel=axis_label(states[0], units), ylabel=axis_label(states[1], units))
     axes.set(xlim=(left, right), ylim=(bottom, top))
-    _legend(figure, axes, 3)
+    legend_above(figure, columns=3)
     return figure
 
 
 def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
     ordered = sorted(feasible.items())
     return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
-
-
-def _legend(figure: Figure, axes: Axes, columns: int = 6) -> None:
-    """Write a legend of the horizons, the shortest first, and then of the rest."""
-    handles, labels = axes.get_legend_handles_labels()
-    horizons = sum(label.startswith("$N$") for label in labels)
-    order = [*range(horizons)[::-1], *range(horizons, len(labels))]
-    found = {labels[i]: handles[i] for i in order}
-    figure.legend(found.values(), found, loc="outside upper center", ncols=min(columns, len(found)))
 
 
 _EVERY: Final = 5
@@ -340,9 +331,9 @@ def tube_runs(
             axes.plot(runs.steps, around, **_REFERENCE, **style)
         for r, run in enumerate(single):
             right.plot(runs.steps, run[name] - reference, **_SINGLE, **style, label="" if r else "single runs")
-        _limit(left, np.concatenate([reference - below[i], reference + above[i]]), 0.06)
+        pad_limits(left, Interval(float(np.nanmin(reference - below[i])), float(np.nanmax(reference + above[i]))))
         shade_outside(left, bounds.get(name))
-        _limit(right, np.array([-below[i], above[i]]), 0.25)
+        pad_limits(right, Interval(-below[i], above[i]))
         _shade_beyond(right, runs.steps, reference, bounds.get(name))
         left.set_ylabel(axis_label(name, units))
     panels[0, 1].set_title("minus the reference")
@@ -414,12 +405,6 @@ def price_of_room(
         axes.set_ylim(0)
     legend_above(figure)
     return figure
-
-
-def _limit(axes: Axes, values: Array, padding: float) -> None:
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    by = padding * (high - low or 1.0)
-    axes.set_ylim(low - by, high + by)
 
 
 def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval | None) -> None:

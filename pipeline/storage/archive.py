@@ -1,4 +1,4 @@
-"""What the generate stage writes: samples to learn from, and samples held out to compare with."""
+"""What stages write for later ones, and read: samples, references with their studies, and margins, each as a log."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
