@@ -17,7 +17,6 @@ import click
 from pipeline import options
 from pipeline.experiments import Experiment, load_experiment, parameters_of
 from pipeline.reproduce import reproduce
-from pipeline.storage.logs import LogError
 from pipeline.storage.results import Results
 from pipeline.theorem import theorem
 from trackably.codec import CodecError
@@ -104,13 +103,8 @@ def _compare(
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
     from pipeline.compare.comparison import compare, laid_out  # noqa: PLC0415
-    from pipeline.compare.model import load_tolerances  # noqa: PLC0415
-    from pipeline.compare.reports import (  # noqa: PLC0415
-        everything,
-        remarkable,
-        to_markdown,
-        to_text,
-    )
+    from pipeline.compare.model import Status, load_tolerances  # noqa: PLC0415
+    from pipeline.compare.reports import to_markdown, to_text  # noqa: PLC0415
 
     rules, claimed = load_tolerances(tolerances), load_claims(claims)
     with ExitStack() as stack:
@@ -118,7 +112,7 @@ def _compare(
         comparison = compare(folders[0], folders[1], rules, claimed, base, new)
     if markdown_file:
         write_text(markdown_file, to_markdown(comparison))
-    click.echo(to_text(comparison, everything if list_all else remarkable), nl=False)
+    click.echo(to_text(comparison, () if list_all else (Status.IDENTICAL,)), nl=False)
     context.exit(0 if comparison.within else 1)
 
 
@@ -188,7 +182,7 @@ def run() -> None:
     except NoReferenceError as error:
         click.echo(f"failed: {error}", err=True)
         sys.exit(_NOTHING_FOUND)
-    except (InputError, LogError, CodecError) as error:
+    except (InputError, CodecError) as error:
         click.echo(f"error: {error}", err=True)
         sys.exit(_UNUSABLE)
     except OSError as error:

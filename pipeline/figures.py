@@ -105,7 +105,7 @@ class _Figures:
         return next((truth(times) for truth in self.experiment.truths.values()), None)
 
     def references(self) -> Drawings:
-        """Margins, and states and inputs over time where no figure of the paper shows them."""
+        """Return the figures of references: margins, and states and inputs where no figure of the paper shows them."""
         found: Drawings = {"margins": self._margins}
         if not {SOUND.name, EXACT.name} & {*self.fitted.traces, *self.fitted.learned}:
             found["tracking"] = self._tracking
@@ -156,7 +156,7 @@ class _Figures:
         return curves.tracking(self.shown, observed, times, self.experiment.units)
 
     def algorithm1(self) -> Drawings:
-        """None without a trace of Algorithm 1 in the reading that its proof supports."""
+        """Return the figures of Algorithm 1, if there is a trace of the reading that its proof supports."""
         traces, learned, plant = self.fitted.traces, self.fitted.learned, self.experiment.plant
         if SOUND.name not in traces:
             return {}
@@ -169,7 +169,7 @@ class _Figures:
             "asymptotic": lambda: algorithm1.asymptotic(
                 sound.reference, samples, last_sample, final_step, round(1.5 * final_step)
             ),
-            "prediction": lambda: self._prediction(final_step),
+            "prediction": lambda: self._prediction(round(1.5 * final_step), final_step),
         }
         if AS_PUBLISHED.name in traces:
             printed = self.experiment.published.iterations
@@ -190,25 +190,29 @@ class _Figures:
         times = np.linspace(0, _SCHEME * float(samples.times[-1]), _POINTS_OF_SCHEME)
         return algorithm1.scheme(self.shown[JOINT.name], samples, times, self.truth(times))
 
-    def _prediction(self, final_step: int) -> Figure:
-        steps = np.arange(round(1.5 * final_step) + 1, dtype=float)
-        printed = self.experiment.published.prediction
+    def _prediction(self, last_step: int, final_step: int | None = None) -> Figure:
+        """Draw the references of a scalar system up to a step, and closer the steps that tell them apart."""
+        published, samples = self.experiment.published.prediction, self.fitted.sampled.only
+        shown, steps = self.with_curves if final_step is None else self.shown, np.arange(last_step + 1.0)
+        beginning = predictions.Closer(f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
         return predictions.prediction(
-            self.fitted.sampled.only,
-            self.shown,
+            samples,
+            shown,
             HYPERPARAMETERS.name,
             steps,
+            beginning if final_step is None else predictions.excursion(shown.values(), steps),
             true_reference=self.truth(steps * self.experiment.plant.sampling_time),
-            published=read_columns(printed) if printed else None,
+            published=read_columns(published) if published else None,
             final_step=final_step,
         )
 
     def periodic(self) -> Drawings:
-        """None without a reference learned at all phases."""
+        """Return the figures of periodic references, if one was learned at all phases."""
         learned, study = self.fitted.learned, self.fitted.study
         if EXACT.name not in learned:
             return {}
-        found: Drawings = {"prediction": self._periodic_prediction}
+        wanted = self.experiment.periodic
+        found: Drawings = {"prediction": lambda: self._prediction(wanted.last_step if wanted else self.last_step)}
         if INTERVALS.name in learned:
             found["growth"] = lambda: predictions.growth_intervals(self._growth())
         if study and study.conservatism.counts.size:
@@ -220,18 +224,6 @@ class _Figures:
             levels = {label: learned[name].objective for name, label in labels.items()}
             found["conservatism"] = lambda: predictions.conservatism(study.conservatism, levels)
         return found
-
-    def _periodic_prediction(self) -> Figure:
-        wanted = self.experiment.periodic
-        steps = np.arange((wanted.last_step if wanted else self.last_step) + 1, dtype=float)
-        return predictions.periodic_prediction(
-            self.fitted.sampled.only,
-            self.with_curves,
-            HYPERPARAMETERS.name,
-            steps,
-            _FIRST_STEPS,
-            true_reference=self.truth(steps * self.experiment.plant.sampling_time),
-        )
 
     def _growth(self) -> dict[str, predictions.GrowthIntervals]:
         """Return derivatives in the growth-rate intervals of program (8), and the published ones if there are some."""
@@ -259,7 +251,7 @@ class _Figures:
         return panels
 
     def loops(self) -> Drawings:
-        """Closed loops over time and in the plane, where no plan was found, and feasible sets."""
+        """Return the figures of closed loops, of steps without a plan, and of feasible sets."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
         courses, steps, plane = by_reference(closed), experiment.loop_steps, experiment.plane
@@ -281,7 +273,7 @@ class _Figures:
         return found
 
     def disturbed(self) -> Drawings:
-        """None where nothing was disturbed."""
+        """Return the figures of disturbed loops, if there are such loops."""
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}

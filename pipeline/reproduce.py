@@ -127,13 +127,13 @@ def reproduce(context: click.Context, into: Path, jobs: int) -> None:
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
     from pipeline.compare.comparison import compare  # noqa: PLC0415
-    from pipeline.compare.model import load_tolerances  # noqa: PLC0415
-    from pipeline.compare.reports import beyond, to_text  # noqa: PLC0415
+    from pipeline.compare.model import FINE, load_tolerances  # noqa: PLC0415
+    from pipeline.compare.reports import to_text  # noqa: PLC0415
 
     here = Path()
     plan, tolerances, claims = plan_of(here), load_tolerances(), load_claims()
     copy_without_results(here, into)
     run(plan, into, jobs, lambda line: click.echo(line, err=True))
     comparison = compare(here, into, tolerances, claims, "data/results", "reproduced")
-    click.echo(to_text(comparison, beyond), nl=False)
+    click.echo(to_text(comparison, FINE), nl=False)
     context.exit(0 if comparison.within else 1)

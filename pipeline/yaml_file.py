@@ -1,8 +1,7 @@
 """Read YAML files into models, and say in one sentence what is wrong with a file."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
@@ -69,19 +68,9 @@ def _complaint(error: ErrorDetails) -> str:
     return " ".join(expected.split()) + ("" if said_all else f", got {error['input']!r}")
 
 
-def raise_all(title: str, errors: Sequence[ErrorDetails], mistakes: Sequence[str]) -> NoReturn:
-    """Raise a ValidationError of these errors again, and of more `mistakes`, each a sentence."""
-    said = [InitErrorDetails(type=PydanticCustomError("value_error", mistake), input={}) for mistake in mistakes]
-    raise ValidationError.from_exception_data(title, [*map(_again, errors), *said]) from None
-
-
 def _told(error: ErrorDetails, others: list[str]) -> InitErrorDetails:
     """Return the same error; of an unknown field in this mapping with the `others` that are known, but not given."""
-    if error["type"] == "extra_forbidden" and len(error["loc"]) == 1:
-        error = {**error, "ctx": {"others": others}}
-    return _again(error)
-
-
-def _again(error: ErrorDetails) -> InitErrorDetails:
-    kind = PydanticCustomError(error["type"], error["msg"], error.get("ctx"))
+    is_own = error["type"] == "extra_forbidden" and len(error["loc"]) == 1
+    context = {"others": others} if is_own else error.get("ctx")
+    kind = PydanticCustomError(error["type"], error["msg"], context)
     return InitErrorDetails(type=kind, loc=error["loc"], input=error["input"])

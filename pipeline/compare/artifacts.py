@@ -1,4 +1,4 @@
-"""Artifacts as values at places: JSON, CSV, logs, vector graphics, pictures and notebooks in one form.
+"""Artifacts as values at places: JSON, CSV, logs, vector graphics and notebooks in one form.
 
 Text is taken apart: words have to stay, and numbers may move within tolerance."""
 
@@ -6,25 +6,22 @@ import csv
 import json
 import math
 import re
-from base64 import b64decode
-from binascii import Error as Base64Error
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
 from hashlib import sha256
-from io import BytesIO, StringIO
+from io import StringIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-import numpy.typing as npt
-from PIL import Image, UnidentifiedImageError
 
-from pipeline.storage.logs import TIME, Log, LogError, read_log
+from pipeline.storage.logs import TIME, Log, read_log
 from trackably.arrays import Array
+from trackably.errors import InputError
 
 
 class UnreadableError(Exception):
@@ -40,15 +37,6 @@ class Absent(Enum):
 ABSENT = Absent.ABSENT
 
 
-class Outline(str):
-    """A path of a vector graphic, as it is written there."""
-
-    __slots__ = ()
-
-
-Picture = npt.NDArray[np.uint8]
-"""Shape (rows, columns, 4 channels)."""
-
 Value = float | int | str | bool | None
 Found = Value | Absent
 
@@ -58,7 +46,7 @@ class Leaf:
     """A single value; rules know it by its `field`."""
 
     field: str
-    value: Value | Picture
+    value: Value
 
 
 Leaves = dict[str, Leaf]
@@ -72,7 +60,7 @@ COORDINATES, OUTLINE, STRUCTURE, TEXT, NUMBERS, ABOUT = (
     *("text", "numbers", "metadata"),
 )
 """The fields of figures that rules know; those of notebooks are these, and the following."""
-SOURCE, THEOREM, PIXELS = "source", "theorem", "pixels"
+SOURCE, THEOREM = "source", "theorem"
 
 
 def parts_of(path: Path) -> Parts:
@@ -82,26 +70,8 @@ def parts_of(path: Path) -> Parts:
     return {("", ""): _READERS.get(path.suffix, _unknown)(path.read_bytes())}
 
 
-def differences(place: str, base: Leaf | None, new: Leaf | None) -> Iterator[tuple[str, str, Found, Found]]:
-    """Yield place, field and both values wherever two values differ; a side may have none."""
-    field, values = (base or new or Leaf("", None)).field, [leaf.value if leaf else ABSENT for leaf in (base, new)]
-    match values:
-        case [np.ndarray() as one, np.ndarray() as other] if one.shape == other.shape:
-            at = np.unravel_index(np.argmax(np.abs(one.astype(int) - other.astype(int))), one.shape)
-            row, column, channel = (int(i) for i in at)
-            if one[at] != other[at]:
-                named = ("red", "green", "blue", "opacity")[channel]
-                where = f"{place}{named} of the pixel at column {column}, row {row}"
-                yield where, field, int(one[at]), int(other[at])
-        case [Outline() as one, Outline() as other] if one != other:
-            yield from _outline_differences(place, one, other)
-        case _:
-            first, second = (" × ".join(map(str, v.shape)) if isinstance(v, np.ndarray) else v for v in values)
-            if not _same(first, second):
-                yield place, field, first, second
-
-
-def _same(base: Found, new: Found) -> bool:
+def same(base: Found, new: Found) -> bool:
+    """Whether two values are equal; NaN equals NaN, and a truth value no number."""
     if isinstance(base, bool) or isinstance(new, bool):
         return base is new
     if isinstance(base, float) and isinstance(new, float) and math.isnan(base):
@@ -192,7 +162,7 @@ def _read_once(path: Path, content: bytes) -> Log:
     """Claims and certificates look up one value after the other in the same logs, whose `content` is a digest."""
     try:
         return read_log(path)
-    except LogError as error:
+    except InputError as error:
         raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
 
 
@@ -222,7 +192,7 @@ def _distinct(names: Iterator[str]) -> Iterator[str]:
         yield name if often[name] == 1 else f"{name}, number {often[name]}"
 
 
-_LENGTHS = {"x", "y", "width", "height", "cx", "cy", "r", "x1", "x2", "y1", "y2", "viewBox", "transform", "points"}
+_LENGTHS = {"x", "y", "width", "height", "cx", "cy", "r", "x1", "x2", "y1", "y2", "viewBox", "transform", "points", "d"}
 # matplotlib names markers, clip paths, hatches and collections' paths by a hash of their look: rounding changes the
 # name. They are named by their order instead; their look is compared where they are defined.
 _HASHED = re.compile(r"(?<![\w-])(?:[mph]|C[0-9a-f]+_[0-9a-f]+_)[0-9a-f]{10}(?![\w-])")
@@ -248,10 +218,12 @@ def _element(element: ElementTree.Element, place: str) -> Iterator[tuple[str, Le
     for name, value in element.attrib.items():
         key = name.rpartition("}")[2]
         at = f"{place}: {key}"
-        if key in _LENGTHS and not about:
+        if key == "d" and (outline := _outline(value)):
+            yield from ((f"{at}: {what}", Leaf(OUTLINE, number)) for what, number in outline.items())
+        elif key in _LENGTHS and not about:
             yield from prose_leaves(at, value, STRUCTURE, COORDINATES)
         else:
-            yield at, Leaf(ABOUT if about else STRUCTURE, Outline(value) if key == "d" else value)
+            yield at, Leaf(ABOUT if about else STRUCTURE, value)
     if content := (element.text or "").strip():
         yield from prose_leaves(f"{place}: text", content, *((ABOUT, ABOUT) if about else (TEXT, NUMBERS)))
     seen: Counter[str] = Counter()
@@ -272,85 +244,44 @@ def _tag(element: ElementTree.Element) -> str:
     return tag.rpartition("}")[2] if isinstance(tag, str) else "comment"
 
 
-_MUCH = 0.5  # [units of the figure]: two paths whose points differ by more are looked at as outlines
 _TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "z": 0, "Z": 0}
 """Points that follow a letter; all are absolute, as matplotlib writes them."""
 
 
-def _outline_differences(place: str, base: str, new: str) -> Iterator[tuple[str, str, Found, Found]]:
-    """Yield coordinates, or the distance between the outlines where letters differ or coordinates are far apart."""
-    (letters, numbers), (other_letters, other_numbers) = _split_path(base), _split_path(new)
-    alike = letters == other_letters and numbers.size == other_numbers.size
-    moved = np.abs(numbers - other_numbers) if alike else np.array([math.inf])
-    apart = distance(base, new) if np.max(moved, initial=0.0) > _MUCH else None
-    if apart is not None and (not alike or apart < _MUCH):
-        yield f"{place}: distance between the outlines", OUTLINE, 0.0, apart
-    elif alike:
-        for i in np.flatnonzero(moved).tolist():
-            yield f"{place}: coordinate {i + 1}", COORDINATES, float(numbers[i]), float(other_numbers[i])
-    else:
-        yield place, STRUCTURE, base, new
+def _outline(path: str) -> dict[str, float]:
+    """Return the centre of a path and its extent, in the figure's units; nothing where it has no line.
 
-
-def _split_path(text: str) -> tuple[str, Array]:
-    """Return the letters of a path and its numbers; the e of 1e5 belongs to a number."""
-    tokens = _TOKEN.findall(text)
-    numbers = [float(token) for token in tokens if not token.isalpha()]
-    return "".join(token for token in tokens if token.isalpha()), np.array(numbers)
-
-
-def distance(base: str, new: str) -> float | None:
-    """Return the largest distance from a vertex of one path to the other path, in the paths' units.
-
-    It does not depend on where paths begin or break. Curves count as the polygons of their control points. None where
-    a path has no line, or letters other than those above.
+    They depend neither on where lines begin or break, nor on points on them. Curves count as the polygons of their
+    control points. Nothing is returned for letters other than those above either.
     """
-    first, second = _segments(base), _segments(new)
-    if first is None or second is None:
-        return None
-    return max(_one_way(first, second), _one_way(second, first))
-
-
-def _segments(path: str) -> Array | None:
-    """Return the straight pieces of a path, shape (n, 2 ends, 2)."""
-    letters, numbers = _split_path(path)
-    if not set(letters) <= _POINTS.keys() or 2 * sum(_POINTS[letter] for letter in letters) != numbers.size:
-        return None
     pieces: list[Array] = []
     for part in path.split("M")[1:]:
-        points = _split_path(part)[1].reshape(-1, 2)
-        if part.rstrip()[-1] in "zZ":
-            points = np.vstack([points, points[:1]])
+        letters = ["M", *(token for token in _TOKEN.findall(part) if token.isalpha())]
+        numbers = [float(token) for token in _TOKEN.findall(part) if not token.isalpha()]
+        if not {*letters} <= _POINTS.keys() or 2 * sum(_POINTS[letter] for letter in letters) != len(numbers):
+            return {}
+        points = np.array(numbers).reshape(-1, 2)
+        points = np.vstack([points, points[:1]]) if letters[-1] in "zZ" else points
         pieces.append(np.stack([points[:-1], points[1:]], axis=1))
-    return np.concatenate(pieces) if any(map(len, pieces)) else None
-
-
-def _one_way(of: Array, to: Array) -> float:
-    """Return the largest distance from an end of a piece of `of` to the nearest piece of `to`."""
-    start, along = to[:, 0], to[:, 1] - to[:, 0]
-    length = np.maximum(np.sum(along**2, axis=1), np.finfo(float).tiny)
-    worst = 0.0
-    for point in np.unique(of.reshape(-1, 2), axis=0):
-        share = np.clip(np.sum((point - start) * along, axis=1) / length, 0.0, 1.0)
-        nearest = start + share[:, None] * along
-        worst = max(worst, float(np.min(np.sum((point - nearest) ** 2, axis=1))))
-    return float(np.sqrt(worst))
-
-
-def _picture(data: bytes) -> Picture:
-    try:
-        with Image.open(BytesIO(data)) as image:
-            return np.asarray(image.convert("RGBA"))
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
-        raise UnreadableError(f"no picture: {error}") from error
+    ends = np.concatenate(pieces) if any(map(len, pieces)) else np.empty((0, 2, 2))
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    if not (length := float(np.sum(lengths))):
+        return {}
+    (x, y), corners = lengths @ ends.mean(axis=1) / length, ends.reshape(-1, 2)
+    (left, top), (right, bottom) = corners.min(axis=0), corners.max(axis=0)
+    found = {"centre x": x, "centre y": y, "left": left, "top": top, "right": right, "bottom": bottom}
+    return {name: float(number) for name, number in found.items()}
 
 
 _BY_COQ = "checked by Coq"  # in texts that are shown of these very bits of a certificate alone
 
 
 def _notebook(data: bytes) -> Leaves:
-    """Read the cells of a notebook of format 4, each named by its first line. Raises UnreadableError."""
+    """Read the cells of a notebook of format 4, each named by its first line. Raises UnreadableError.
+
+    Pictures are left out: they are drawn from the same results as the figures.
+    """
     content: Any = read_json(data)
     leaves: Leaves = {}
     try:
@@ -360,8 +291,9 @@ def _notebook(data: bytes) -> Leaves:
             leaves[f"{place}, source"] = Leaf(SOURCE, source)
             for i, output in enumerate(cell.get("outputs", ()), start=1):
                 for media, shown in _shown(output).items():
-                    leaves.update(_output(f"{place}, output {i}, {media}", media, shown))
-    except (KeyError, TypeError, AttributeError, Base64Error) as error:
+                    if not media.startswith("image/"):
+                        leaves |= _output(f"{place}, output {i}, {media}", media, shown)
+    except (KeyError, TypeError, AttributeError) as error:
         raise UnreadableError(f"no notebook: {error!r}") from error
     return leaves
 
@@ -381,8 +313,6 @@ def _output(place: str, media: str, content: Any) -> Leaves:
     if media.endswith("json"):
         return {f"{place}, {path}": Leaf(TEXT, leaf.value) for path, leaf in json_leaves(content).items()}
     text = "".join(content)
-    if media == "image/png":
-        return {f"{place}, ": Leaf(PIXELS, _picture(b64decode(text)))}
     fields = (THEOREM, THEOREM) if _BY_COQ in text else (TEXT, NUMBERS)
     return {
         at: leaf
@@ -399,6 +329,5 @@ _READERS: Mapping[str, Callable[[bytes], Leaves]] = {
     ".json": lambda data: _told(read_json(data)),
     ".csv": _table,
     ".svg": _drawing,
-    ".png": lambda data: {"": Leaf(PIXELS, _picture(data))},
     ".ipynb": _notebook,
 }

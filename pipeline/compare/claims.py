@@ -44,7 +44,7 @@ class Locator(Fields):
     JSON is a file, or an attachment of a log, whose `topic` is then `attachment NAME`.
 
     `where` has a condition for each column that it names; a row without a number there does not meet it. Among the rows
-    that meet all conditions, `pick` takes the first, the last, or the one with the largest or smallest value.
+    that meet all conditions, `pick` takes the first, the last, or the one with the largest value.
 
     `against` a table with the same column, the value of a row is |ours − theirs| / |theirs|. Rows are paired by that
     table's first column; a row or a number that one side lacks is an infinite difference.
@@ -55,7 +55,7 @@ class Locator(Fields):
     topic: str | None = None
     column: str | None = None
     where: dict[str, Condition] = Field(default_factory=dict)
-    pick: Literal["first", "last", "largest", "smallest"] = "last"
+    pick: Literal["first", "last", "largest"] = "last"
     against: str | None = None
 
     @model_validator(mode="after")
@@ -159,8 +159,8 @@ class _NoValueError(Exception):
 
 def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
     """Return the verdicts for both folders. Raises InputError where the claim refers to an unknown printed number."""
-    verdicts = [_verdict(claim, results_folder(root)) for root in (base, new)]
-    return JudgedClaim(claim.claim, claim.source, claim.expected, *verdicts)
+    verdicts = {root: _verdict(claim, results_folder(root)) for root in {base, new}}
+    return JudgedClaim(claim.claim, claim.source, claim.expected, verdicts[base], verdicts[new])
 
 
 def _verdict(claim: Claim, results: Path) -> Verdict:
@@ -194,7 +194,7 @@ def _leaf(locator: Locator, file: Path) -> Value:
     found = json_leaves(read_json(data))
     if locator.path not in found:
         raise _NoValueError(f"there is no value {locator.path}")
-    return found[locator.path].value  # type: ignore[return-value]
+    return found[locator.path].value
 
 
 def _columns(locator: Locator, file: Path) -> Columns:
@@ -232,11 +232,8 @@ def _pick(locator: Locator, columns: Columns) -> float:
         for i, value in enumerate(columns[column])
         if all(not math.isnan(cells[i]) and condition.holds(cells[i]) for cells, condition in conditions)
     ]
-    if locator.pick in {"largest", "smallest"}:
-        values = [value for value in values if not math.isnan(value)]
+    if locator.pick == "largest":
+        values = sorted(value for value in values if not math.isnan(value))
     if not values:
         raise _NoValueError("no row meets the conditions")
-    pick: Callable[[Sequence[float]], float] = {"largest": max, "smallest": min}.get(
-        locator.pick, lambda found: found[0 if locator.pick == "first" else -1]
-    )
-    return pick(values)
+    return values[0 if locator.pick == "first" else -1]

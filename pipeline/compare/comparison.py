@@ -1,36 +1,32 @@
-"""Compare two folders or revisions: artifacts, certificates with the fits they are about, claims, environments."""
+"""Compare two folders or revisions: artifacts, claims, environments."""
 
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 from zipfile import ZipFile
 
 from pipeline.compare.artifacts import (
-    Leaf,
+    ABSENT,
     Leaves,
     Parts,
     UnreadableError,
-    differences,
-    json_leaves,
     parts_of,
-    read_json,
-    read_recording,
+    same,
 )
 from pipeline.compare.claims import Claims, judge_claim
 from pipeline.compare.model import RESULTS, Comparison, Difference, Row, Status, Tolerances, Version, results_folder
 from pipeline.environment import NAMES
 from pipeline.storage.results import ENVIRONMENT
 from trackably.errors import InputError
-from trackably.files import from_json
+from trackably.files import read_json
 
 NOTEBOOKS = Path("notebooks")
 
 
-def artifacts(root: Path) -> dict[str, Path]:
+def artifacts(root: Path, with_notebooks: bool = True) -> dict[str, Path]:
     """Return the artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
     The folder is that of a project, or of its results alone. Hidden files and records of the environment, which is
@@ -38,7 +34,7 @@ def artifacts(root: Path) -> dict[str, Path]:
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
-    if results != root:
+    if results != root and with_notebooks:
         named |= {path.relative_to(root).as_posix(): path for path in _files(root / NOTEBOOKS)}
     return named
 
@@ -73,9 +69,6 @@ def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: To
     return rows
 
 
-_SHOWN = 5
-
-
 def _judge(
     artifact: str, part: tuple[str, str], base: Leaves | None, new: Leaves | None, tolerances: Tolerances
 ) -> Row:
@@ -86,63 +79,25 @@ def _judge(
     rule_of = tolerances.rules_for(artifact, part[0])
     places = {**base, **new}
     for place in places if base is not new else ():
-        for at, field, one, other in differences(place, base.get(place), new.get(place)):
-            if (rule := rule_of(field)).ignore:
-                left_out.add(rule.name)
-            else:
-                found.append(Difference(at, one, other, rule))
+        one, other = (side[place].value if place in side else ABSENT for side in (base, new))
+        if same(one, other):
+            continue
+        if (rule := rule_of((base.get(place) or new[place]).field)).ignore:
+            left_out.add(rule.name)
+        else:
+            found.append(Difference(place, one, other, rule))
     excess = [difference.excess for difference in found]  # there may be a million of them: each is measured once
     beyond = sum(of > 1 for of in excess)
     return Row(
         artifact,
         *part,
         Status.DIFFERENT if beyond else Status.WITHIN if found or left_out else Status.IDENTICAL,
-        tuple(found[i] for i in sorted(range(len(excess)), key=lambda i: -excess[i])[:_SHOWN]),
+        found[excess.index(max(excess))] if found else None,
         compared=len(places),
         differing=len(found),
         beyond=beyond,
         notes=tuple(f"not compared, by rule {name!r}: some values that differ" for name in sorted(left_out)),
     )
-
-
-def certificate_rows(artifacts: tuple[Mapping[str, Path], Mapping[str, Path]]) -> Iterator[Row]:
-    """Yield a row for each certificate that is not about what its method learned, in BASE or NEW."""
-    for name in {**artifacts[0], **artifacts[1]}:
-        complaints = [
-            f"in {label}, {complaint}"
-            for label, side in zip(("BASE", "NEW"), artifacts, strict=True)
-            if name in side and (complaint := _complaint(name, side))
-        ]
-        if complaints:
-            yield Row(name, "reference", "", Status.DIFFERENT, notes=tuple(complaints))
-
-
-def _complaint(name: str, side: Mapping[str, Path]) -> str | None:
-    """Say what is wrong about the reference of a certificate; None where nothing is, or the file is no certificate."""
-    try:
-        certificate: Any = read_json(side[name].read_bytes()) if name.endswith(".json") else {}
-    except UnreadableError:  # its own row says so
-        return None
-    if not isinstance(certificate, dict) or certificate.get("format") != "trackably certificate":
-        return None
-    fit, method = f"{name.split('/', maxsplit=1)[0]}/fit.mcap", Path(name).stem
-    try:
-        learned: Any = read_json(read_recording(side[fit]).attachments[f"{method}.json"])
-        about, fitted = json_leaves(certificate["reference"]), json_leaves(learned["reference"])
-    except UnreadableError as error:
-        return f"it cannot be told what the certificate is about: {fit} cannot be read: {error}"
-    except (LookupError, TypeError):
-        return f"it cannot be told what the certificate is about: it, or {method} in {fit}, names no reference"
-    # A proof is about exactly these numbers, to the last bit.
-    place = next((place for place in {**about, **fitted} if about.get(place) != fitted.get(place)), None)
-    return place and (
-        f"the certificate is for another reference: {place} is {_shown(about.get(place))} in it, "
-        f"and {_shown(fitted.get(place))} in the reference {method!r} of {fit}"
-    )
-
-
-def _shown(leaf: Leaf | None) -> str:
-    return repr(leaf.value) if leaf else "not there"
 
 
 def versions(base: Path, new: Path) -> tuple[Version, ...]:
@@ -158,20 +113,12 @@ def recorded(results: Path) -> dict[str, str]:
     """
     found: dict[str, set[str]] = {}
     for path in sorted(results.glob(f"*/{ENVIRONMENT}")):
-        for name, value in _record(path).items():
+        content = read_json(path)
+        if not isinstance(content, dict) or not all(isinstance(text, str) for text in content.values()):
+            raise InputError(f"{path}: expected an object of names and versions")
+        for name, value in content.items():
             found.setdefault(name, set()).add(value)
     return {name: " or ".join(sorted(values)) for name, values in found.items()}
-
-
-def _record(path: Path) -> dict[str, str]:
-    try:
-        content = from_json(path.read_bytes())
-    except ValueError as error:
-        raise InputError(f"{path}: is no JSON: {error}") from error
-    match content:
-        case dict() if all(isinstance(text, str) for text in content.values()):
-            return content
-    raise InputError(f"{path}: expected an object of names and versions")
 
 
 @contextmanager
@@ -216,14 +163,11 @@ def compare(
     Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises
     InputError where a folder holds no results, or a claim refers to a printed number that does not exist.
     """
-    sides = artifacts(base), artifacts(new)
+    with_notebooks = all((root / NOTEBOOKS).is_dir() for root in (base, new))
+    sides = [artifacts(root, with_notebooks) for root in (base, new)]
     for root, name, found in zip((base, new), (base_name, new_name), sides, strict=True):
         if not found:
             raise InputError(f"{name or root}: holds no results to compare")
-    notes: tuple[str, ...] = ()
-    if not ((base / NOTEBOOKS).is_dir() and (new / NOTEBOOKS).is_dir()):
-        notes = ("notebooks are not compared: one side has none",)
-        sides = _without_notebooks(sides[0]), _without_notebooks(sides[1])
     rows = [
         row
         for name in sorted({*sides[0], *sides[1]})
@@ -232,12 +176,8 @@ def compare(
     return Comparison(
         base_name or str(base),
         new_name or str(new),
-        (*rows, *certificate_rows(sides)),
+        tuple(rows),
         tuple(judge_claim(claim, base, new) for claim in claims.claims),
         versions(base, new),
-        notes,
+        () if with_notebooks else ("notebooks are not compared: one side has none",),
     )
-
-
-def _without_notebooks(found: dict[str, Path]) -> dict[str, Path]:
-    return {name: path for name, path in found.items() if not name.startswith(f"{NOTEBOOKS.as_posix()}/")}

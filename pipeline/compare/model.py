@@ -103,6 +103,9 @@ class Status(Enum):
     EXTRA = "extra"
 
 
+FINE = frozenset({Status.IDENTICAL, Status.WITHIN})
+
+
 @dataclass(frozen=True)
 class Difference:
     """Two different values at one place, and the rule that judges them."""
@@ -146,7 +149,7 @@ def is_finite(value: object) -> TypeGuard[int | float]:
 class Row:
     """The outcome for one artifact, or for one topic and field of a log.
 
-    `worst` holds the largest differences, as multiples of their tolerances, in falling order. `compared` counts the
+    `worst` is the largest difference, as a multiple of its tolerance, if there is one. `compared` counts the
     values that were looked at (0 where the bytes agree), `differing` the differences, `beyond` those beyond tolerance.
     """
 
@@ -154,7 +157,7 @@ class Row:
     topic: str
     field: str
     status: Status
-    worst: tuple[Difference, ...] = ()
+    worst: Difference | None = None
     compared: int = 0
     differing: int = 0
     beyond: int = 0
@@ -217,5 +220,4 @@ class Comparison:
     @property
     def within(self) -> bool:
         """Whether all artifacts are there and within tolerance, and all claims hold in `new`."""
-        good = {Status.IDENTICAL, Status.WITHIN}
-        return all(row.status in good for row in self.rows) and all(claim.new.holds for claim in self.claims)
+        return all(row.status in FINE for row in self.rows) and all(claim.new.holds for claim in self.claims)

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch
@@ -83,7 +82,6 @@ def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
 
 _STEP: Final = r"iteration $\bar{k}$ [steps]"
 _LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}
-_ZOOMED: Final = 11
 _EVERY: Final = 5  # iterations from one marker of a published curve to the next
 
 
@@ -127,18 +125,11 @@ def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
     """Draw m̄ and the `margin` of the prior mean in X; the state test holds if m̄ is smaller than this margin."""
     axes.plot(trace.k_bar, trace.mean_bound, color=BLUE)
     axes.set_ylabel(r"bound $\bar{m}$ on $|m^+ - m|$ [–]")
-    axes.set_ylim(bottom=0)
-    _mark(axes, trace, np.isfinite(trace.mean_bound), r"$\zeta$-test", "right", (0, 1))
-    _mark(axes, trace, trace.keeps_states > 0, "state test", "right", (0, 0.3))
-    zoom = axes.inset_axes((0.56, 0.42, 0.44, 0.58))
-    last = trace.k_bar[-_ZOOMED:]
-    zoom.plot(last, trace.mean_bound[-_ZOOMED:], color=BLUE, marker="o", markersize=2)
-    zoom.axhline(margin, **_LIMIT)
-    zoom.tick_params(labelsize=6)
-    zoom.xaxis.set_major_locator(MaxNLocator(3, integer=True))
-    zoom.set_xlim(last[0] - 0.5, last[-1] + 0.5)
-    zoom.set_ylim(bottom=0)
-    direct_label(zoom, last[0], 0.95 * margin, r"room in $\mathcal{X}$", va="top")
+    axes.set_yscale("log")
+    axes.axhline(margin, **_LIMIT)
+    direct_label(axes, trace.k_bar[0], margin, r"room in $\mathcal{X}$", va="bottom")
+    _mark(axes, trace, np.isfinite(trace.mean_bound), r"$\zeta$-test", "right", (0.1, 1))
+    _mark(axes, trace, trace.keeps_states > 0, "state test", "right", (0.1, 1))
 
 
 def _derivative_bound(axes: Axes, trace: Trace) -> None:
@@ -175,10 +166,7 @@ def _mark(
 
 # Contours of l − min l, each about three times the one before.
 _LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
-_LABEL: Final = 0.07
-"""Room that the label of a contour needs to all sides, as a part of the panel."""
-_NAME: Final = np.array([[0.05, 0.0], [0.1, 0.0], [0.15, 0.0], [0.2, 0.0]])
-"""How far the name of an iteration reaches to the left, as parts of the panel."""
+_WIDE: Final = 0.3  # of the width of the panel
 _KEYS: Final = (
     Line2D([], [], color=INK, marker=".", markersize=4, linewidth=0.8, label="iterations of Algorithm 1"),
     Patch(facecolor=FAINT, edgecolor=INK, linewidth=1.6, label="all constraints hold"),
@@ -206,8 +194,8 @@ def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str
     for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
         axes.set(xscale="log", yscale="log", xlim=panel.theta1[[0, -1]], ylim=panel.theta2[[0, -1]])
         axes.plot(*path, color=INK, marker=".", markersize=4, linewidth=0.8, zorder=4)
-        optima = _optima(axes, references, names)
-        _label_contours(axes, _contours(axes, panel, lowest), np.vstack([path.T, optima]))
+        _optima(axes, references, names)
+        _contours(axes, panel, lowest)
         axes.set(xlabel=SYMBOLS.get(names[0], names[0]), ylabel=SYMBOLS.get(names[1], names[1]))
         for axis, values in ((axes.xaxis, panel.theta1), (axes.yaxis, panel.theta2)):
             axis.set_major_locator(LogLocator(subs=(1, 2, 5)) if values[-1] > 5 * values[0] else MaxNLocator(5))
@@ -218,44 +206,27 @@ def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str
     return figure
 
 
-def _contours(axes: Axes, panel: Landscape, lowest: float) -> QuadContourSet:
-    """Draw contours of l above its lowest value, which are returned, and the feasible set shaded with its boundary."""
+def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
+    """Draw contours of l above its lowest value, the wide ones labelled, and the feasible set shaded with its boundary.
+
+    Labels of narrow ones would lie on what is marked in them.
+    """
     grid = panel.theta1, panel.theta2
     axes.contourf(*grid, panel.margin, levels=[0, np.inf], colors=[FAINT], zorder=1)
     axes.contour(*grid, panel.margin, levels=[0], colors=[INK], linewidths=1.6, zorder=3)
-    return axes.contour(*grid, panel.objective - lowest, levels=_LEVELS, colors=[GREY], linewidths=0.6, zorder=2)
+    lines = axes.contour(*grid, panel.objective - lowest, levels=_LEVELS, colors=[GREY], linewidths=0.6, zorder=2)
+    least = _WIDE * np.log(panel.theta1[-1] / panel.theta1[0])
+    along = [np.log(np.asarray(path.vertices)[:, 0]) for path in lines.get_paths()]
+    wide = [level for level, x in zip(lines.levels, along, strict=True) if x.size and np.ptp(x) > least]
+    axes.clabel(lines, wide, fontsize=6, fmt="%g")
 
 
-def _label_contours(axes: Axes, lines: QuadContourSet, points: Array) -> None:
-    """Label each contour where it is farthest from the frame, from the `points` (m, 2), and from other labels.
-
-    The first of the points has its name on its left.
-    """
-    to_panel = axes.transData - axes.transAxes
-    on_panel = np.asarray(to_panel.transform(points))
-    taken, places = np.vstack([on_panel, on_panel[0] - _NAME]), []
-    for level in lines.get_paths():
-        vertices = np.asarray(level.vertices)
-        if vertices.size:
-            along = np.asarray(to_panel.transform(vertices))
-            to_frame = np.min(np.minimum(along, 1 - along), axis=1)
-            room = np.minimum(to_frame, np.min(np.linalg.norm(along[:, None] - taken, axis=2), axis=1))
-            roomiest = int(np.argmax(room))
-            if room[roomiest] > _LABEL:
-                places.append(vertices[roomiest])
-                taken = np.vstack([taken, along[roomiest]])
-    axes.clabel(lines, fontsize=6, fmt="%g", manual=places)
-
-
-def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> Array:
-    """Mark the optimum of each reference, and return all of them, (r, 2)."""
-    optima = []
+def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
+    """Mark the optimum of each reference."""
     for (name, style), marker in zip(reference_styles(references).items(), cycle(_OPTIMUM_MARKERS)):
         theta = references[name].kernel_sums[0].kernel.hyperparameters
-        label = f"optimum, {style['label']}"
-        optima.append([float(theta[n]) for n in names])
-        axes.plot(*optima[-1], linestyle="none", color=style["color"], zorder=5, label=label, **marker)
-    return np.array(optima)
+        at = [float(theta[n]) for n in names]
+        axes.plot(*at, linestyle="none", color=style["color"], zorder=5, label=f"optimum, {style['label']}", **marker)
 
 
 def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from pipeline.drawings.references import label_plane
 from pipeline.drawings.style import (
@@ -14,9 +15,7 @@ from pipeline.drawings.style import (
     INITIAL_STATE_STYLES,
     direct_label,
     draw_coordinate,
-    fit_limits,
     shade_no_plan,
-    stacked_panels,
     step_label,
 )
 from pipeline.loops.trajectory import ON, Course
@@ -59,26 +58,48 @@ def closed_loop(
 
     Steps are shaded where no initial state leaves the controller with a plan.
     """
-    names = coordinates(plant)
-    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
-    panels = figure.subplots(len(names), len(loops), sharex=True, sharey="row", squeeze=False)
+    figure, panels = _over_steps(loops, plant, (0, last_step), INITIAL_STATE_STYLES, units)
     for column, (label, by_state) in zip(panels.T, loops.items(), strict=True):
         column[0].set_title(f"{label} reference")
-        column[-1].set_xlabel(step_label(plant.sampling_time))
-        for name, axes in zip(names, column, strict=True):
-            for initial_state, course in by_state.items():
-                draw_coordinate(axes, course.until(last_step), name, plant, INITIAL_STATE_STYLES[initial_state])
+        for axes in column:
             _shade_where_none_has_a_plan(axes, by_state, last_step, named=axes is column[0])
-    for name, row in zip(names, panels, strict=True):
-        row[0].set_ylabel(axis_label(name, units))
-        values = [course.until(last_step)[name] for by_state in loops.values() for course in by_state.values()]
-        fit_limits(row[0], bounds_of(plant).get(name), np.concatenate(values))
-        for axes in row[1:]:
-            shade_outside(axes, bounds_of(plant).get(name))
-    panels[0, 0].set_xlim(0, last_step)
-    figure.align_ylabels(panels[:, 0])
     legend_above(figure)
     return figure
+
+
+def _over_steps(
+    loops: Mapping[str, ByInitialState],
+    plant: ConstrainedSystem,
+    shown: tuple[float, float],
+    styles: Mapping[str, dict[str, Any]],
+    units: Units,
+    zoomed: bool = False,
+) -> tuple[Figure, NDArray[Any]]:
+    """Draw states and inputs with their bounds and references over the steps that are `shown`, the first and the last.
+
+    There is a row for each coordinate, and a column for each label of the loops, which are drawn in `styles` by name.
+    Panels show all that is between the bounds, or, where they are `zoomed`, what loops and references take of it.
+    """
+    names, bounds = coordinates(plant), bounds_of(plant)
+    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
+    panels = figure.subplots(len(names), len(loops), sharex=True, sharey="row", squeeze=False)
+    parts = [{name: of.until(int(shown[1])) for name, of in by_name.items()} for by_name in loops.values()]
+    for name, row in zip(names, panels, strict=True):
+        row[0].set_ylabel(axis_label(name, units))
+        for axes, by_name in zip(row, parts, strict=True):
+            for loop, course in by_name.items():
+                draw_coordinate(axes, course, name, plant, styles[loop])
+        curves = (name, f"{name}_reference") if zoomed else (name,)
+        every = [of for by_name in parts for of in by_name.values()]
+        seen = np.concatenate([of[curve][of.steps >= shown[0]] for of in every for curve in curves])
+        whole = None if zoomed else bounds.get(name)
+        pad_limits(row[0], whole or Interval(float(np.nanmin(seen)), float(np.nanmax(seen))))
+        for axes in row:
+            shade_outside(axes, bounds.get(name))
+    for axes in panels[-1]:
+        axes.set(xlabel=step_label(plant.sampling_time), xlim=shown)
+    figure.align_ylabels(panels[:, 0])
+    return figure, panels
 
 
 @with_style
@@ -128,19 +149,14 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
 
     Steps at which there is no plan are shaded.
     """
-    names, first = coordinates(plant), float(course.infeasible[0])
-    begin, end = max(0.0, first - horizon), first + 3 * horizon
-    figure, panels = stacked_panels(len(names), 0.8, 1.35)
-    part = course.until(int(end))
-    for axes, name in zip(panels, names, strict=True):
-        axes.set_ylabel(axis_label(name, units))
-        draw_coordinate(axes, part, name, plant, CLOSED_LOOP)
-        shade_no_plan(axes, part.infeasible)
-        shown = np.concatenate([part[of][part.steps >= begin] for of in (name, f"{name}_reference")])
-        pad_limits(axes, Interval(float(np.nanmin(shown)), float(np.nanmax(shown))))
-        shade_outside(axes, bounds_of(plant).get(name))
-        axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
-        axes.axvline(first + horizon, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
+    first = float(course.infeasible[0])
+    shown = max(0.0, first - horizon), min(first + 3 * horizon, float(course.steps[-1]))
+    figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units, zoomed=True)
+    panels = panels[:, 0]
+    for axes in panels:
+        shade_no_plan(axes, course.until(int(shown[1])).infeasible)
+        for step in (first, first + horizon):
+            axes.axvline(step, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
     panels[0].annotate(
         "", (first, 1.04), (first + horizon, 1.04), xycoords=panels[0].get_xaxis_transform(),
         arrowprops={"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}, annotation_clip=False,
@@ -148,33 +164,22 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
     label = f" from step {first:.0f} no plan reaches step {first + horizon:.0f}"
     where = panels[0].get_xaxis_transform()
     direct_label(panels[0], first + horizon, 1.04, label, transform=where, va="center", clip_on=False)
-    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(begin, min(end, part.steps[-1])))
-    figure.align_ylabels(panels)
     legend_above(figure)
     return figure
 
 
 @with_style
-def relearned(
-    course: Course,
-    updates: Course,
-    plant: ConstrainedSystem,
-    units: Units = UNKNOWN_UNITS,
-) -> Figure:
+def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS) -> Figure:
     """Draw a loop whose reference is learned again, and mark each update as `taken` (1 or 0) or not."""
-    names = coordinates(plant)
-    figure, panels = stacked_panels(len(names), 0.8, 1.35)
-    for axes, name in zip(panels, names, strict=True):
-        axes.set_ylabel(axis_label(name, units))
-        draw_coordinate(axes, course, name, plant, CLOSED_LOOP)
-        fit_limits(axes, bounds_of(plant).get(name), course[name])
+    shown = 0.0, float(course.steps[-1])
+    figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units)
+    for axes in panels[:, 0]:
+        where = axes.get_xaxis_transform()
         for taken, style in _UPDATES.items():
             steps = updates.steps[updates["taken"] == taken]
             if steps.size:
-                axes.plot(steps, np.full(steps.size, 1.0), transform=axes.get_xaxis_transform(), **style)
-                axes.vlines(steps, 0, 1, transform=axes.get_xaxis_transform(), colors=GREY, linewidths=0.6, zorder=2)
-    panels[-1].set(xlabel=step_label(plant.sampling_time), xlim=(0, course.steps[-1]))
-    figure.align_ylabels(panels)
+                axes.plot(steps, np.full(steps.size, 1.0), transform=where, **style)
+                axes.vlines(steps, 0, 1, transform=where, colors=GREY, linewidths=0.6, zorder=2)
     legend_above(figure)
     return figure
 
@@ -208,7 +213,7 @@ def feasible_intervals(
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=axis_label(name, units), xlim=(0, last))
-    _legend(figure, axes)
+    legend_above(figure, columns=6)
     return figure
 
 
@@ -233,22 +238,13 @@ def feasible_polygons(
     (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
     axes.set(xlabel=axis_label(states[0], units), ylabel=axis_label(states[1], units))
     axes.set(xlim=(left, right), ylim=(bottom, top))
-    _legend(figure, axes, 3)
+    legend_above(figure, columns=3)
     return figure
 
 
 def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
     ordered = sorted(feasible.items())
     return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
-
-
-def _legend(figure: Figure, axes: Axes, columns: int = 6) -> None:
-    """Write a legend of the horizons, the shortest first, and then of the rest."""
-    handles, labels = axes.get_legend_handles_labels()
-    horizons = sum(label.startswith("$N$") for label in labels)
-    order = [*range(horizons)[::-1], *range(horizons, len(labels))]
-    found = {labels[i]: handles[i] for i in order}
-    figure.legend(found.values(), found, loc="outside upper center", ncols=min(columns, len(found)))
 
 
 _EVERY: Final = 5
@@ -335,9 +331,9 @@ def tube_runs(
             axes.plot(runs.steps, around, **_REFERENCE, **style)
         for r, run in enumerate(single):
             right.plot(runs.steps, run[name] - reference, **_SINGLE, **style, label="" if r else "single runs")
-        _limit(left, np.concatenate([reference - below[i], reference + above[i]]), 0.06)
+        pad_limits(left, Interval(float(np.nanmin(reference - below[i])), float(np.nanmax(reference + above[i]))))
         shade_outside(left, bounds.get(name))
-        _limit(right, np.array([-below[i], above[i]]), 0.25)
+        pad_limits(right, Interval(-below[i], above[i]))
         _shade_beyond(right, runs.steps, reference, bounds.get(name))
         left.set_ylabel(axis_label(name, units))
     panels[0, 1].set_title("minus the reference")
@@ -409,12 +405,6 @@ def price_of_room(
         axes.set_ylim(0)
     legend_above(figure)
     return figure
-
-
-def _limit(axes: Axes, values: Array, padding: float) -> None:
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    by = padding * (high - low or 1.0)
-    axes.set_ylim(low - by, high + by)
 
 
 def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval | None) -> None:

@@ -23,12 +23,32 @@ from pipeline.drawings.style import (
 )
 from pipeline.storage.archive import Conservatism
 from trackably.arrays import Array
-from trackably.exports.figures import COLUMN, FAINT, INK, PAGE, PALE, SAMPLE, legend_above, reference_styles, with_style
+from trackably.exports.figures import (
+    COLUMN,
+    FAINT,
+    INK,
+    PAGE,
+    PALE,
+    SAMPLE,
+    legend_above,
+    pad_limits,
+    reference_styles,
+    with_style,
+)
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference
 
 _MARKERS: Final = 16
 """Number of markers of a published curve in a panel, approximately."""
+
+
+@dataclass(frozen=True)
+class Closer:
+    """The steps that a second panel shows, first and last, and its title."""
+
+    title: str
+    first: float
+    last: float
 
 
 @with_style
@@ -37,6 +57,7 @@ def prediction(
     references: Mapping[str, Reference],
     tube_of: str,
     steps: Array,
+    closer: Closer | None,
     *,
     true_reference: Array | None = None,
     published: Mapping[str, Array] | None = None,
@@ -44,16 +65,22 @@ def prediction(
 ) -> Figure:
     """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the one `tube_of` names.
 
-    A second panel shows where a reference leaves X, if one does for a short time. `true_reference` is the signal that
-    is sampled, at `steps`; `final_step` k̄ is the last constrained step. `published` are curves over the steps `k`: the
-    means, and the ends of the tube at k + 1, in reach from step k.
+    Dots mark steps that need an inadmissible input; a second panel looks `closer`. `true_reference` is the signal that
+    is sampled, at `steps`. `final_step` k̄ is the last constrained step; where there is none, both bounds of the state
+    are shown. `published` are curves over the steps `k`: the means, and the ends of the tube at k + 1, in reach from
+    step k.
     """
     figure = Figure(figsize=(PAGE, 3.3))
-    windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1])), *_excursion(references.values(), steps)]
+    windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1]))]
+    windows += [(closer.first, closer.last)] if closer else []
     panels = figure.subplots(1, len(windows), squeeze=False, width_ratios=[1.8, 1][: len(windows)])[0]
     plant = references[tube_of].plant
     for axes, (first, last) in zip(panels, windows, strict=True):
-        _curves(axes, references, steps, true_reference)
+        for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
+            axes.plot(steps, state_at_steps(reference, steps), **style)
+            _mark_inadmissible(axes, reference, steps, style["color"])
+        if true_reference is not None:
+            axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
         draw_tube(axes, references[tube_of], steps)
         axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
         if published:
@@ -61,29 +88,35 @@ def prediction(
         if final_step is not None:
             axes.axvline(final_step, color=INK, linewidth=0.8, linestyle=":", zorder=2)
         axes.set(xlabel=step_label(plant.sampling_time), xlim=(first, last))
-        if axes is not panels[0]:
-            axes.set_ylim(_state_range(references.values(), steps[(steps >= first) & (steps <= last)]))
-            axes.set_title(r"where a reference leaves $\mathcal{X}$")
-            bottom, top = axes.get_ylim()
-            panels[0].indicate_inset((first, bottom, last - first, top - bottom), edgecolor=INK, linewidth=0.6, alpha=1)
+        if axes is panels[0] and final_step is None:
+            pad_limits(axes, state_interval(references[tube_of]))
         state_bounds(axes, state_interval(references[tube_of]), side="right" if axes is panels[0] else None)
     panels[0].set_ylabel(r"state $x$ [–]")
+    if closer:
+        shown = steps[(steps >= closer.first) & (steps <= closer.last)]
+        x = np.array([state_at_steps(reference, shown) for reference in references.values()])
+        bottom, top = x.min() - 0.15 * np.ptp(x), x.max() + 0.15 * np.ptp(x)
+        panels[1].set(ylim=(bottom, top), title=closer.title)
+        rectangle = (closer.first, bottom, closer.last - closer.first, top - bottom)
+        panels[0].indicate_inset(rectangle, edgecolor=INK, linewidth=0.6, alpha=1, zorder=4)
     if final_step is not None:
         label = rf" $\bar{{k}}$ = {final_step}"
         direct_label(panels[0], final_step, panels[0].get_ylim()[0], label, va="bottom")
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(4, ceil(len(labels) / 2)))
+    found = dict(zip(labels, handles, strict=True))
+    figure.legend(found.values(), found, loc="outside upper center", ncols=min(4, ceil(len(found) / 2)))
     return figure
 
 
-def _excursion(references: Iterable[Reference], steps: Array) -> list[tuple[float, float]]:
-    """Return the steps between which a reference is outside X, and a few around; none where that is never or often."""
+def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
+    """Return the steps between which a reference is outside X, and a few around; None where that is never or often."""
     outside = [state_interval(r).margin(state_at_steps(r, steps)) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
     if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:
-        return []
+        return None
     around = 2 + np.ptp(leaving) / 4
-    return [(float(max(steps[0], leaving[0] - around)), float(min(steps[-1], leaving[-1] + around)))]
+    first, last = max(steps[0], leaving[0] - around), min(steps[-1], leaving[-1] + around)
+    return Closer(r"where a reference leaves $\mathcal{X}$", float(first), float(last))
 
 
 def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
@@ -95,13 +128,6 @@ def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
     axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, edgecolor="none", label=label)
 
 
-def _curves(axes: Axes, references: Mapping[str, Reference], steps: Array, true_reference: Array | None) -> None:
-    for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
-        axes.plot(steps, state_at_steps(reference, steps), **style)
-    if true_reference is not None:
-        axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
-
-
 def _published(axes: Axes, published: Mapping[str, Array], every: int) -> None:
     shown = {name: values[every // 2 :: every] for name, values in published.items()}
     for label, marker in (("unconstrained", "s"), ("constrained", "o")):
@@ -109,12 +135,6 @@ def _published(axes: Axes, published: Mapping[str, Array], every: int) -> None:
     style: dict[str, Any] = {"color": INK, "markersize": 4, "markeredgewidth": 0.7}
     axes.plot(shown["k"] + 1, shown["successor_lower"], "_", **style, label="published, tube")
     axes.plot(shown["k"] + 1, shown["successor_upper"], "_", **style)
-
-
-def _state_range(references: Iterable[Reference], steps: Array) -> tuple[float, float]:
-    x = np.array([state_at_steps(r, steps) for r in references])
-    around = 0.15 * float(np.ptp(x))
-    return float(x.min()) - around, float(x.max()) + around
 
 
 _SHADE: Final[dict[str, Any]] = {"facecolor": FAINT, "edgecolor": "none", "zorder": 0}
@@ -133,50 +153,6 @@ class GrowthIntervals:
     edges: Array
     lower: Array
     upper: Array
-
-
-@with_style
-def periodic_prediction(
-    samples: Samples,
-    references: Mapping[str, Reference],
-    tube_of: str,
-    steps: Array,
-    first_steps: int,
-    true_reference: Array | None = None,
-) -> Figure:
-    """Draw scalar references by their labels at `steps`, and the reachable tube of the one `tube_of` names.
-
-    Dots mark steps that need an inadmissible input. A second panel shows the first `first_steps` steps.
-    `true_reference` is the signal that is sampled, at `steps`.
-    """
-    figure = Figure(figsize=(PAGE, 3.3))
-    panels = figure.subplots(1, 2, width_ratios=[1.8, 1])
-    plant = references[tube_of].plant
-    styles, state_set = reference_styles(references), state_interval(references[tube_of])
-    for axes, last in zip(panels, (steps[-1], first_steps), strict=True):
-        shown = steps[steps <= last]
-        draw_tube(axes, references[tube_of], shown)
-        if true_reference is not None:
-            axes.plot(shown, true_reference[: len(shown)], color=INK, linewidth=0.8, zorder=2.9, label="true reference")
-        for name, reference in references.items():
-            axes.plot(shown, state_at_steps(reference, shown), **styles[name])
-        for name, reference in references.items():
-            _mark_inadmissible(axes, reference, shown, styles[name]["color"])
-        inside = samples.times <= last * plant.sampling_time * (1 + 1e-9)
-        axes.plot(samples.times[inside] / plant.sampling_time, samples.values[inside], **SAMPLE)
-        axes.set(xlabel=step_label(plant.sampling_time), xlim=(-0.01 * last, last))
-    whole, beginning = panels
-    reach = 1.12 * max(abs(state_set.lower), abs(state_set.upper))
-    whole.set_ylim(min(-reach, whole.get_ylim()[0]), max(reach, whole.get_ylim()[1]))
-    state_bounds(whole, state_set)
-    whole.set_ylabel(r"state $x$ [–]")
-    beginning.set_title(f"the first {first_steps} steps")
-    bottom, top = beginning.get_ylim()
-    window = (0, bottom, first_steps, top - bottom)
-    whole.indicate_inset(window, edgecolor=INK, linewidth=0.6, alpha=1, zorder=4)
-    handles, labels = whole.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4)
-    return figure
 
 
 def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: str) -> None:

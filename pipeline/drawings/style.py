@@ -19,8 +19,6 @@ from trackably.exports.figures import (
     ORANGE,
     PAGE,
     PALE,
-    pad_limits,
-    shade_outside,
     svg,
 )
 from trackably.files import write_atomically
@@ -107,12 +105,6 @@ def shade_no_plan(axes: Axes, steps: Array) -> None:
     breaks = np.flatnonzero(np.diff(steps) > 1) + 1
     for first, end in pairwise([0, *breaks.tolist(), len(steps)]):
         axes.axvspan(steps[first], steps[end - 1] + 1, **_NO_PLAN)
-
-
-def fit_limits(axes: Axes, bounds: Interval | None, values: Array) -> None:
-    """Let the panel show the bounds, or all `values` where there are none; shade what is outside the bounds."""
-    pad_limits(axes, bounds or Interval(float(np.nanmin(values)), float(np.nanmax(values))))
-    shade_outside(axes, bounds)
 
 
 def state_at_steps(reference: Reference, steps: Array) -> Array:

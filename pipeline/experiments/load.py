@@ -56,8 +56,8 @@ _NEAR = 1e-6  # relative: sampled systems and tightened bounds are rounded in ot
 def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
     """Read references that were learned for this system, within these bounds.
 
-    Raises InputError where the fit stage has not run, or not since the experiment has another system or other sets, and
-    LogError for a damaged log.
+    Raises InputError where the fit stage has not run, or not since the experiment has another system or other sets, or
+    for a damaged log.
     """
     fitted = read_fit(results)
     for method, learned in fitted.learned.items():

@@ -3,18 +3,11 @@
 import math
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    ModelWrapValidatorHandler,
-    ValidationError,
-    create_model,
-    model_validator,
-)
+from pydantic import BeforeValidator, Field, model_validator
 
 from pipeline.experiments.fields import (
     MOST_STEPS,
@@ -38,7 +31,7 @@ from pipeline.experiments.plants import Disturbance, ModelField, SetField, Truth
 from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
-from pipeline.yaml_file import Fields, raise_all
+from pipeline.yaml_file import Fields
 from trackably.certificates.claim import refusal
 from trackably.certificates.goal import Goal, goal_for
 from trackably.checker.certificate import AllPhases, Window
@@ -170,19 +163,20 @@ class Experiment(Fields):
     study: StudyFields | None = None
     published: Published = Published()
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _consistent(cls, written: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
-        """Refuse fields that do not fit each other; where some are wrong by themselves, say of the others too."""
-        try:
-            found = validate(written)
-        except ValidationError as error:
-            told = error.errors()
-            right = _right_fields(cls, written, {each["loc"][0] for each in told if each["loc"]})
-            raise_all(error.title, told, _mistakes(right, unknown=AttributeError))
-        if mistakes := _mistakes(found):
-            raise ValueError("; ".join(mistakes))
-        return found
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        """Refuse fields that do not fit each other: say of each check what is wrong, every sentence once."""
+        said: dict[str, None] = {}
+        for check in _CHECKS:
+            try:
+                said |= dict.fromkeys(check(self))
+            except (TypeError, ValueError) as error:
+                said[str(error)] = None
+            except OverflowError as error:
+                said[f"a number is too large to compute with: {error}"] = None
+        if said:
+            raise ValueError("; ".join(said))
+        return self
 
     def _mistakes_of_names(self) -> Iterator[str]:
         if self.samples.keys() != self.prior.keys():
@@ -379,33 +373,6 @@ _CHECKS = (
     Experiment._mistakes_of_the_study,
 )
 """What yields one sentence for each field that does not fit the others, or raises what the mathematics refuses."""
-
-
-def _mistakes(experiment: Experiment, unknown: type[Exception] | tuple[()] = ()) -> list[str]:
-    """Return what the checks say, each sentence once; a check raises `unknown` where a field that it needs is wrong."""
-    said: dict[str, None] = {}
-    for check in _CHECKS:
-        try:
-            for mistake in check(experiment):
-                said[mistake] = None
-        except unknown:
-            continue
-        except (TypeError, ValueError) as error:
-            said[str(error)] = None
-        except OverflowError as error:
-            said[f"a number is too large to compute with: {error}"] = None
-    return [*said]
-
-
-def _right_fields(model: type[Experiment], written: Any, wrong: Set[Any]) -> Experiment:
-    """Return an experiment of those fields alone that are right by themselves, or left out with a default."""
-    given = {name: written[name] for name in model.model_fields if name in written and name not in wrong}
-    fields: Any = {name: (model.model_fields[name].rebuild_annotation(), ...) for name in given}
-    found = create_model("RightFields", __base__=Fields, **fields).model_validate(given)
-    right = model.model_construct(**{name: getattr(found, name) for name in given})
-    for name in wrong & right.__dict__.keys():
-        del right.__dict__[name]
-    return right
 
 
 def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> Experiment:

@@ -176,7 +176,7 @@ def write_loops(results: Results, plant: ConstrainedSystem, courses: Courses, me
 
 
 def read_loops(results: Results, plant: ConstrainedSystem) -> Courses:
-    """Read what `write_loops` wrote. Raises InputError where the stage has not run, and LogError for a damaged log."""
+    """Read what `write_loops` wrote. Raises InputError where the stage has not run, or for a damaged log."""
     series = read_stage(results, STAGE).series
     return {of.topic: Course(np.round(of.times / plant.sampling_time), of.fields) for of in series}
 

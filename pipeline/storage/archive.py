@@ -1,4 +1,4 @@
-"""What the generate stage writes: samples to learn from, and samples held out to compare with."""
+"""What stages write for later ones, and read: samples, references with their studies, and margins, each as a log."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
 from pipeline.published.algorithm1 import Trace
 from pipeline.published.scalar import is_scalar, reachable_tube
-from pipeline.storage.logs import Documents, Log, LogError, Series, read_log, write_log
+from pipeline.storage.logs import Documents, Log, Series, read_log, write_log
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
@@ -144,7 +144,7 @@ def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple
 
 
 def read_samples(results: Results) -> Sampled:
-    """Read the samples. Raises InputError where the generate stage has not run, and LogError for a damaged log."""
+    """Read the samples. Raises InputError where the generate stage has not run, or for a damaged log."""
     return loads(Sampled, read_stage(results, "samples").attachments[_SAMPLES])
 
 
@@ -175,7 +175,7 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
 
 
 def read_fit(results: Results) -> Fitted:
-    """Read what `write_fit` wrote. Raises InputError where the stage has not run, and LogError for a damaged log."""
+    """Read what `write_fit` wrote. Raises InputError where the stage has not run, or for a damaged log."""
     log = read_stage(results, "fit")
     attachments = dict(log.attachments)
     sampled = loads(Sampled, attachments.pop(_SAMPLES))
@@ -290,7 +290,7 @@ def write_stage(
 def read_stage(results: Results, stage: str) -> Log:
     """Read the log of a stage.
 
-    Raises InputError where the stage has not run, and LogError where the log is damaged or of another stage.
+    Raises InputError where the stage has not run, or where the log is damaged or of another stage.
     """
     path = results.log(stage)
     if not path.exists():
@@ -298,5 +298,5 @@ def read_stage(results: Results, stage: str) -> Log:
         raise InputError(f"{path}: not there yet; `{command}` writes it, and `dvc repro` runs every stage")
     log = read_log(path)
     if log.metadata.get("experiment", {}).get("written_by") != stage:
-        raise LogError(f"{path}: was not written as the {stage} log")
+        raise InputError(f"{path}: was not written as the {stage} log")
     return log

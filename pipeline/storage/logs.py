@@ -6,23 +6,21 @@ objects of numbers with a JSON schema, so that any MCAP viewer can plot them."""
 import json
 import math
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
-from zstandard import ZstdError, frame_content_size
 
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.errors import InputError
-from trackably.files import from_json, write_atomically
+from trackably.files import from_json, read_bytes, write_atomically
+from trackably.recordings.mcap_file import records_in
 
 KNOWN = "foxglove."
 """What the names of such schemas begin with."""
@@ -153,17 +151,17 @@ def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
         yield round(row[0] * 1e9), _COMPACT.encode(content).encode()
 
 
-def decode(data: bytes) -> Log:
-    """Return the log in the bytes of a file, which is what it seems to be if encoding it gives the same bytes.
+def decode(records: Iterable[McapRecord]) -> Log:
+    """Return the log that the records of a file hold, if encoding it gives the same bytes.
 
-    Raises `DAMAGES`.
+    Raises ValueError, LookupError, TypeError or AttributeError where they hold none.
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
     messages: dict[int, list[Message]] = {}
     metadata: dict[str, dict[str, str]] = {}
     attachments: dict[str, bytes] = {}
-    for record in _records(data):
+    for record in records:
         match record:
             case Header() if record.library != LIBRARY:
                 raise ValueError(f"its writer calls itself {record.library!r}, not {LIBRARY!r}")
@@ -206,60 +204,32 @@ def _series(topic: str, properties: Mapping[str, Any], rows: list[dict[str, Any]
     return Series(topic, columns.pop(TIME), columns, units)
 
 
-def _records(data: bytes) -> Iterator[McapRecord]:
-    """Yield all records in the order of the file, and check the library's checksums."""
-    for record in StreamReader(BytesIO(data), emit_chunks=True, validate_crcs=True).records:
-        if not isinstance(record, Chunk):
-            yield record
-            continue
-        if record.compression != "zstd":
-            raise ValueError(f"a chunk is compressed with {record.compression!r}, and this project uses zstd")
-        if frame_content_size(record.data) != record.uncompressed_size:
-            raise ValueError("a chunk has another size than it says")  # before memory is taken for it
-        yield from breakup_chunk(record, validate_crc=True)
-
-
-_NO_LOG = (LookupError, TypeError, AttributeError)
-DAMAGES = (McapError, ZstdError, struct.error, ValueError, OverflowError, *_NO_LOG)
-"""What reading raises for a file that is no log, or is damaged."""
-
-
-class LogError(Exception):
-    """A file is not a log of this project, or is damaged."""
-
-
 def write_log(path: Path, log: Log) -> None:
     """Write a log, the whole file or nothing; equal logs give equal bytes."""
     write_atomically(path, encode(log))
 
 
 def read_log(path: Path) -> Log:
-    """Read a log, every float64 as it was written. Raises OSError where the file cannot be read, and LogError.
+    """Read a log, every float64 as it was written. Raises InputError where it is damaged, or no log of this project.
 
     Checksums cover only parts of an MCAP file: nobody would see damage of an index or a header. So what was read is
-    written again, and the bytes are compared. One bit that differs is a LogError that names the file. Files of another
+    written again, and the bytes are compared. One bit that differs is an error that names the file. Files of another
     program, or of a release of the MCAP library or the compressor with another output, are refused likewise: they may
     be sound, but this pipeline did not write them.
     """
-    data = path.read_bytes()
+    data = read_bytes(path)
     try:
-        log = decode(data)
+        log = decode(records_in(path))
         again = encode(log)
-    except DAMAGES as error:
-        raise LogError(f"{path}: not a log of this project, or damaged: {_reason(error)}") from error
+    except (LookupError, TypeError, AttributeError) as error:
+        raise InputError(f"{path}: its messages are not what this project writes") from error
+    except (ValueError, OverflowError, struct.error) as error:
+        raise InputError(f"{path}: not a log of this project: {error}") from error
     if again != data:
         pairs = enumerate(zip(again, data, strict=False))
         at = next((i for i, (expected, found) in pairs if expected != found), min(len(again), len(data)))
-        raise LogError(f"{path}: damaged, or written by another program: byte {at} is not what its content gives")
+        raise InputError(f"{path}: damaged, or written by another program: byte {at} is not what its content gives")
     return log
-
-
-def _reason(error: Exception) -> str:
-    if isinstance(error, EndOfFile | struct.error):
-        return "it ends in the middle of a record"
-    if isinstance(error, _NO_LOG):
-        return "its messages are not what this project writes"
-    return str(error) or type(error).__name__
 
 
 @dataclass(frozen=True)
@@ -281,7 +251,7 @@ def logs_of(results: Results) -> tuple[Path, ...]:
 
 
 def topics_of(results: Results) -> dict[str, Topic]:
-    """Return the topics of all logs of an experiment by name. Raises InputError and LogError."""
+    """Return the topics of all logs of an experiment by name. Raises InputError."""
     return {topic.name: topic for path in logs_of(results) for topic in _topics(read_log(path))}
 
 

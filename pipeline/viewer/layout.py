@@ -5,9 +5,9 @@ these names, in which each node says in which direction its two children lie bes
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, cycle
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -195,12 +195,26 @@ class Topics:
 
 
 def lines_of(topics: Mapping[str, Topic], field: str) -> list[Line]:
-    """Return one line for each topic that has the field, in colours by the topics' order."""
+    """Return one line for each topic that has the field, in colours by the first part of the topics' names."""
+    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in topics), cycle(COLORS), strict=False))
     return [
-        Line(topic.name, field, _spoken(name), color)
-        for (name, topic), color in zip(topics.items(), cycle(COLORS), strict=False)
+        Line(topic.name, field, _spoken(name) or field, colors[name.partition("/")[0]])
+        for name, topic in topics.items()
         if field in topic.fields
     ]
+
+
+def by_field(plant: ConstrainedSystem, topics: Mapping[str, Topic], left_out: Collection[str] = ()) -> Iterator[Panel]:
+    """Yield a plot of each field with its bounds, a line for each topic that has it, and its reference in grey."""
+    fields = fields_of(topics.values())
+    references = {f"{field}_reference" for field in fields}
+    for field in fields:
+        if field not in references and field not in left_out:
+            lines = lines_of(topics, field)
+            if (reference := f"{field}_reference") in fields:
+                name, topic = next(iter(topics.items()))
+                lines.append(Line(topic.name, reference, f"reference {name}".strip(), GREY))
+            yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
 def observed(topics: Topics, name: str) -> Iterator[Line]:
@@ -248,7 +262,6 @@ def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Ite
         )
 
 
-_FLAGS = "keeps_"
 _SIZE = 10.0  # of a scene, where its states are free
 
 
@@ -265,14 +278,14 @@ def layout_of(
         "References": list(_references(plant, found)),
         "Scene": list(scene_panel(found, *_view(plant, plane))),
         "Margins": list(_margins(found)),
-        "Iterations": list(_iterations(found)),
-        "Closed loops": list(_loops(plant, found, "loops")),
+        "Iterations": list(by_field(plant, found.below("iterations"), ["k_bar"])),
+        "Closed loops": list(by_field(plant, found.below("loops"))),
         "Feasible sets": list(_feasible(plant, found)),
-        "Learned again": [*_loops(plant, found, "online"), *_all_fields(found.below("offers"))],
-        "Uncertainty": list(_uncertainty(plant, found)),
+        "Learned again": [panel for group in ("online", "offers") for panel in by_field(plant, found.below(group))],
+        "Uncertainty": list(by_field(plant, found.below("references"), plant.names)),
     }
     logs = found.of_schema(LOG)
-    tabs["Further"] = list(_all_fields(found.rest))
+    tabs["Further"] = [panel for name, topic in found.rest.items() for panel in by_field(plant, {name: topic})]
     below = [Panel("RosOut", topic, {"topicToRender": topic, "searchTerms": [], "minLogLevel": 1}) for topic in logs]
     return layout({title: panels for title, panels in tabs.items() if panels}, below)
 
@@ -298,26 +311,15 @@ def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tupl
     return (middle[0], middle[1]), max(extent.upper - extent.lower for extent in extents)
 
 
-def _coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
-    return (*plant.system.states, *plant.system.inputs)
-
-
 def _references(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     references = topics.below("references")
-    for name in _coordinates(plant):
+    for name in plant.names:
         lines = [*lines_of(references, name), *observed(topics, name)]
         if lines:
             yield plot(name, lines, bounds_of(plant, name))
     sampled = dict.fromkeys(name for group in OBSERVED for name in topics.below(group))
-    for name in sampled.keys() - set(_coordinates(plant)):
+    for name in sampled.keys() - set(plant.names):
         yield plot(name, observed(topics, name))
-
-
-def _uncertainty(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
-    references = topics.below("references")
-    for field in fields_of(references.values()):
-        if field not in _coordinates(plant):
-            yield plot(field.replace("_", " "), lines_of(references, field))
 
 
 def _margins(topics: Topics) -> Iterator[Panel]:
@@ -337,41 +339,6 @@ def _by_last(topics: Mapping[str, Topic]) -> dict[str, dict[str, Topic]]:
         first, _, last = name.partition("/")
         found.setdefault(last, {})[first] = topic
     return found
-
-
-def _iterations(topics: Topics) -> Iterator[Panel]:
-    iterations = topics.below("iterations")
-    fields = fields_of(iterations.values())
-    for field in fields:
-        if field != "k_bar" and not field.startswith(_FLAGS):
-            yield plot(field.replace("_", " "), lines_of(iterations, field))
-    flags = {
-        f"{name}, {field}": Topic(topic.name, topic.schema, (field,), topic.rows)
-        for name, topic in iterations.items()
-        for field in topic.fields
-        if field.startswith(_FLAGS)
-    }
-    if flags:
-        yield plot("bounds kept (1) or not (0)", chain.from_iterable(lines_of(flags, field) for field in fields))
-
-
-def _loops(plant: ConstrainedSystem, topics: Topics, group: str) -> Iterator[Panel]:
-    """Yield a panel for each state and input, with its reference, and one for each other field."""
-    loops = topics.below(group)
-    fields = fields_of(loops.values())
-    colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in loops), cycle(COLORS), strict=False))
-    for field in fields:
-        if field.endswith("_reference"):
-            continue
-        lines = [
-            Line(topic.name, field, _spoken(name) or group, colors[name.partition("/")[0]])
-            for name, topic in loops.items()
-            if field in topic.fields
-        ]
-        if (reference := f"{field}_reference") in fields:
-            name, topic = next(iter(loops.items()))
-            lines.append(Line(topic.name, reference, f"reference {name}".strip(), GREY))
-        yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
 def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
@@ -395,13 +362,6 @@ def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
             lines,
             over=Line(topic.name, first, "", "").path,
         )
-
-
-def _all_fields(topics: Mapping[str, Topic]) -> Iterator[Panel]:
-    for name, topic in topics.items():
-        lines = [Line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
-        if lines:
-            yield plot(name or topic.name.removeprefix("/"), lines)
 
 
 STAGE = "scene"

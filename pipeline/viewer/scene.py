@@ -10,6 +10,7 @@ from pipeline.loops.trajectory import Course
 from pipeline.storage.logs import Documents
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbances import ConvexHull
 
 INK, GREY = "#000000", "#888888"
 COLORS = ("#ff7f2a", "#2f8fe8", "#2fc46b", "#e06fc0", "#d9b400", "#35c9c9", "#a07be0", "#e05a5a")
@@ -115,25 +116,12 @@ def allowed_region(plant: ConstrainedSystem, plane: Plane, within: Array) -> Arr
     columns = [plant.system.states.index(name) for name in plane]
     lower, upper = within
     far = 0.5 * (upper - lower)
-    (left, bottom), (right, top) = lower - far, upper + far
     rows, sides = plant.state_set.inequalities
-    corners = np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
-    for row, side in zip(rows, sides, strict=True):
-        if np.any(row[columns]) and not np.delete(row, columns).any():
-            corners = _cut(corners, row[columns], side)
-    return corners
-
-
-def _cut(corners: Array, row: Array, side: float) -> Array:
-    """Return the part of a convex polygon in which row · p ≤ side."""
-    kept = []
-    for p, q in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        over_p, over_q = row @ p - side, row @ q - side
-        if over_p <= 0:
-            kept.append(p)
-        if (over_p < 0 < over_q) or (over_q < 0 < over_p):
-            kept.append(p + (q - p) * over_p / (over_p - over_q))
-    return np.array(kept).reshape(-1, 2)
+    alone = [i for i, row in enumerate(rows) if np.any(row[columns]) and not np.delete(row, columns).any()]
+    H = np.vstack([rows[alone][:, columns], np.eye(2), -np.eye(2)])
+    corners = ConvexHull.halfspaces(H, np.concatenate([sides[alone], upper + far, far - lower])).matrix
+    around = corners - corners.mean(axis=0)
+    return np.asarray(corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
 
 
 _PLACES = 6

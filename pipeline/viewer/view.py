@@ -173,7 +173,7 @@ _CHUNK = 2**16
 def merged(paths: Sequence[Path]) -> bytes:
     """Return an MCAP file with the messages of all logs in the order of time; attachments are left out.
 
-    Raises LogError where a log cannot be read.
+    Raises InputError where a log cannot be read.
     """
     logs = [read_log(path) for path in paths]
     series = chain.from_iterable(log.series for log in logs)
@@ -188,7 +188,7 @@ PAGE = Path(__file__).parent / "page"
 def shown(experiment: Experiment, results: Results, viewer: Path) -> Mapping[str, Path | bytes]:
     """Return everything that the page asks for, by path: the viewer's files, the log, and the layout.
 
-    Raises InputError where there are no logs, and LogError for a damaged one.
+    Raises InputError where there are no logs, or one is damaged.
     """
     plane = plane_of(experiment.plant, experiment.plane)
     layout = layout_of(experiment.plant, topics_of(results), plane)

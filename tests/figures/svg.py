@@ -23,7 +23,9 @@ class Drawing:
     def __init__(self, svg: bytes) -> None:
         target = ElementTree.TreeBuilder(insert_comments=True)  # they hold what is written
         self._root = ElementTree.fromstring(svg, ElementTree.XMLParser(target=target))
-        self._letters = {path.get("id"): path for path in self._root.iter(f"{_SVG}path")}
+        self._letters = {
+            path.get("id"): _points(path, np.eye(3)) for path in self._root.iter(f"{_SVG}path") if path.get("id")
+        }
         _, _, self.width, self.height = map(float, self._root.attrib["viewBox"].split())
 
     def groups(self, kind: str) -> list[Element]:
@@ -37,14 +39,21 @@ class Drawing:
     def _paths(self, node: Element, outer: Matrix) -> Iterator[Matrix]:
         here = outer @ _matrix(node.get("transform", ""))
         if node.tag == f"{_SVG}use":
-            letter = self._letters[node.get(_HREF, "").removeprefix("#")]
-            yield from self._paths(letter, here)
+            yield _moved(self._letters[node.get(_HREF, "").removeprefix("#")], here)
         elif node.tag == f"{_SVG}path":
-            points = np.array(_NUMBER.findall(node.get("d", "")), dtype=float).reshape(-1, 2)
-            yield points @ here[:2, :2].T + here[:2, 2]
+            yield _points(node, outer)
         elif node.tag == f"{_SVG}g":
             for child in node:
                 yield from self._paths(child, here)
+
+
+def _points(path: Element, outer: Matrix) -> Matrix:
+    points = np.array(_NUMBER.findall(path.get("d", "")), dtype=float).reshape(-1, 2)
+    return _moved(points, outer @ _matrix(path.get("transform", "")))
+
+
+def _moved(points: Matrix, by: Matrix) -> Matrix:
+    return points @ by[:2, :2].T + by[:2, 2]
 
 
 def comment(group: Element) -> str:

@@ -56,7 +56,7 @@ def recorded(folder: Path, times: Array, levels: Array, line: str = "") -> Exper
         ("field: level", "value_column: x"),
         ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 3000.0}"),
     )
-    return load_experiment("tank", written_to(folder, entry))
+    return load_experiment("tank", written_to(folder, alone("tank", entry)))
 
 
 EXAMPLE1 = changed(

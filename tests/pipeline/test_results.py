@@ -80,6 +80,12 @@ def test_what_is_proved_keeps_every_bound_and_the_unconstrained_fit_does_not(nam
 
 
 @BY_NAME
+def test_every_state_and_input_has_a_unit(name: str) -> None:
+    system = EXPERIMENTS[name].plant.system
+    assert EXPERIMENTS[name].units.keys() == {*system.states, *system.inputs}
+
+
+@BY_NAME
 def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) -> None:
     metrics = committed(name).json("metrics")
     free, alone, joint = (metrics[method] for method in ("unconstrained", "hyperparameters", "joint"))
@@ -118,13 +124,17 @@ def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
 
 
 @BY_NAME
-def test_the_checker_says_of_every_file_what_the_metrics_say(name: str) -> None:
+def test_the_checker_says_of_every_file_what_the_metrics_say_and_it_is_about_the_reference_of_the_log(
+    name: str,
+) -> None:
     of = committed(name)
-    metrics = of.json("metrics")
+    metrics, learned = of.json("metrics"), read_stage(of.results, "fit").attachments
     files = {path.name.split(".")[0]: path for path in of.results.certificate("joint").parent.iterdir()}
     assert files.keys() == metrics.keys()
     for method, path in files.items():
-        verdict = check(json.loads(path.read_text(encoding="utf-8")))
+        content = json.loads(path.read_text(encoding="utf-8"))
+        assert content["reference"] == json.loads(learned[f"{method}.json"])["reference"], method
+        verdict = check(content)
         is_proved = metrics[method]["proof"].startswith("proved for")
         assert isinstance(verdict, Proved if is_proved else Refuted), method
 

@@ -179,7 +179,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
     counts = Counter[int]()
     messages: dict[str, list[Message]] = {topic: [] for topic in topics}
     kept = 0
-    for record in _records(path):
+    for record in records_in(path):
         match record:
             case Schema():
                 schemas[record.id] = record
@@ -220,11 +220,14 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
 
 def topics_in(path: Path) -> list[str]:
     """Return the topics of a file, sorted by name. InputError: it is no MCAP file, damaged or cut off."""
-    return sorted({record.topic for record in _records(path) if isinstance(record, Channel)})
+    return sorted({record.topic for record in records_in(path) if isinstance(record, Channel)})
 
 
-def _records(path: Path) -> Iterator[McapRecord]:
-    """Yield all records in the order of the file, and verify its checksums."""
+def records_in(path: Path) -> Iterator[McapRecord]:
+    """Yield all records in the order of the file, chunks unpacked, and verify its checksums.
+
+    InputError: it is no MCAP file, damaged or cut off.
+    """
     try:
         with open_input(path) as file:
             refuse_no_mcap(path, file.read(_START))

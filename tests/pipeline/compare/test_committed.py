@@ -5,7 +5,6 @@ from functools import cache
 import pytest
 
 from pipeline.compare import artifacts
-from pipeline.compare.artifacts import distance
 from pipeline.compare.claims import judge_claim, load_claims
 from tests.pipeline.compare.project import TOLERANCES
 from tests.project import ROOT
@@ -36,18 +35,3 @@ def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPat
 )
 def test_rules_reach_what_they_are_meant_for(artifact: str, topic: str, field: str, rule: str) -> None:
     assert TOLERANCES.rules_for(artifact, topic)(field).name == rule
-
-
-@pytest.mark.parametrize(
-    ("base", "new", "expected"),
-    [
-        ("M 0 0 L 10 0", "M 10 0 L 5 0 L 0 0", 0.0),
-        ("M 0 0 L 10 0", "M 0 3 L 10 3", 3.0),
-        ("M 0 0 L 4 0 L 4 4 z", "M 4 0 L 4 4 L 0 0 z", 0.0),
-        ("M 0 0 L 1 0 M 9 0 L 10 0", "M 0 0 L 1 0", 9.0),
-        ("M 0 0", "M 0 0 L 1 0", None),
-        ("M 0 0 A 1 1 0 0 0 2 2", "M 0 0 L 1 0", None),
-    ],
-)
-def test_outlines_are_apart_by(base: str, new: str, expected: float | None) -> None:
-    assert distance(base, new) == expected == distance(new, base)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from pipeline.compare.artifacts import ABSENT
 from pipeline.compare.model import Status
@@ -69,9 +68,9 @@ MOVED: dict[str, tuple[Plant, str, str]] = {
         "axes_1/line2d_1/path[1]: style",
     ),
     "a point": (
-        text(FIGURE, "L 3 1", "L 3 1.2"),
+        text(FIGURE, "L 3 1", "L 3 1.9"),
         "example1/figures/margins.svg",
-        "axes_1/line2d_1/path[1]: d: coordinate 6",
+        "axes_1/line2d_1/path[1]: d: centre y",
     ),
     "a word on a figure": (
         text(FIGURE, "step $k$", "time"),
@@ -81,7 +80,7 @@ MOVED: dict[str, tuple[Plant, str, str]] = {
     "a curve": (
         text(FIGURE, "L 4 2", "L 4 2 L 9 2"),
         "example1/figures/margins.svg",
-        "axes_1/line2d_1/path[1]: d: distance between the outlines",
+        "axes_1/line2d_1/path[1]: d: right",
     ),
     "a number in a notebook": (
         text(NOTEBOOK, "0.659325", "0.659345"),
@@ -102,12 +101,12 @@ def test_a_change_is_found_where_it_is_and_nowhere_else(
 ) -> None:
     plant(new)
     row = only(compared(base, new))
-    assert (row.name, row.status, row.worst[0].place) == (name, Status.DIFFERENT, place)
+    assert (row.name, row.status, row.worst.place) == (name, Status.DIFFERENT, place)
 
 
 def test_a_difference_is_told_with_its_size_and_its_rule(base: Path, new: Path) -> None:
     metric(nlml=-3.7160332 + 2e-5)(new)
-    worst = only(compared(base, new)).worst[0]
+    worst = only(compared(base, new)).worst
     assert (worst.base, worst.rule.name) == (-3.7160332, "metrics")
     assert (worst.absolute, worst.relative) == pytest.approx((2e-5, 2e-5 / 3.7160332))
 
@@ -141,6 +140,7 @@ UNMOVED: dict[str, Plant] = {
     ),
     "rounding in a figure": text(FIGURE, "L 2 2", "L 2.001 2"),
     "a point on a line": text(FIGURE, "M 1 1 L 2 2", "M 1 1 L 1.5 1.5 L 2 2"),
+    "a line from its other end": text(FIGURE, "M 1 1 L 2 2 L 3 1 L 4 2", "M 4 2 L 3 1 L 2 2 L 1 1"),
     "a name by its hash": text(FIGURE, "m0772998e1b", "mffffffffff"),
     "wall clock": metric(seconds=99.0),
     "other bytes": text(METRICS, "-3.7160332", "-3.71603320"),
@@ -166,7 +166,7 @@ def test_numbers_of_a_sentence_and_outlines_of_digits_are_numbers(base: Path, ne
         told("at 0.2812170167227962 s", "at 0.2812170167239515 s")(root)
     assert compared(base, new).within
     metric(said="at 0.2813 s")(new)
-    assert only(compared(base, new)).worst[0].place == "sound.said, number 1"
+    assert only(compared(base, new)).worst.place == "sound.said, number 1"
 
 
 def test_what_is_missing_or_added_is_named(base: Path, new: Path) -> None:
@@ -191,41 +191,16 @@ def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
 
     edit_log(new / LOG, lambda s: shorter(s) if s.topic == "/samples" else s)
     rows = moved(compared(base, new))
-    assert {(row.worst[0].place, row.worst[0].new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
+    assert {(row.worst.place, row.worst.new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
 
 
 def test_a_damaged_log_is_different_even_where_both_are_damaged(base: Path, new: Path) -> None:
     cut(LOG)(new)
-    log, certificate = moved(compared(base, new))
+    log = only(compared(base, new))
     assert (log.name, log.status) == ("example1/fit.mcap", Status.DIFFERENT)
     assert log.notes[0].startswith("cannot be read in NEW: ")
-    assert "fit.mcap cannot be read" in certificate.notes[0]
     cut(LOG)(base)
     assert len(moved(compared(base, new))[0].notes) == 2
-
-
-def test_a_changed_picture(base: Path, new: Path) -> None:
-    for root, level in ((base, 0), (new, 200)):
-        pixels = np.zeros((4, 6, 3), dtype=np.uint8)
-        pixels[2, 5, 1] = level
-        Image.fromarray(pixels).save(root / RESULTS / "figures/landscape.png")
-    worst = only(compared(base, new)).worst[0]
-    assert (worst.place, worst.base, worst.new) == ("green of the pixel at column 5, row 2", 0, 200)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        (lambda r: r["signals"][0]["weights"].__setitem__(0, 1.5 + 1e-12), "signals[0].weights[0] is 1.500000000001"),
-        (lambda r: r["plant"]["state_set"]["upper"].pop(1), "plant.state_set.upper[1] is not there"),
-    ],
-)
-def test_a_certificate_is_for_the_reference_beside_it(base: Path, new: Path, change: Any, said: str) -> None:
-    json_of(CERTIFICATE, lambda certificate: change(certificate["reference"]))(new)
-    *_, row = moved(compared(base, new))
-    assert row.name == "example1/certificates/sound.json reference"
-    assert row.notes[0].startswith("in NEW, the certificate is for another reference: ")
-    assert said in row.notes[0]
 
 
 def test_what_coq_has_proved_of_other_bits_is_not_compared(base: Path, new: Path) -> None:

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,17 +23,17 @@ print(json.dumps({
     "kernels": sorted({library["architecture"] for library in libraries}),
     "threads": sorted({library["num_threads"] for library in libraries}),
     "libraries": len(libraries),
-    "instructions": environment()["NumPy's instructions"],
+    "environment": environment(),
 }))
 """
 needs_avx2 = pytest.mark.skipif(not has_avx2(), reason="nothing is pinned on this processor")
 
 
-def look(**chosen: str) -> dict[str, object]:
-    """What a new process finds, in an environment that says nothing but what is `chosen`."""
+def look(before: str = "", **chosen: str) -> dict[str, Any]:
+    """What a new process finds, in an environment that says nothing but what is `chosen`; `before` is done first."""
     inherited = {name: text for name, text in os.environ.items() if name not in {*kernels(), "OPENBLAS_NUM_THREADS"}}
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", LOOK],
+        [sys.executable, "-W", "error", "-c", f"import pipeline{before}\n{LOOK}"],
         env=inherited | chosen,
         cwd=ROOT,
         capture_output=True,
@@ -44,9 +45,14 @@ def look(**chosen: str) -> dict[str, object]:
 
 
 @needs_avx2
-def test_a_new_process_takes_the_kernels_of_avx2_and_one_thread() -> None:
+def test_a_new_process_takes_the_kernels_of_avx2_and_one_thread_and_records_them_whatever_else_is_loaded() -> None:
     found = look(OPENBLAS_NUM_THREADS="2")
-    assert found == {"kernels": ["Haswell"], "threads": [1], "libraries": 2, "instructions": "X86_V3"}
+    told = found.pop("environment")
+    assert found == {"kernels": ["Haswell"], "threads": [1], "libraries": 2}
+    assert told["NumPy's instructions"] == "X86_V3"
+    beside_others = look("; import scs")
+    assert beside_others["libraries"] == 3, "solvers that nothing here uses bring a BLAS of their own"
+    assert beside_others["environment"] == told
 
 
 @needs_avx2

@@ -6,8 +6,7 @@ import pytest
 
 from pipeline.experiments import load_experiment, load_experiments
 from pipeline.generate import sampled_by
-from tests.pipeline.params import PARAMS as WRITTEN
-from tests.pipeline.params import changed, written_to
+from tests.pipeline.params import alone, changed, written_to
 from trackably.checker.certificate import Window
 from trackably.errors import InputError
 from trackably.gp.kernels.base import Product
@@ -15,7 +14,8 @@ from trackably.gp.prior import NOISE
 
 
 def test_a_mistake_in_one_experiment_does_not_stop_another(tmp_path: Path) -> None:
-    path = written_to(tmp_path, changed("example1-resampled", ("seed: 3", "seed: -2")))
+    both = f"{alone('example1-resampled')}{alone('example1').removeprefix('experiments:')}"
+    path = written_to(tmp_path, changed("example1-resampled", ("seed: 3", "seed: -2"), text=both))
     assert load_experiment("example1", path).name == "example1"
     with pytest.raises(InputError):
         load_experiments(path)
@@ -25,7 +25,7 @@ def test_numbers_are_known_intervals_and_what_is_left_out_are_learned(tmp_path: 
     right = "{type: matern52, signal_std: 1, lengthscale: [3, 9]}"
     kernel = f"{{type: product, left: {{type: periodic, period: 2}}, right: {right}}}"
     wanted = ("{type: squared_exponential}, noise_std: 0.01", kernel)
-    path = written_to(tmp_path, changed("example1", wanted))
+    path = written_to(tmp_path, alone("example1", changed("example1", wanted)))
     (prior,) = load_experiment("example1", path).learned_prior.parts
     assert isinstance(prior.kernel, Product)
     assert prior.hyperparameters.keys() - {*prior.learned} == {"left.period", "right.signal_std"}
@@ -46,8 +46,7 @@ NAMES = [
 @pytest.mark.parametrize(("name", "sentence"), NAMES, ids=[name for name, _ in NAMES])
 def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, sentence: str, tmp_path: Path) -> None:
     """It would stop `dvc repro` for all of them."""
-    assert "  tank:\n" in WRITTEN
-    path = written_to(tmp_path, WRITTEN.replace("  tank:\n", f"  {name}:\n"))
+    path = written_to(tmp_path, f"experiments:\n  example1: {{}}\n  {name}: {{}}\n")
     with pytest.raises(InputError, match=sentence) as raised:
         load_experiment("example1", path)
     assert str(raised.value).startswith(f"{path}: experiments: ")
@@ -57,9 +56,9 @@ def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, 
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (WRITTEN.replace("  example1:\n", "  first:\n"), r"there is no experiment 'example1'; there are first"),
-        (WRITTEN.replace("experiments:", "experiment:"), r"expected `experiments:`"),
-        (WRITTEN.replace("  example1:\n", "  example1: [\n"), r"is not YAML"),
+        ("experiments: {first: {}}", r"there is no experiment 'example1'; there are first"),
+        ("experiment: {example1: {}}", r"expected `experiments:`"),
+        ("experiments: {example1: [", r"is not YAML"),
     ],
 )
 def test_a_file_without_the_experiment_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
@@ -72,7 +71,7 @@ def test_a_file_without_the_experiment_is_one_sentence(text: str, sentence: str,
 
 @pytest.mark.parametrize("field", ["periodic: {last_step: 400", "verification: {last_step: 400"])
 def test_every_period_that_is_allowed_has_to_be_covered(field: str, tmp_path: Path) -> None:
-    path = written_to(tmp_path, changed("example2", (field, field.replace("400", "399"))))
+    path = written_to(tmp_path, alone("example2", changed("example2", (field, field.replace("400", "399")))))
     experiment = load_experiment("example2", path)
     with pytest.raises(ValueError, match=r"last_step = 399 steps last 3\.99 s, .* as long as 4 s"):
         experiment.check(sampled_by(experiment).samples)
@@ -91,7 +90,7 @@ def test_margins_are_computed_as_far_as_anything_is_of_interest(
     name: str, verification: str, last_step: int | None, tmp_path: Path
 ) -> None:
     """Without the field: at least to the end of the samples and of the claim, and over every period allowed."""
-    experiment = load_experiment(name, written_to(tmp_path, changed(name, (verification, ""))))
+    experiment = load_experiment(name, written_to(tmp_path, alone(name, changed(name, (verification, "")))))
     samples = sampled_by(experiment).samples
     experiment.check(samples)
     verified = experiment.verified(samples)
@@ -100,9 +99,3 @@ def test_margins_are_computed_as_far_as_anything_is_of_interest(
     assert last_step in (None, verified.last_step)
     if isinstance(experiment.claim, Window):
         assert verified.last_step * experiment.plant.sampling_time >= experiment.claim.end
-
-
-def test_every_state_and_input_of_the_projects_experiments_has_a_unit() -> None:
-    for experiment in load_experiments().values():
-        system = experiment.plant.system
-        assert experiment.units.keys() == {*system.states, *system.inputs}, experiment.name

@@ -7,7 +7,7 @@ import pytest
 from pipeline.experiments import load_experiment
 from pipeline.experiments.model import with_learned_means
 from pipeline.generate import sampled_by
-from tests.pipeline.params import changed, written_to
+from tests.pipeline.params import alone, changed, written_to
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, Solution
@@ -15,7 +15,9 @@ from trackably.learning.search import best_solution
 
 
 def tank(folder: Path, mean: str):
-    return load_experiment("tank", written_to(folder, changed("tank", ("mean: 1.2,", f"mean: {mean},"), ("8}", "2}"))))
+    return load_experiment(
+        "tank", written_to(folder, alone("tank", changed("tank", ("mean: 1.2,", f"mean: {mean},"), ("8}", "2}"))))
+    )
 
 
 def least(experiment, samples: tuple[Samples, ...]) -> float:
@@ -33,8 +35,9 @@ def test_the_mean_is_learned_and_then_known(tmp_path: Path) -> None:
     mean = known.prior["level"].mean
     assert 0.4 < mean < 1.24
     assert known.task(samples).prior.parts[0].mean == mean
-    for other in (mean - 0.05, mean + 0.05, 0.82):
-        assert least(tank(tmp_path, str(other)), samples) > least(known, samples)
+    best = least(known, samples)
+    for other in (mean - 0.05, mean + 0.05):
+        assert least(tank(tmp_path, str(other)), samples) > best
     assert with_learned_means(known, samples) is known
 
 

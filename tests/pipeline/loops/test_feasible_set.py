@@ -16,7 +16,7 @@ def is_feasible(controller, reference, k, state) -> bool:
 
 
 @pytest.mark.parametrize("level", [0.0, 1.2])
-@pytest.mark.parametrize("horizon", [2, 5, 12])
+@pytest.mark.parametrize("horizon", [2, 6])
 def test_corners_are_where_feasibility_ends(horizon, level):
     controller, still = Controller(PLANT, horizon, np.eye(2), np.eye(1)), instances.at_rest(PLANT, level)
     corners = feasible_set(controller, still, 0)
@@ -32,7 +32,7 @@ def test_corners_are_where_feasibility_ends(horizon, level):
 def test_of_a_scalar_system_it_is_an_interval_around_the_reference(example):
     plant = example.learning.plant
     previous = np.array([np.inf, -np.inf])
-    for horizon in (1, 3, 10):
+    for horizon in (1, 6):
         controller = Controller(plant, horizon, np.eye(1), np.eye(1))
         ends = feasible_set(controller, example.certified, 30)
         assert ends.shape == (2, 1)

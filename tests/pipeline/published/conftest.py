@@ -13,8 +13,8 @@ def unconstrained() -> Solution:
     return best_solution(example1.problem())
 
 
-def _run(reading) -> Run:
-    return algorithm1((example1.SAMPLES,), example1.PRIOR, example1.SYSTEM, example1.SPACE, reading, 70, 150)
+def _run(reading, first_step: int = 70) -> Run:
+    return algorithm1((example1.SAMPLES,), example1.PRIOR, example1.SYSTEM, example1.SPACE, reading, first_step, 150)
 
 
 @pytest.fixture(scope="session")
@@ -24,7 +24,7 @@ def as_published() -> Run:
 
 @pytest.fixture(scope="session")
 def sound() -> Run:
-    return _run(SOUND)
+    return _run(SOUND, 120)
 
 
 @pytest.fixture(scope="session", params=["as_published", "sound"])

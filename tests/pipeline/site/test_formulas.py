@@ -1,29 +1,14 @@
-"""Formulas are drawn: all that notebooks contain can be read, and what stands in them is not lost."""
+"""Formulas are drawn; `tests/docs` sees that all of the documentation and of the notebooks can be read."""
 
-import json
 import re
 
 import pytest
 
 from pipeline.site.extension import drawing, known
-from tests.project import ROOT
-
-_FORMULA = re.compile(r"\$\$(.+?)\$\$|(?<!\\)\$([^$\n]+)\$", re.DOTALL)
 
 
-def formulas() -> set[str]:
-    found = set()
-    for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
-        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
-            if cell["cell_type"] == "markdown":
-                found |= {a or b for a, b in _FORMULA.findall("".join(cell["source"]))}
-    return found
-
-
-def test_every_formula_of_the_notebooks_is_drawn() -> None:
-    assert len(formulas()) > 60
-    for tex in formulas():
-        assert re.search(r'<path fill="currentColor" d="M[^"]{40,}Z"/>', drawing(tex)), tex
+def test_a_formula_is_drawn_as_a_path() -> None:
+    assert re.search(r'<path fill="currentColor" d="M[^"]{40,}Z"/>', drawing(r"\tfrac12 x"))
 
 
 @pytest.mark.parametrize(

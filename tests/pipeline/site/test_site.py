@@ -7,7 +7,6 @@ from pathlib import Path
 
 from pipeline.site.build import errata
 from tests.pipeline.site.conftest import HOSTILE, NAME
-from tests.pipeline.viewer.browser import opened
 from tests.project import ROOT
 
 
@@ -85,16 +84,6 @@ def test_notebooks_are_shown_as_they_were_executed(built: Path) -> None:
     assert re.search(r"<th[^>]*>\s*<p>a</p>\s*</th>", html)
     assert "evidence of it" in html
     assert html.count('class="formula"') == 3
-
-
-def test_small_tables_and_sentences_do_not_scroll(built: Path) -> None:
-    with opened() as shown:
-        shown.goto((built / f"notebook-{NAME}.html").as_uri())
-        sizes = shown.eval_on_selector_all(
-            ".cell_output, .cell_output pre, .table-wrapper", "all => all.map(e => [e.scrollWidth, e.clientWidth])"
-        )
-    assert len(sizes) >= 2
-    assert all(content <= width for content, width in sizes), sizes
 
 
 def test_errata_come_with_their_evidence_and_nothing_else(built: Path) -> None:

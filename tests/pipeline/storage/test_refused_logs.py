@@ -1,30 +1,32 @@
-"""A file is one log or one LogError: damage anywhere, and files of other programs, are refused with a sentence."""
+"""A file is one log or one error: damage anywhere, and files of other programs, are refused with a sentence."""
 
+import re
 from pathlib import Path
 
 import pytest
 
-from pipeline.storage.logs import LogError, read_log
+from pipeline.storage.logs import read_log
 from tests.pipeline.storage.logs import foreign
+from trackably.errors import InputError
 
 
 def refusal(path: Path, data: bytes) -> str:
     """The sentence with which these bytes are refused."""
     path.write_bytes(data)
-    with pytest.raises(LogError) as caught:
+    with pytest.raises(InputError) as caught:
         read_log(path)
     assert str(caught.value).startswith(f"{path}: ")
     return str(caught.value).removeprefix(f"{path}: ")
 
 
 def test_every_cut_is_found(path: Path, data: bytes) -> None:
-    for length in [*range(0, len(data), 13), *range(len(data) - 40, len(data))]:
+    for length in [*range(0, len(data), 31), *range(len(data) - 40, len(data))]:
         refusal(path, data[:length])
 
 
 def test_every_flipped_bit_is_found(path: Path, data: bytes) -> None:
     # A stride without a common factor with 8 meets each of the bits of a byte, and every kind of record.
-    for bit in range(0, 8 * len(data), 19):
+    for bit in range(0, 8 * len(data), 43):
         damaged = bytearray(data)
         damaged[bit // 8] ^= 1 << bit % 8
         refusal(path, bytes(damaged))
@@ -59,4 +61,4 @@ FOREIGN = {
 
 @pytest.mark.parametrize("data", FOREIGN.values(), ids=FOREIGN)
 def test_what_this_project_did_not_write_is_refused(path: Path, data: bytes) -> None:
-    assert "not a log of this project, or damaged: " in (said := refusal(path, data)) or "another program" in said
+    assert re.search("not a log|not what this project writes|another program|MCAP", refusal(path, data))

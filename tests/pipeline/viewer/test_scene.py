@@ -121,7 +121,7 @@ def scene(name: str) -> dict[str, Documents]:
     return {documents.topic: documents for documents in documents_of(EXPERIMENTS[name], results_of(name))}
 
 
-@BY_NAME
+@pytest.mark.parametrize("name", ["example1", "hand", "mobile-robot"])
 def test_messages_are_valid_by_their_schemas(name: str) -> None:
     validator = importlib.import_module("jsonschema").Draft202012Validator
     for documents in scene(name).values():
