@@ -182,6 +182,11 @@ def either(*conditions: Any) -> Any:
     return found
 
 
+def everywhere(condition: Any) -> Any:
+    """Return whether a condition is certain, for all values of an array."""
+    return condition.all() if hasattr(condition, "all") else condition
+
+
 def max_of(x: Real, y: Real) -> Real:
     """Return an interval that contains the larger of two numbers."""
     for one, other in ((x, y), (y, x)):
@@ -281,9 +286,8 @@ class UndefinedError(ArithmeticError):
 
 def require(condition: Any, what: str) -> None:
     """Raise UndefinedError unless the condition is certain, for all values of an array."""
-    is_many = hasattr(condition, "all")
-    if not (condition.all() if is_many else condition):
-        raise UndefinedError(what, is_many and condition)
+    if not everywhere(condition):
+        raise UndefinedError(what, hasattr(condition, "all") and condition)
 
 
 def require_nonzero(x: Real) -> None:

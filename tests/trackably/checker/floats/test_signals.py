@@ -9,11 +9,13 @@ import pytest
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
+from trackably.checker import kernels
 from trackably.checker.floats import signals
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import ZERO
+from trackably.checker.kernels import Kernel as CheckedKernel
 from trackably.checker.kernels import Matern
 from trackably.checker.kernels import Matern52 as CheckedMatern52
 from trackably.checker.kernels import PiecewisePolynomial2 as CheckedCompact
@@ -158,7 +160,7 @@ def narrower(monkeypatch, name: str, of: type = ManyCentres, factor: float = 0.0
 FAULTS = {
     "a remainder that is too small": (
         SquaredExponential(0.7, 0.22),
-        lambda patch: patch.setattr(signals, "geometric_rest", lambda ratio, n: ratio ** (2 * n)),
+        lambda patch: patch.setattr(kernels, "geometric_rest", lambda ratio, n: ratio ** (2 * n)),
     ),
     "a wrong bound on discs": (
         SquaredExponential(0.7, 0.22),
@@ -181,7 +183,10 @@ FAULTS = {
         SquaredExponential(1.0, 1.0),
         lambda patch: patch.setattr(CheckedSquaredExponential, "taylor", _with_a_wrong_slope),
     ),
-    "kinks overlooked": (Matern32(1.0, 1.0), lambda patch: patch.setattr(signals.ManyCentres, "_beyond_kinks", _none)),
+    "kinks overlooked": (
+        Matern32(1.0, 1.0),
+        lambda patch: patch.setattr(CheckedKernel, "_beyond_kink", lambda _, r, *others: r * 0.0),
+    ),
     "ends of support overlooked": (
         PiecewisePolynomial2(1.0, 1.0),
         lambda patch: patch.setattr(CheckedCompact, "jump", lambda *_: ZERO),
@@ -211,10 +216,6 @@ def _one_too_late(of, boxes):
 def _with_a_wrong_slope(kernel, r, h, n):
     found = _right_taylor(kernel, r, h, n)
     return [*found[:1], *(c * (1 + 1e-9) for c in found[1:2]), *found[2:]]
-
-
-def _none(_, boxes, *others):
-    return Floats.exact(np.zeros(len(boxes.starts)))
 
 
 @pytest.mark.parametrize(("kernel", "plant"), FAULTS.values(), ids=FAULTS)
