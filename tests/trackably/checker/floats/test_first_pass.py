@@ -30,9 +30,9 @@ def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
     counted = []
 
     def counting(needs, subject, terms, held):
-        for box, rest, models in boxes.boxes_left(needs, subject, terms, held):
+        for box, rest in boxes.boxes_left(needs, subject, terms, held):
             counted.append((len(held[box]), len(rest)))
-            yield box, rest, models
+            yield box, rest
 
     monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, boxes=counting))
     assert isinstance(check(data), Proved)
