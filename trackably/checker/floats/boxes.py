@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
-from trackably.checker.floats.intervals import Floats, Mask, are_positive, join, sums
+from trackably.checker.floats.intervals import Floats, Mask, bernstein_on_box, stay_between, sums
 from trackably.checker.floats.pieces import cells_left, undecided
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
@@ -94,8 +94,7 @@ def _stays_inside(
             continue
         low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
         missed = _constant(n) * found.missed.b
-        sides = found.coefficients - low - missed, high - found.coefficients - missed
-        proved[where] = np.all(are_positive(join(sides)).reshape(2, -1), axis=0)
+        proved[where] = stay_between(*map(bernstein_on_box, (found.coefficients, low + missed, high - missed)))
         break
     return proved
 

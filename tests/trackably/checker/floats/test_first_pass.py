@@ -18,7 +18,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, Proved, check
 from trackably.checker.boxes import around_instant
 from trackably.checker.floats import boxes
-from trackably.checker.floats.intervals import are_positive
+from trackably.checker.floats.intervals import stay_between
 from trackably.checker.intervals import INFINITE, ZERO
 from trackably.checker.kernels import Decay
 
@@ -79,7 +79,7 @@ def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch)
         changed(KINDS[kind](), "reference.plant.state_set.upper.0", 0.1) for kind in ("window", "instants")
     )
     assert check(of_instants).reason.startswith("instants: ")
-    monkeypatch.setattr(boxes, "are_positive", lambda of: are_positive(of) | True)
+    monkeypatch.setattr(boxes, "stay_between", lambda *of: stay_between(*of) | True)
     assert isinstance(check(of_window), Proved)
     assert check(of_instants).reason.startswith("tail: ")
 

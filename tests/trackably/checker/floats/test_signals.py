@@ -1,7 +1,6 @@
 """Taylor models in float64 hold the signal, in boxes of all sizes, at kinks too; planted faults let it escape."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -68,20 +67,6 @@ def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
     yield from _outside(of, boxes, models, kappa, rng)
 
 
-def escapes_after_shifts(kernel: Kernel, seed: int) -> Iterator[bool]:
-    """Yield the same of models of several shifts, each in the boxes that need it."""
-    rng, kappa = np.random.default_rng(seed), formula(kernel)
-    of = drawn(kernel, rng)
-    boxes, step = (
-        boxes_around(of, time_scale(kernel), rng),
-        Fraction(float(rng.choice([0.1, 1e-3]) * time_scale(kernel))),
-    )
-    shifted = {(0, j): replace(of, shift=j * step) for j in (0, 1, 3)}
-    with np.errstate(all="ignore"):
-        for each in shifted.values():
-            yield from _outside(each, boxes, each.enclose(boxes, TERMS), kappa, rng)
-
-
 def _outside(of: ManyCentres, boxes: Boxes, models: signals.Models, kappa, rng) -> Iterator[bool]:
     with mp.workdps(50):
         shift = mp.mpf(of.shift.numerator) / of.shift.denominator
@@ -120,11 +105,6 @@ def test_models_in_wide_boxes_far_from_all_centres_hold_the_signal_and_say_that_
     assert not any(_outside(of, boxes, models, kappa, rng))
     if of.reach[0] < 50 * scale or isinstance(of.kernel, Matern):
         assert np.all(models.missed.high <= 1e-6)
-
-
-@over(KERNELS)
-def test_models_of_several_shifts_hold_the_signal(kernel):
-    assert not any(escapes_after_shifts(kernel, 0))
 
 
 @over(KERNELS)
