@@ -171,14 +171,10 @@ def test_more_room_is_proved_as_well():
 @pytest.mark.parametrize(
     ("path", "value", "words"),
     [
-        (block("feedback"), [[1.0], "x"], "disturbance.feedback"),
         (block("head"), 0, "disturbance.head"),
         (block("head"), 20_000, "disturbance.head"),
         (block("set", "kind"), "ball", "one of zonotope, hull"),
         (block("set", "centre", 0), 0.5, "rational number"),
-        (block("extra"), 1, "exactly the fields"),
-        (("disturbance",), None, "exactly the fields"),
-        (("disturbance",), [], "exactly the fields"),
     ],
 )
 def test_what_cannot_be_read_is_no_certificate(path, value, words):
