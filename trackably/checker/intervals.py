@@ -359,21 +359,3 @@ def angle(y: Real, x: Real) -> Real:
     """Return atan2(y, x). Raise UndefinedError if it may be undefined, or may jump."""
     s = side(y, x)
     return atan(y / x) if not s else s * pi() / 2 - atan(x / y)
-
-
-def slope_of_power(a: Real, exponent: float) -> Real:
-    """Return an interval that contains the derivative of x^exponent at each x of an interval."""
-    if is_multiplied(exponent):
-        p = int(exponent)
-        return p * whole_power(a, p - 1) if p else exactly(0)
-    require_positive("power", a)
-    return exactly(exponent) * exp((exactly(exponent) - 1) * log(a))
-
-
-def slope_of_function(name: str, a: Real) -> Real:
-    """Return an interval that contains φ′(x) at each x of an interval on which φ is defined."""
-    if name in ("sin", "cos"):
-        return cos(a) if name == "sin" else -sin(a)
-    if name == "atan":
-        return ONE / (1 + whole_power(a, 2))
-    return exp(a) if name == "exp" else ONE / (a if name == "log" else 2 * sqrt(a))

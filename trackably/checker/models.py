@@ -35,8 +35,6 @@ from trackably.checker.intervals import (
     require_positive,
     side,
     sin,
-    slope_of_function,
-    slope_of_power,
     sqrt,
     total,
     whole_power,
@@ -238,11 +236,14 @@ def differential(part: Formula, value: Real, at: Sequence[Real], by: Sequence[Re
         case Operation():
             require_nonzero(at[1])
             found = (by[0] - value * by[1]) / at[1]
+        case Power(_, exponent) if is_multiplied(exponent):
+            found = exponent * whole_power(at[0], int(exponent) - 1) * by[0] if exponent else ZERO
         case Power(_, exponent):
-            found = slope_of_power(at[0], exponent) * by[0]
+            require_positive("power", at[0])
+            found = _derivative("power", at[0], 1, exponent) * by[0]
         case Function(name):
             require_positive(name, at[0])
-            found = slope_of_function(name, at[0]) * by[0]
+            found = _derivative(name, at[0], 1, 0.5) * by[0]
         case Angle():
             y, x = at
             side(y, x)
@@ -284,7 +285,10 @@ def _times_powers(a: Model, d: Model) -> Model:
 
 
 def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
-    """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x."""
+    """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x, on which φ is defined.
+
+    `name` says which function φ is; of "power" and "sqrt" the `exponent` is given.
+    """
     if name == "exp":
         return exp(x) / factorial(k)
     if name in ("sin", "cos"):
