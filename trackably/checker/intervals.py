@@ -171,7 +171,12 @@ def at_most(x: Real | Fraction | float, y: Real | Fraction | float) -> bool:
     """Return whether x ≤ y is certain; rational numbers are compared exactly."""
     if isinstance(x, Fraction):
         return x <= y if isinstance(y, Fraction) else at_most(ratio(x), y)
-    return bool(exactly(x).b <= exactly(ratio(y) if isinstance(y, Fraction) else y).a)
+    return bool(surely_at_most(exactly(x), exactly(ratio(y) if isinstance(y, Fraction) else y)))
+
+
+def surely_at_most(x: Real, y: Real) -> Any:
+    """Return whether x ≤ y is certain, elementwise for arrays of intervals."""
+    return x.b <= y.a
 
 
 def either(*conditions: Any) -> Any:

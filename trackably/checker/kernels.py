@@ -50,6 +50,7 @@ from trackably.checker.intervals import (
     select,
     sin,
     sqrt,
+    surely_at_most,
     total,
 )
 from trackably.checker.models import Model, exp_series, power_series, times
@@ -147,9 +148,9 @@ class Kernel(ABC):
         """
         missed = ZERO
         if self.has_kink:
-            kink = kink or Kink(either(h <= -r), either(h <= r), None)
+            kink = kink or Kink(surely_at_most(h, -r), surely_at_most(h, r), None)
             # κ is even: differences are mirrored to the positive side
-            is_positive = either(kink.after, r >= 0)
+            is_positive = either(kink.after, surely_at_most(ZERO, r))
             r, h = select(is_positive, r, -r), select(is_positive, h, -h)
             if not everywhere(one_side := either(kink.before, kink.after)):
                 missed = select(one_side, ZERO, self._beyond_kink(r, abs(h), radius, n, kink.oddness))
@@ -159,9 +160,9 @@ class Kernel(ABC):
     def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int, oddness: Real | None) -> Real:
         """Over-estimate the error of the branch at r beyond a kink at 0, where the box is from r − half to r + half."""
         # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
-        error = select(-0.01 * half <= r, oddness or self.oddness(half, radius, n), INFINITE)
+        error = select(surely_at_most(-0.01 * half, r), oddness or self.oddness(half, radius, n), INFINITE)
         # the branch of the box's middle must be that of the kink: its odd powers are bounded
-        return select(self.jump(ZERO, abs(r)) <= 0, error, INFINITE)
+        return select(surely_at_most(self.jump(ZERO, abs(r)), ZERO), error, INFINITE)
 
     def oddness(self, half: Real, radius: Real, n: int) -> Real:
         """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ 1.01 half, where κ₊ is the branch of positive differences."""

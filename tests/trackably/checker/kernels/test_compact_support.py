@@ -64,6 +64,14 @@ def test_values_at_the_kinks(kernel):
                     assert value.b - value.a < 1e-38
 
 
+@over(KINKED)
+def test_a_box_that_may_end_at_the_kink_has_a_model(kernel):
+    half = interval(2.0**-6)
+    for r in (half + SIGN * 2.0**-140, SIGN * 2.0**-140 - half):
+        model = checked(kernel).model(r, half, 3 * half, TERMS)
+        assert model.missed.b < 0.1
+
+
 @pytest.mark.parametrize("kernel", PAIR, ids=str)
 def test_nothing_is_left_beyond_the_support(kernel):
     own, length = checked(kernel), interval(kernel.lengthscale)
