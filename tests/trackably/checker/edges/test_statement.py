@@ -5,10 +5,12 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
 
+from tests.project import ROOT
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.changes import part_at
@@ -17,8 +19,7 @@ from tests.trackably.checker.instances import changed, scalar_certificate
 from tests.trackably.checker.naive_fingerprint import fingerprint
 from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.checker.redundant import in_the_plane, learned
-from tests.trackably.checker.tight import VALID
-from tests.trackably.systems.forms.instances import certificate as of_flat_form
+from tests.trackably.checker.tight import VALID, certificate
 from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, Refuted, check
@@ -28,7 +29,11 @@ from trackably.checker.formulas import Number, Operation, Power, text
 from trackably.checker.intervals import between, exactly
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
-CERTIFICATES = {**VALID, "redundant inputs": in_the_plane, "nonlinear": lambda: proved("tank")}
+CERTIFICATES = {
+    **{kind: partial(certificate, kind) for kind in VALID},
+    "redundant inputs": in_the_plane,
+    "nonlinear": lambda: proved("tank"),
+}
 KINDS = {
     **{kind: lambda make=make: (encode_certificate(make()), make().reference) for kind, make in CERTIFICATES.items()},
     **{of: lambda of=of: (pieces.certificate(of), pieces.reference(of)) for of in ("rest", "period", "end")},
@@ -159,7 +164,7 @@ def test_a_certificate_and_a_counterexample_of_one_reference_have_one_fingerprin
 
 
 def test_every_formula_of_a_flat_form_counts() -> None:
-    data = of_flat_form()
+    data = json.loads((ROOT / "data/results/mobile-robot/certificates/joint.json").read_text())
     positive = changed(data, "reference.plant.system.flat.positive", [2.0])
     assert sha(said(positive)) != sha(said(data))
 

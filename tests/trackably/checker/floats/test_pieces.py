@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from trackably.systems.reference import Reference
 KINDS = {"rest": "clamped", "period": "periodic", "end": "natural"}
 
 
+@cache
 def drawn(beyond: str, seed: int) -> Reference:
     """The axis follows a spline through random points at random times."""
     draw = np.random.default_rng(seed)
