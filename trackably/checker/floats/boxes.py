@@ -55,7 +55,7 @@ def models(
 ) -> Iterator[dict[Shifted, Model]]:
     """Yield for each box models of shifted signals in the arithmetic of mpmath, without those that are not finite."""
     signals = {shifted: many_centres(subject, shifted) for shifted in wanted}
-    for some in _batches(boxes, terms * (len(wanted) + 1)):
+    for some in _batches(list(boxes), terms * (len(wanted) + 1)):
         with np.errstate(all="ignore"):
             found = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
         for b in range(len(some)):
@@ -63,7 +63,7 @@ def models(
             yield {shifted: model for shifted, model in known.items() if model}
 
 
-def _batches(boxes: Sequence[Box], coefficients: int) -> Iterator[Sequence[Box]]:
+def _batches(boxes: list[Box], coefficients: int) -> Iterator[list[Box]]:
     """Yield the boxes in groups that are processed at once; each box takes this number of `coefficients`."""
     at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // max(1, coefficients)))
     return (boxes[begin : begin + at_once] for begin in range(0, len(boxes), at_once))
