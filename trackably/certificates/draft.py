@@ -156,7 +156,7 @@ class Draft:
         What float64 intervals do not decide is refused, or enclosed in mpmath if `exactly`, which takes long.
         """
         needs = FormulaNeeds.of(self.certificate, list(self.quantities))
-        for box, rest, _ in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
+        for box, rest in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
             enclosures = Enclosures(self.subject, TERMS, box)
             left = refusals(needs, enclosures, rest) if exactly else ((q, "") for q in rest)
             yield from ((box, q, why) for q, why in left)

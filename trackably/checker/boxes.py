@@ -44,9 +44,10 @@ class Enclosures:
 
     def arguments(self, q: Quantity) -> dict[str, Model]:
         """Return models of the arguments of a quantity, by name."""
-        return {name: self._combination(argument) for name, argument in q.arguments.items()}
+        return {name: self.combination(argument) for name, argument in q.arguments.items()}
 
-    def _combination(self, argument: LinearCombination) -> Model:
+    def combination(self, argument: LinearCombination) -> Model:
+        """Return a model of a linear combination of signals."""
         found = Models(self.terms).number(argument.offset)
         for (s, j), w in terms_of(argument):
             found += self._signal(s, j).times(w)
@@ -74,22 +75,24 @@ def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
 
 
 Held = Mapping[Box, list[Quantity]]
-Left = Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]
+Left = Iterator[tuple[Box, list[Quantity]]]
 
 
 @dataclass(frozen=True)
 class FirstPass:
     """A faster check in float64; mpmath decides whatever it leaves undecided.
 
-    `boxes` yields each box with the quantities that are left to be proved, and with models of the signals on which
-    formulas depend. `envelope` over-estimates |z − m| and |ż| of a signal after a time. `cells_left` returns, for each
-    row of polynomial pieces, the cells in which it is not certain to stay between two numbers. `of_joints` returns the
-    limits and the jumps of joints that are not certain to be kept. `at_zero` returns an interval that contains a linear
-    combination of signals at t = 0. `envelope` and `at_zero` return None if nothing is known. `is_sound` says whether
-    the processor's settings make all of this true. `trusted` is a sentence: which arithmetic is trusted.
+    `boxes` yields each box with the quantities that are left to be proved. `models` yields, for each box, models of
+    some shifted signals without their means; it leaves out those that are not finite. `envelope` over-estimates |z − m|
+    and |ż| of a signal after a time. `cells_left` returns, for each row of polynomial pieces, the cells in which it is
+    not certain to stay between two numbers. `of_joints` returns the limits and the jumps of joints that are not certain
+    to be kept. `at_zero` returns an interval that contains a linear combination of signals at t = 0. `envelope` and
+    `at_zero` return None if nothing is known. `is_sound` says whether the processor's settings make all of this true.
+    `trusted` is a sentence: which arithmetic is trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
+    models: Callable[[Subject, Sequence[Shifted], Sequence[Box], int], Iterator[dict[Shifted, Model]]]
     envelope: Callable[[Signal, Real], Decay | None]
     cells_left: Callable[
         [Subject, Sequence[tuple[Functional, Fraction, Fraction]], Sequence[tuple[int, int]], int],
@@ -101,12 +104,9 @@ class FirstPass:
     trusted: str
 
 
-def _every_box(needs: FormulaNeeds, subject: Subject, terms: int, held: Held) -> Left:
-    return ((box, inside, {}) for box, inside in held.items())
-
-
 NO_FIRST_PASS = FirstPass(
-    _every_box,
+    lambda _needs, _subject, _terms, held: iter(held.items()),
+    lambda _subject, _wanted, boxes, _terms: ({} for _ in boxes),
     lambda _signal, _start: None,
     lambda _subject, rows, cells, _bits: [list(cells) for _ in rows],
     everything,
@@ -127,7 +127,7 @@ def check_boxes(
     subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
     for held, terms, first, count in _boxes(certificate, quantities):
-        for i, (box, rest, _) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
+        for i, (box, rest) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
             progress(i, count)
             for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
                 where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"

@@ -423,12 +423,8 @@ def _end(value: object, where: str) -> End:
 def _set_of(end: Reader[End]) -> Reader[Polytope]:
     ends = many(end, ROWS, empty=True)
 
-    def made(rows: Any, lower: Any, upper: Any, dimension: int) -> Polytope | None:
-        is_one = len(rows) == len(lower) == len(upper)
-        return Polytope(tuple(map(Row, rows, lower, upper)), dimension) if is_one else None
-
-    parse: Reader[Polytope | None] = record(
-        made,
+    parse: Reader[dict[str, Any]] = record(
+        dict,
         rows=many(many(exact_number, COORDINATES), ROWS, empty=True),
         lower=ends,
         upper=ends,
@@ -436,9 +432,11 @@ def _set_of(end: Reader[End]) -> Reader[Polytope]:
     )
 
     def read(value: object, where: str) -> Polytope:
-        if (found := parse(value, where)) is None:
+        found = parse(value, where)
+        rows, lower, upper = found["rows"], found["lower"], found["upper"]
+        if not len(rows) == len(lower) == len(upper):
             raise UnreadableError(f"{where} must have as many lower and upper bounds as rows")
-        return found
+        return Polytope(tuple(map(Row, rows, lower, upper)), found["dimension"])
 
     return read
 

@@ -171,7 +171,12 @@ def at_most(x: Real | Fraction | float, y: Real | Fraction | float) -> bool:
     """Return whether x ≤ y is certain; rational numbers are compared exactly."""
     if isinstance(x, Fraction):
         return x <= y if isinstance(y, Fraction) else at_most(ratio(x), y)
-    return bool(exactly(x).b <= exactly(ratio(y) if isinstance(y, Fraction) else y).a)
+    return bool(surely_at_most(exactly(x), exactly(ratio(y) if isinstance(y, Fraction) else y)))
+
+
+def surely_at_most(x: Real, y: Real) -> Any:
+    """Return whether x ≤ y is certain, elementwise for arrays of intervals."""
+    return x.b <= y.a
 
 
 def either(*conditions: Any) -> Any:
@@ -180,6 +185,11 @@ def either(*conditions: Any) -> Any:
     for condition in conditions:
         found = found | (False if condition is None else condition)
     return found
+
+
+def everywhere(condition: Any) -> Any:
+    """Return whether a condition is certain, for all values of an array."""
+    return condition.all() if hasattr(condition, "all") else condition
 
 
 def max_of(x: Real, y: Real) -> Real:
@@ -281,9 +291,8 @@ class UndefinedError(ArithmeticError):
 
 def require(condition: Any, what: str) -> None:
     """Raise UndefinedError unless the condition is certain, for all values of an array."""
-    is_many = hasattr(condition, "all")
-    if not (condition.all() if is_many else condition):
-        raise UndefinedError(what, is_many and condition)
+    if not everywhere(condition):
+        raise UndefinedError(what, hasattr(condition, "all") and condition)
 
 
 def require_nonzero(x: Real) -> None:
@@ -355,21 +364,3 @@ def angle(y: Real, x: Real) -> Real:
     """Return atan2(y, x). Raise UndefinedError if it may be undefined, or may jump."""
     s = side(y, x)
     return atan(y / x) if not s else s * pi() / 2 - atan(x / y)
-
-
-def slope_of_power(a: Real, exponent: float) -> Real:
-    """Return an interval that contains the derivative of x^exponent at each x of an interval."""
-    if is_multiplied(exponent):
-        p = int(exponent)
-        return p * whole_power(a, p - 1) if p else exactly(0)
-    require_positive("power", a)
-    return exactly(exponent) * exp((exactly(exponent) - 1) * log(a))
-
-
-def slope_of_function(name: str, a: Real) -> Real:
-    """Return an interval that contains φ′(x) at each x of an interval on which φ is defined."""
-    if name in ("sin", "cos"):
-        return cos(a) if name == "sin" else -sin(a)
-    if name == "atan":
-        return ONE / (1 + whole_power(a, 2))
-    return exp(a) if name == "exp" else ONE / (a if name == "log" else 2 * sqrt(a))

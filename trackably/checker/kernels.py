@@ -28,7 +28,7 @@ from dataclasses import astuple, dataclass
 from functools import cached_property, lru_cache
 from itertools import zip_longest
 from operator import add
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from trackably.checker.intervals import (
     INFINITE,
@@ -36,9 +36,10 @@ from trackably.checker.intervals import (
     SIGN,
     ZERO,
     Real,
-    at_most,
     between,
     cos,
+    either,
+    everywhere,
     exactly,
     exp,
     lesser,
@@ -49,6 +50,7 @@ from trackably.checker.intervals import (
     select,
     sin,
     sqrt,
+    surely_at_most,
     total,
 )
 from trackably.checker.models import Model, exp_series, power_series, times
@@ -70,6 +72,17 @@ class Sizes(NamedTuple):
     stretch: Real
     moment: Real
     roundings: Real
+
+
+class Kink(NamedTuple):
+    """Whether r + h x ≤ 0 is certain for all |x| ≤ 1 (`before`), whether ≥ 0 is (`after`), and `Kernel.oddness`.
+
+    The oddness is None if it is still to be found.
+    """
+
+    before: Any
+    after: Any
+    oddness: Real | None
 
 
 class Kernel(ABC):
@@ -126,26 +139,34 @@ class Kernel(ABC):
         """Return a, and at most n coefficients in x of g, where κ(r + h x) = a e^g(x); None for other kernels."""
         return None
 
-    def model(self, r: Real, h: Real, radius: Real, n: int) -> Model:
-        """Enclose κ(r + h x) for all x ∈ [−1, 1].
+    def model(self, r: Real, h: Real, radius: Real, n: int, kink: Kink | None = None) -> Model:
+        """Enclose κ(r + h x) for all x ∈ [−1, 1], where h > 0.
 
         By Cauchy's estimate, the remainder of n terms of the Taylor series is at most M (h/ρ)ⁿ/(1 − h/ρ), where |κ| ≤ M
         on the disc of radius ρ. If the box contains a kink, the branch of its middle is continued to the other side.
+        If `kink` is None, it follows from r and h.
         """
-        after, before = at_most(h, r), at_most(h, -r)
-        # κ is even: differences are mirrored to the positive side
-        side = 1 if after or (not before and at_most(0, r)) else -1
-        missed = self.largest_on_disc(r, radius) * geometric_rest(h / radius, n) + self.jump(r, h)
-        if self.has_kink and not (before or after):
-            # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
-            reached = at_most(-0.01 * h, side * r)
-            # the branch of the box's middle must be that of the kink: its odd powers are bounded
-            same_branch = at_most(self.jump(ZERO, abs(r)), ZERO)
-            missed += self.oddness(1.01 * h, radius, n) if reached and same_branch else INFINITE
-        return Model(self.taylor(side * r, side * h, n), missed)
+        missed = ZERO
+        if self.has_kink:
+            kink = kink or Kink(surely_at_most(h, -r), surely_at_most(h, r), None)
+            # κ is even: differences are mirrored to the positive side
+            is_positive = either(kink.after, surely_at_most(ZERO, r))
+            r, h = select(is_positive, r, -r), select(is_positive, h, -h)
+            if not everywhere(one_side := either(kink.before, kink.after)):
+                missed = select(one_side, ZERO, self._beyond_kink(r, abs(h), radius, n, kink.oddness))
+        missed += self.largest_on_disc(r, radius) * geometric_rest(abs(h) / radius, n) + self.jump(r, abs(h))
+        return Model(self.taylor(r, h, n), missed)
 
-    def oddness(self, reach: Real, radius: Real, n: int) -> Real:
-        """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ reach, where κ₊ is the branch of positive differences."""
+    def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int, oddness: Real | None) -> Real:
+        """Over-estimate the error of the branch at r beyond a kink at 0, where the box is from r − half to r + half."""
+        # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
+        error = select(surely_at_most(-0.01 * half, r), oddness or self.oddness(half, radius, n), INFINITE)
+        # the branch of the box's middle must be that of the kink: its odd powers are bounded
+        return select(surely_at_most(self.jump(ZERO, abs(r)), ZERO), error, INFINITE)
+
+    def oddness(self, half: Real, radius: Real, n: int) -> Real:
+        """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ 1.01 half, where κ₊ is the branch of positive differences."""
+        reach = 1.01 * half
         odd = total(abs(coefficient) for coefficient in self.taylor(ZERO, reach, n)[1::2])
         return 2 * (odd + self.largest_on_disc(ZERO, radius) * geometric_rest(reach / radius, n))
 

@@ -35,8 +35,6 @@ from trackably.checker.intervals import (
     require_positive,
     side,
     sin,
-    slope_of_function,
-    slope_of_power,
     sqrt,
     total,
     whole_power,
@@ -245,11 +243,14 @@ def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Se
             length = whole_power(x, 2) + whole_power(y, 2)
             require_nonzero(length)
             return lambda by: (x * by[0] - y * by[1]) / length
+        case Power(_, exponent) if is_multiplied(exponent):
+            slope = exponent * whole_power(at[0], int(exponent) - 1) if exponent else ZERO
         case Power(_, exponent):
-            slope = slope_of_power(at[0], exponent)
+            require_positive("power", at[0])
+            slope = _derivative("power", at[0], 1, exponent)
         case Function(name):
             require_positive(name, at[0])
-            slope = slope_of_function(name, at[0])
+            slope = _derivative(name, at[0], 1, 0.5)
     return lambda by: slope * by[0] if by else ZERO
 
 
@@ -285,7 +286,10 @@ def _times_powers(a: Model, d: Model) -> Model:
 
 
 def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
-    """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x."""
+    """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x, on which φ is defined.
+
+    `name` says which function φ is; of "power" and "sqrt" the `exponent` is given.
+    """
     if name == "exp":
         return exp(x) / factorial(k)
     if name in ("sin", "cos"):

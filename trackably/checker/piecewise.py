@@ -28,7 +28,7 @@ from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Step
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.moving import Cells, cells_of, compose, hull, place
 from trackably.checker.polynomials import stays_between
-from trackably.checker.quantities import absolute_sum, functionals, shifted_signal, shifts_of, weighted_sum
+from trackably.checker.quantities import functionals, gross_of, shifted_signal, shifts_of, weighted_sum
 from trackably.checker.subject import Bound, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
 from trackably.checker.watch import progress, require_room, short, tick
 
@@ -141,7 +141,7 @@ def check_sizes(certificate: Certificate) -> str | None:
             return "sizes: some number of a piece is too large for the analysis of rounding"
     positive += [length for each in lengths.values() for length in each]
     for bound in subject.bounds:
-        weights, offset = _gross(subject, bound)
+        weights, offset = gross_of(bound.row, functionals(subject, bound.of))
         positive += [size for size in (*weights, offset) if size]
     if max(positive) > _LARGEST or min(positive) < _SMALLEST or certificate.until > 1e60:
         return "sizes: some number is too large or too small for the analysis of rounding"
@@ -176,7 +176,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
     found = dict[str, Fraction]()
     for bound in subject.bounds:
-        weights, offset = _gross(subject, bound)
+        weights, offset = gross_of(bound.row, functionals(subject, bound.of))
         gross = exact_sum([offset, *(w * size for w, size in zip(weights, largest, strict=True) if w)])
         used = sum(1 for r in bound.row if r)
         error = (used + 2) * UNIT * _size(subject, start, end, bound) + operations * UNIT**2 * gross
@@ -192,12 +192,6 @@ def _why_uncounted(certificate: Certificate) -> str | None:
         if z.beyond == "period" and not Fraction(certificate.until) + ahead + abs(z.ends[0]) <= 2**50 * z.period:
             return "evaluation: there are more periods than float64 can count"
     return None
-
-
-def _gross(subject: Subject, bound: Bound) -> tuple[list[Fraction], Fraction]:
-    """Return the sums of the absolute weights of each signal, and of the absolute offsets, without any cancellation."""
-    found = absolute_sum(bound.row, functionals(subject, bound.of))
-    return [*map(exact_sum, found.weights)], found.offset
 
 
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:

@@ -148,12 +148,10 @@ def shifted_signal(subject: Subject, i: int, j: int, count: int) -> Functional:
 
 def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
     """Return Σ_i row_i part_i."""
-    found, gross = weighted_sum(row, parts), absolute_sum(row, parts)
+    found = weighted_sum(row, parts)
     means = (Fraction(z.mean) for z in subject.signals)
     at_rest = found.offset + exact_dot(means, map(exact_sum, found.weights))
-    return LinearCombination(
-        [*map(list, found.weights)], ratio(at_rest), [*map(exact_sum, gross.weights)], gross.offset
-    )
+    return LinearCombination([*map(list, found.weights)], ratio(at_rest), *gross_of(row, parts))
 
 
 def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
@@ -170,14 +168,15 @@ def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
     return Functional(total([part.offset for _, part in used]), weights)
 
 
-def absolute_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
-    """Return Σ_i |row_i| |part_i|, with the absolute values of all weights and offsets, without any cancellation."""
+def gross_of(row: Sequence[Fraction], parts: Sequence[Functional]) -> tuple[list[Fraction], Fraction]:
+    """Return what Σ_i row_i part_i has in absolute weights of each signal, and in absolute offsets.
+
+    These are sums of absolute values before any terms cancel.
+    """
     used = [(abs(r), part) for r, part in zip(row, parts, strict=True) if r]
-    sizes = [
-        Functional(abs(part.offset), tuple(tuple([abs(w) if w else w for w in of]) for of in part.weights))
-        for _, part in used
-    ]
-    return weighted_sum([r for r, _ in used], sizes)
+    by_signal = zip(*(part.weights for _, part in used), strict=True)
+    weights = [exact_sum(r * abs(w) for (r, _), ws in zip(used, of, strict=True) for w in ws if w) for of in by_signal]
+    return weights, exact_sum(r * abs(part.offset) for r, part in used)
 
 
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:

@@ -93,14 +93,14 @@ def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence
 def _terms(subject: Subject) -> int:
     """Return the number of shifted signals that an input depends on."""
     if isinstance(subject.system, NonlinearSystem):
-        return 2 if subject.system.flat is None else 1 + subject.system.flat.last_shift
+        return 1 + subject.system.last_shift
     return sum(map(len, functionals(subject, "input")[0].weights))
 
 
 def _ahead(subject: Subject) -> Real:
     """Return the largest shift j T [s] of a signal on which a state or an input depends."""
     if isinstance(subject.system, NonlinearSystem):
-        return subject.step if subject.system.flat is None else subject.system.flat.last_shift * subject.step
+        return subject.system.last_shift * subject.step
     parts = (*functionals(subject, "state"), *functionals(subject, "input"))
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 

@@ -178,6 +178,11 @@ class NonlinearSystem:
         """The names of the states one step later."""
         return tuple(f"{name}⁺" for name in self.states)
 
+    @property
+    def last_shift(self) -> int:
+        """The largest j of the shifted signals z_s(t + j T) on which states and inputs depend."""
+        return 1 if self.flat is None else self.flat.last_shift
+
 
 class OfBound(str):
     """Why a file shows nothing, as a sentence, where a single bound is the cause: `bound` is its name."""

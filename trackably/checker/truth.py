@@ -35,19 +35,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from math import inf
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
 from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
-from trackably.checker.formulas import Name
 from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, exactly, ratio, total
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
-from trackably.checker.moving import Limit
-from trackably.checker.quantities import Quantity, states_of
-from trackably.checker.rounding import FormulaNeeds
+from trackably.checker.quantities import shifts_of, states_of
 from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, short, tick
 
@@ -123,15 +119,11 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
 
     None for a side that is invalid.
     """
-    state = states_of(subject)[subject.system.states.index(truth.state)]
-    # no value keeps 1 ≤ q ≤ −1, so that the first pass proves nothing, and hands on its models of the signals
-    none = Limit(1.0, ZERO), Limit(-1.0, ZERO)
-    q = Quantity(truth.state, [(Fraction(1), Name("z"))], {"z": state}, *none)
-    needs = FormulaNeeds({truth.state: inf}, {"z": ZERO}, 0)
-    held = {Box(*ends, radius): [q] for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)}
-    every, known_boxes = places(truth), first_pass.boxes(needs, subject, truth.terms, held)
-    for (box, _, known), above, below in zip(known_boxes, truth.upper, truth.lower, strict=True):
-        model = Enclosures(subject, truth.terms, box, dict(known)).arguments(q)["z"]
+    state, every = states_of(subject)[subject.system.states.index(truth.state)], places(truth)
+    boxes = [Box(*ends, radius) for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)]
+    models = first_pass.models(subject, shifts_of(state), boxes, truth.terms)
+    for box, known, above, below in zip(boxes, models, truth.upper, truth.lower, strict=True):
+        model = Enclosures(subject, truth.terms, box, known).combination(state)
         kept, cut = model.coefficients[: _DEGREE + 1], model.coefficients[_DEGREE + 1 :]
         kept = [*kept, *[ZERO] * (_DEGREE + 1 - len(kept))]
         missed = model.missed + total(abs(c) for c in cut)

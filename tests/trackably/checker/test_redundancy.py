@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plane, learned
 from tests.trackably.systems.instances import controllable
 from tests.trackably.systems.redundant_instances import excess
@@ -17,7 +16,6 @@ from trackably.checker import Proved, check
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.reference import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -40,14 +38,6 @@ def test_the_checker_proves_that_inputs_exist():
         assert "inputs that push alike" in verdict.statement
     assert '-1.0 ≤ "u1" ≤ 1.0, -0.2 ≤ "u2" ≤ 0.2' in check(as_read(learned().certificate)).statement
     assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
-
-
-def test_a_certificate_is_read_as_it_was_written(tmp_path):
-    for certificate in (learned().certificate, in_the_plane()):
-        assert encode_certificate(decode_certificate(as_read(certificate))) == encode_certificate(certificate)
-    learned().save(tmp_path / "reference.json")
-    again = TrackableReference.load(tmp_path / "reference.json")
-    np.testing.assert_array_equal(again.input(STEPS[:100]), learned().input(STEPS[:100]))
 
 
 def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
@@ -108,7 +98,7 @@ def nearly(seed: int) -> tuple[Reference, float]:
 FINE = np.linspace(0, 12, 24_001)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(8))
 def test_what_is_proved_can_be_done_and_what_is_denied_cannot(seed):
     """By linear programs at the tightest times; a hair (of 1e-6 at least) decides."""
     reference, off = nearly(seed)

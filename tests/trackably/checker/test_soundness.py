@@ -56,11 +56,9 @@ def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
 
 
 DRAWN = {
-    "kernels": (range(1000, 1032), case, 5),
-    "more kernels": (range(1032, 1064), case, 5),
+    "kernels": (range(1000, 1040), case, 5),
     "compact support": (range(9000, 9015), partial(case, drawn=compact_kernel), 2),
-    "general systems": (range(8000, 8010), general_case, 2),
-    "more general systems": (range(8010, 8020), general_case, 2),
+    "general systems": (range(8000, 8014), general_case, 2),
 }
 
 
@@ -70,18 +68,14 @@ def test_nothing_false_is_ever_claimed(seeds, draw, least):
     assert min(said[Certificate], said[Counterexample]) >= least
 
 
-@pytest.mark.parametrize("seed", range(5000, 5030))
-def test_a_margin_of_a_millionth_is_enough(seed):
-    chosen = case(seed, margin=1e-6)
-    errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
-    found = prove_on_window(chosen.reference, 0.0, chosen.end)
-    if all(errors[q.name] < 1e-7 * q.bounds.width for q in chosen.reference.quantities):
-        assert isinstance(found, Certificate), found.explanation
-
-
-@pytest.mark.parametrize("seed", range(6000, 6030))
-def test_a_millionth_too_much_is_refuted(seed):
-    chosen = case(seed, margin=-1e-6)
-    found = prove_on_window(chosen.reference, 0.0, chosen.end)
-    assert isinstance(found, Counterexample), found.explanation
-    assert found.quantity == chosen.active
+@pytest.mark.parametrize("seed", range(5000, 5020))
+def test_a_margin_of_a_millionth_is_enough_and_a_millionth_too_much_is_refuted(seed):
+    for margin in (1e-6, -1e-6):
+        chosen = case(seed, margin=margin)
+        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
+        if margin < 0:
+            assert isinstance(found, Counterexample), found.explanation
+            assert found.quantity == chosen.active
+        elif all(errors[q.name] < 1e-7 * q.bounds.width for q in chosen.reference.quantities):
+            assert isinstance(found, Certificate), found.explanation

@@ -1,10 +1,13 @@
 """Certificates of references that come within a thousandth of their bounds: little room for changes."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from tests.trackably.certificates import naive
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
@@ -82,3 +85,15 @@ VALID = {
     "axis": lambda: prove_on_window(tight_axis(0.4), 0.0, 0.4),
     "plane": lambda: prove_on_window(tight_plane(0.4), 0.0, 0.4),
 }
+
+
+@cache
+def certificate(kind: str) -> Certificate:
+    found = VALID[kind]()
+    assert isinstance(found, Certificate)
+    return found
+
+
+def data_of(kind: str) -> dict:
+    """A file's content of its own."""
+    return encode_certificate(certificate(kind))

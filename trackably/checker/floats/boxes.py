@@ -4,7 +4,6 @@ An instant is checked as a narrow box around it.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from math import isfinite
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
-from trackably.checker.floats.intervals import Floats, Mask, are_positive, join, sums
+from trackably.checker.floats.intervals import Floats, Mask, bernstein_on_box, stay_between, sums
 from trackably.checker.floats.pieces import cells_left, undecided
 from trackably.checker.floats.signals import Boxes, ManyCentres, Models
 from trackably.checker.formulas import parts
@@ -31,17 +30,12 @@ _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 
 def boxes_left(
     needs: FormulaNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
-) -> Iterator[tuple[Box, list[Quantity], dict[Shifted, Model]]]:
-    """Yield each box with the quantities that are not proved here, and with models of the signals in their formulas."""
-    unshifted = {s: many_centres(subject, (s, 0)) for s in range(len(subject.signals))}
+) -> Iterator[tuple[Box, list[Quantity]]]:
+    """Yield each box with the quantities that are not proved here."""
     every = {q.name: q for h in held.values() for q in h}
-    needed = sorted(_needs(every.values()))
-    signals = {(s, j): replace(unshifted[s], shift=_shift(subject, j)) for s, j in needed}
+    signals = {shifted: many_centres(subject, shifted) for shifted in sorted(_needs(every.values()))}
     formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
-    count = len(needed) + sum(len(parts(formula)) for formula in formulas)
-    boxes, at_once = list(held), max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * max(1, count))))
-    for begin in range(0, len(boxes), at_once):
-        some = boxes[begin : begin + at_once]
+    for some in _batches(list(held), terms * (len(signals) + sum(len(parts(formula)) for formula in formulas))):
         inside = {name: [any(q is each for each in held[box]) for box in some] for name, q in every.items()}
         proved = {name: np.zeros(len(some), dtype=bool) for name in every}
         needed_in, every_box = [_needs(held[box]) for box in some], Boxes(*np.array(some).T)
@@ -53,10 +47,26 @@ def boxes_left(
                 models = {s: found[s].at(np.searchsorted(used[s], where)) for s in _needs([q]) if len(where)}
                 if models:  # without signals, a quantity is a constant
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
-        for b, box in enumerate(some):
-            rest = [q for q in held[box] if not proved[q.name][b]]
-            known = {s: _model(found[s], int(np.searchsorted(used[s], b))) for s in _needs(filter(_is_formula, rest))}
-            yield box, rest, {shifted: model for shifted, model in known.items() if model}
+        yield from ((box, [q for q in held[box] if not proved[q.name][b]]) for b, box in enumerate(some))
+
+
+def models(
+    subject: Subject, wanted: Sequence[Shifted], boxes: Sequence[Box], terms: int
+) -> Iterator[dict[Shifted, Model]]:
+    """Yield for each box models of shifted signals in the arithmetic of mpmath, without those that are not finite."""
+    signals = {shifted: many_centres(subject, shifted) for shifted in wanted}
+    for some in _batches(list(boxes), terms * (len(wanted) + 1)):
+        with np.errstate(all="ignore"):
+            found = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+        for b in range(len(some)):
+            known = {shifted: _model(of, b) for shifted, of in found.items()}
+            yield {shifted: model for shifted, model in known.items() if model}
+
+
+def _batches(boxes: list[Box], coefficients: int) -> Iterator[list[Box]]:
+    """Yield the boxes in groups that are processed at once; each box takes this number of `coefficients`."""
+    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // max(1, coefficients)))
+    return (boxes[begin : begin + at_once] for begin in range(0, len(boxes), at_once))
 
 
 def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
@@ -66,11 +76,7 @@ def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
 def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
     """Return a shifted signal, without its mean."""
     s, j = shifted
-    return ManyCentres.of(subject.signals[s], _shift(subject, j))
-
-
-def _shift(subject: Subject, j: int) -> Fraction:
-    return j * Fraction(subject.system.sampling_time)
+    return ManyCentres.of(subject.signals[s], j * Fraction(subject.system.sampling_time))
 
 
 def _stays_inside(
@@ -88,8 +94,7 @@ def _stays_inside(
             continue
         low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
         missed = _constant(n) * found.missed.b
-        sides = found.coefficients - low - missed, high - found.coefficients - missed
-        proved[where] = np.all(are_positive(join(sides)).reshape(2, -1), axis=0)
+        proved[where] = stay_between(*map(bernstein_on_box, (found.coefficients, low + missed, high - missed)))
         break
     return proved
 
@@ -182,5 +187,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, models, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
 """The first pass in arrays of float64 intervals."""

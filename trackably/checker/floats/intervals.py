@@ -282,14 +282,10 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
 _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
 
-def are_positive(polynomials: Floats) -> Mask:
-    """Return which of B polynomials Σ_k a_k x^k are certainly ≥ 0 on [−1, 1]; coefficients have the shape (n, B)."""
-    return _are_positive(_bernstein(polynomials))
+def are_positive(pieces: Floats) -> Mask:
+    """Return which of B polynomials are certainly ≥ 0, given by Bernstein coefficients of shape (n, B).
 
-
-def _are_positive(pieces: Floats) -> Mask:
-    """Return which polynomials with these Bernstein coefficients, (n, B), are certainly ≥ 0,
-    after halving if needed.
+    Intervals on which this is not seen from the coefficients are halved.
     """
     count = pieces.low.shape[1]
     of = np.arange(count)
@@ -311,8 +307,8 @@ def _are_positive(pieces: Floats) -> Mask:
     return ~unknown
 
 
-def _bernstein(polynomials: Floats) -> Floats:
-    """Return the Bernstein coefficients of polynomials in x ∈ [−1, 1], as polynomials in y = (x + 1)/2."""
+def bernstein_on_box(polynomials: Floats) -> Floats:
+    """Return the Bernstein coefficients of B polynomials Σ_k a_k x^k on [−1, 1], from coefficients of shape (n, B)."""
     found: Floats = _matrix(_of_powers, len(polynomials.low)) @ polynomials
     return found
 
@@ -355,11 +351,7 @@ def bernstein(n: int) -> Array:
     return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
 
 
-def stay_between(near: Floats, least: Array, most: Array) -> Mask:
-    """Return which polynomials, given by Bernstein coefficients, certainly stay between two numbers each."""
-    kept: Mask = np.all((near.low >= least) & (near.high <= most), axis=0)
-    left = np.flatnonzero(~kept)
-    if len(left):
-        b, sides = near.at((slice(None), left)), (Floats.exact(least[left]), Floats.exact(most[left]))
-        kept[left] = np.all(_are_positive(join([b - sides[0], sides[1] - b])).reshape(2, -1), axis=0)
+def stay_between(near: Floats, least: Floats, most: Floats) -> Mask:
+    """Return which polynomials certainly stay between two others, all given by Bernstein coefficients."""
+    kept: Mask = np.all(are_positive(join([near - least, most - near])).reshape(2, -1), axis=0)
     return kept

@@ -72,7 +72,7 @@ def _are_kept(c: Array, a: Array, b: Array, weights: Array, offsets: Array, leas
         values = _sums(c, a, b, weights, offsets, 0.0)
         sizes = _sums(abs(c), abs(a), b, abs(weights), abs(offsets), _TINY)
         off = 1.1 * (4 * n + terms + 8) * 2.0**-53 * sizes + _TINY
-        ends = (np.broadcast_to(end, (len(weights), count)).ravel() for end in (least, most))
+        ends = (Floats.exact(np.broadcast_to(end, (len(weights), count)).ravel()) for end in (least, most))
         kept = stay_between(Floats(values - off, values + off), *ends)
     return kept.reshape(len(weights), count)
 

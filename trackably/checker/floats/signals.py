@@ -22,8 +22,8 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.floats.intervals import Array, Floats, Mask, join, sums
-from trackably.checker.intervals import ONE, SIGN, ZERO, Real, exactly, total
-from trackably.checker.kernels import Matern, geometric_rest, reach
+from trackably.checker.intervals import ONE, SIGN, Real, exactly, total
+from trackably.checker.kernels import Kink, Matern, geometric_rest, reach
 from trackably.checker.subject import Signal
 from trackably.checker.watch import tick
 
@@ -183,14 +183,11 @@ class ManyCentres:
 
     def enclose(self, boxes: Boxes, n: int) -> Models:
         """Return Taylor models with n terms in the boxes."""
-        oddness = Floats.exact(np.zeros(len(boxes.starts)))
-        if self.kernel.has_kink:
-            oddness = self.kernel.oddness(1.01 * boxes.halves, Floats.exact(boxes.radii), n)
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
         inner = np.flatnonzero(stop > first)
         ends = np.zeros((2, n + 1, len(first)))
         for some in [inner[block] for block in _blocks((stop - first)[inner])]:
-            part, missed = self._in_blocks(boxes.at(some), first[some], stop[some], oddness.at(some), n)
+            part, missed = self._in_blocks(boxes.at(some), first[some], stop[some], n)
             both = join([part, missed.at(None)], axis=0)
             ends[:, :, some] = both.low, both.high
         every = Floats(*ends)
@@ -199,12 +196,12 @@ class ManyCentres:
             return Models(found.coefficients, found.missed + self.reach[1])
         return found + self._outside(boxes, first, stop, n)
 
-    def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, oddness: Floats, n: int) -> tuple[Floats, Floats]:
+    def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> tuple[Floats, Floats]:
         """Return the result of `_block`. If there is one box only, its centres are added part by part."""
         if len(first) > 1:
-            return self._block(boxes, (first, stop - first), oddness, n)
+            return self._block(boxes, first, stop - first, n)
         parts = (
-            self._block(boxes, (np.array([begin]), np.minimum(stop - begin, _PAIRS)), oddness, n)
+            self._block(boxes, np.array([begin]), np.minimum(stop - begin, _PAIRS), n)
             for begin in range(int(first[0]), int(stop[0]), _PAIRS)
         )
         coefficients, missed = next(parts)
@@ -239,26 +236,20 @@ class ManyCentres:
         right = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1], after, -middles, -boxes.halves)
         return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
 
-    def _block(self, boxes: Boxes, near: tuple[Indices, Indices], oddness: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients and remainder bounds, for pairs of boxes and their near centres."""
+    def _block(self, boxes: Boxes, first: Indices, counts: Indices, n: int) -> tuple[Floats, Floats]:
+        """Return coefficients and remainder bounds, for boxes and as many centres each, from the `first` on."""
         tick()
-        first, counts = near
         firsts, of_box = np.concatenate([[0], np.cumsum(counts)[:-1]]), np.repeat(np.arange(len(counts)), counts)
         which = np.arange(len(of_box)) + np.repeat(first - firsts, counts)
         centres, weights, most = self.centres[which], Floats.exact(self.weights[which]), int(counts.max())
         r = boxes.middles.at(of_box) + self.exact_shift - Floats.exact(centres)
-        h, radius = boxes.halves.at(of_box), Floats.exact(boxes.radii[of_box])
-        extra = Floats.exact(np.zeros(len(boxes.starts)))
+        kink = None
         if self.kernel.has_kink:
-            before, after = self._sides(boxes, of_box, centres)
-            is_mirrored = before | ~after & (r.low < 0)
-            r, h = r.choose(is_mirrored, -r, r), h.choose(is_mirrored, -h, h)
-            extra = self._beyond_kinks(boxes, r, abs(weights), ~(before | after), firsts, most, oddness)
-        ratio: Any = abs(h) / radius
-        size = self.kernel.largest_on_disc(r, radius) * geometric_rest(ratio, n)
-        missed = sums(abs(weights) * (size + self.kernel.jump(r, abs(h))), firsts, most)
-        terms = [sums(weights * c, firsts, most) for c in self.kernel.taylor(r, h, n)]
-        return join([c.at(None) for c in terms], axis=0), missed + extra
+            oddness = self.kernel.oddness(boxes.halves, Floats.exact(boxes.radii), n).at(of_box)
+            kink = Kink(*self._sides(boxes, of_box, centres), oddness)
+        each = self.kernel.model(r, boxes.halves.at(of_box), Floats.exact(boxes.radii[of_box]), n, kink)
+        terms = [sums(weights * c, firsts, most).at(None) for c in each.coefficients]
+        return join(terms, axis=0), sums(abs(weights) * each.missed, firsts, most)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return masks of whether all times of a box are before the centre, or all after it, decided exactly."""
@@ -271,18 +262,6 @@ class ManyCentres:
             exact = Fraction(float(centres[i])) - self.shift
             before[i], after[i] = ends[i] <= exact, starts[i] >= exact
         return before, after
-
-    def _beyond_kinks(
-        self, boxes: Boxes, r: Floats, sizes: Floats, across: Mask, firsts: Indices, most: int, oddness: Floats
-    ) -> Floats:
-        """Bound the error of continuing the branch of the middle beyond a kink at 0, in boxes `across` the kink."""
-        half, which = boxes.halves, np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(across)))
-        # As in `Kernel.model`: 1.01 h must reach to the end of the box, and the branch is that of the kink.
-        reached = np.asarray(-0.01 * half.at(which) <= r)
-        same_branch = np.asarray(self.kernel.jump(ZERO, abs(r)) <= 0)
-        known = sizes.choose(reached & same_branch, sizes, np.nan)
-        crossed = sums(sizes.choose(across, known, 0.0), firsts, most)
-        return crossed.choose(np.logical_or.reduceat(across, firsts), crossed * oddness, 0.0)
 
 
 def _blocks(counts: Indices) -> Iterator[slice]:

@@ -16,20 +16,6 @@ def _holds(interval, number) -> bool:
     return mp.mpf(interval.a._mpi_[0]) <= number <= mp.mpf(interval.b._mpi_[1])
 
 
-@pytest.mark.parametrize("name", ["exp", "cos", "sin", "log"])
-def test_elementary_functions_hold_the_true_value(name):
-    """At points and over intervals, small and large, against three times the digits."""
-    function, true, draw = getattr(intervals, name), getattr(mp, name), random.Random(name)
-    with mp.workprec(3 * iv.prec):
-        for _ in range(3000):
-            x = draw.choice([1, -1]) * 10 ** draw.uniform(-12, 4)
-            x = abs(x) if name == "log" else x
-            width = draw.choice([0.0, 1e-9, 0.1, 2.0]) * abs(x)
-            interval = function(iv.mpf([x, x + width]))
-            for part in (0.0, 1.0, draw.random()):
-                assert _holds(interval, true(mp.mpf(x) + part * (mp.mpf(x + width) - mp.mpf(x))))
-
-
 def test_cosines_over_intervals_hold_their_extremes():
     draw = random.Random(0)
     with mp.workprec(3 * iv.prec):

@@ -60,6 +60,28 @@ def test_answers_have_codes_of_their_own(files, capsys) -> None:
         assert said.err.count("\n") <= 1 or said.err.startswith("usage")
 
 
+UNREADABLE = {
+    b"{}": "certificate.format must be",
+    json.dumps({"format": "trackably certificate", "version": 2}).encode(): "this checker reads version 3",
+    b"no JSON": "expected JSON, got 'no JSON' in line 1, column 1",
+    b"": "expected JSON, got the end of the file in line 1, column 1",
+    b'{"a": 1, "a": 1}': "key 'a' appears twice",
+    b'{"a": NaN}': "NaN is no JSON number",
+    b"[" * 100_000: "JSON nested too deeply",
+    b"\xff": "expected JSON, got bytes that are no text in UTF-8",
+}
+
+
+def test_what_cannot_be_read_is_said_in_words(tmp_path, capsys) -> None:
+    for content, words in UNREADABLE.items():
+        (tmp_path / "file").write_bytes(content)
+        assert main([str(tmp_path / "file")]) == UNUSABLE
+        said = capsys.readouterr().err
+        assert said.startswith(f"error: {tmp_path / 'file'}: is ")
+        assert words in said
+    assert main([str(tmp_path / "missing")]) == UNUSABLE
+
+
 def test_the_library_answers_with_the_same_codes(files) -> None:
     for arguments, code in (
         (["proved"], PROVED),

@@ -63,7 +63,7 @@ def kinks(kernel: Kernel) -> list[float]:
 def boxes(kernel: Kernel, rng: np.random.Generator) -> Iterator[Differences]:
     """Yield boxes of all sizes: with kinks right inside, in the middle, at an end to the last bit; with several."""
     for kink in kinks(kernel):
-        for half in (10.0 ** rng.uniform(-6, -0.3, 5)).tolist():
+        for half in (10.0 ** rng.uniform(-6, -0.3, 3)).tolist():
             yield Differences(kink, half)
             yield Differences(kink + float(rng.uniform(-1, 1)) * half, half)
             yield Differences(float(np.nextafter(kink, 9)), half)
