@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.attack.liars import OF_CONTRADICTIONS
+from tests.trackably.certificates.liars import plant as put_lie
 from tests.trackably.feasibility import naive
+from tests.trackably.feasibility.instances import random_plant, trajectory
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
@@ -26,11 +29,9 @@ from trackably import (
     learn_reference,
     tank,
 )
-from trackably import feasibility as proposing
 from trackably import learn as learning
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import accepted_file
-from trackably.checker.certificate import Window
 from trackably.checker.contradiction import Value
 from trackably.feasibility import Steps, impossible, least
 from trackably.streams import learn as streams
@@ -46,31 +47,6 @@ SEEDS = range(12)
 def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Written = "all_times", mean: float = 0.0) -> Any:
     claim = as_claim(claim)
     return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
-
-
-def random_plant(rng: np.random.Generator) -> ConstrainedSystem:
-    n, m = int(rng.integers(1, 5)), int(rng.integers(1, 3))
-    A = rng.normal(size=(n, n))
-    A *= rng.uniform(0.5, 1.2) / np.abs(np.linalg.eigvals(A)).max()
-    system = LinearSystem(A, rng.normal(size=(n, min(n, m))), rng.normal(size=n) / 20, sampling_time=0.1)
-    x, u = 10.0 ** rng.uniform(-3, 3, n), 10.0 ** rng.uniform(-3, 3, min(n, m))
-    scaled = LinearSystem(A * x[:, None] / x, system.B * x[:, None] / u, system.c * x, sampling_time=0.1)
-    u *= rng.uniform(0.05, 1.0)
-    skew = np.vstack([np.eye(n), np.ones(n)]) / x
-    return ConstrainedSystem(scaled, Polytope(skew, -np.ones(n + 1), np.ones(n + 1)), Polytope.box(-u, u))
-
-
-def trajectory(seed: int) -> tuple[ConstrainedSystem, Window, Waypoints]:
-    """A random plant, and some states of an admissible trajectory as values, until it leaves its set."""
-    rng = np.random.default_rng(seed)
-    plant = random_plant(rng)
-    x, at, step = np.zeros(len(plant.system.states)), dict[float, Any](), 0
-    while step < 12 and plant.state_set.margin(x) >= 0:
-        if step == 0 or rng.random() < 0.6:
-            at[0.1 * step] = dict(zip(plant.system.states, x.tolist(), strict=True))
-        x = plant.linear.successor(x, rng.uniform(plant.input_set.lower, plant.input_set.upper) * rng.uniform(0, 0.3))
-        step += 1
-    return plant, Window(0.0, 0.1 * max(1, step - 1)), at
 
 
 def random_steps(rng: np.random.Generator) -> Steps:
@@ -149,28 +125,17 @@ def test_times_that_steps_do_not_link_exclude_nothing():
     assert told({0.3: {"position": 0.0}, 0.35: {"position": 0.9}}) is not None
 
 
-def lying(rng: np.random.Generator) -> Any:
-    """What proposes multipliers of any size, for more than is missing."""
-
-    def proposed(steps: Steps, elastic: np.ndarray) -> Any:
-        found = least(steps, elastic)
-        sizes = [10.0 ** rng.uniform(-9, 3, len(elastic)) * (rng.random(len(elastic)) < 0.5) for _ in range(2)]
-        return found and replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
-
-    return proposed
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_a_trajectory_does_is_never_called_impossible(seed, monkeypatch):
     """Only tightened bounds exclude it, and only in their own words; no multipliers do, whatever proposes them."""
-    plant, claim, at = trajectory(seed)
+    rng = np.random.default_rng(seed)
+    plant, claim, at = trajectory(rng)
     given = claim, waypoints(at, 1e-9, plant, claim), [0.0] * plant.signal_count
     assert impossible(plant, *given) is None
-    rng = np.random.default_rng(seed)
     drawn = tightening(plant, margin=float(rng.uniform(0.05, 0.45)))
     found = impossible(drawn.plant, *given, drawn)
     assert found is None or isinstance(found, InfeasibleTightening)
-    monkeypatch.setattr(proposing, "least", lying(rng))
+    put_lie("multipliers are any numbers", seed, monkeypatch.setattr, OF_CONTRADICTIONS)
     assert impossible(plant, *given) is None
 
 
