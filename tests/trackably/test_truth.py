@@ -25,9 +25,9 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import TooFar
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
-from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.certificate import Measured, SignalClass, TrueSignal, Window
 from trackably.checker.truth import extreme, places, side
-from trackably.truth import _derive, no_signal, sides_at
+from trackably.truth import _derive, no_signal, sides_at, true_signals
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(
@@ -84,7 +84,7 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed):
     ends = np.unique([*of.samples.times, *(of.rates.times if of.rates else ()), 0.0, 0.5, 1.3, 2.9, 3.0, 4.5])
     kinds, every = set(), places(claim)
     for a, b in pairwise(ends):
-        for _ in range(60):
+        for _ in range(15):
             pair = int(draw.integers(n)), int(draw.integers(n + 8))
             for sign in (1, -1):
                 found = side(of, pair, sign, Box(a, b, 1.0), every)
@@ -129,10 +129,14 @@ def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
 COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "progress": False}
 
 
+def learned_near(claim=(0.0, 1.4), **more):
+    return learn_reference(near_samples(), PLANT, SquaredExponential(), claim, **COARSE | more)
+
+
 @pytest.fixture(scope="module")
 def far():
     """With noise that is thought larger than it is, the reference is further from the signal than it could be."""
-    return learn_reference(near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE)
+    return learned_near()
 
 
 def near_samples():
@@ -142,9 +146,7 @@ def near_samples():
 
 def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far):
     wanted, pushed = 0.9 * far.accuracy().error, Zonotope.box([0.0, -5e-5], [0.0, 5e-5])
-    found = learn_reference(
-        near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, disturbance=pushed, tolerance=wanted
-    )
+    found = learned_near(disturbance=pushed, tolerance=wanted)
     (truth,) = found.certificate.truth
     assert truth.error < truth.plant <= wanted < far.accuracy().error
     verdict = check(encode_certificate(found.certificate))
@@ -154,16 +156,19 @@ def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far):
 
 def test_a_tolerance_bounds_a_state_that_has_no_bounds():
     free = ConstrainedSystem(SYSTEM, Polytope.box([-np.inf, -0.5], [np.inf, 0.5]), PLANT.input_set)
-    found = learn_reference(near_samples(), free, SquaredExponential(), (0.0, 1.4), **COARSE, tolerance=0.05)
-    assert found.certificate.truth[0].error <= 0.05
+    samples = near_samples()
+    plant, _ = true_signals(COARSE["truth"], 0.05, {"position": samples}, free, Window(0.0, 1.4))
+    row, bounds = plant.state_set.intervals[-1]
+    times, values = samples.times[:-1], samples.values[:-1]
+    lower, upper = bounds.ends(times)
+    assert row.tolist() == [1.0, 0.0]
+    assert np.all((lower < values) & (values < upper) & (upper - lower <= 2 * 0.05))
 
 
 def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     least = far.accuracy().least
     with pytest.raises(NotTrackableError, match="from a tolerance of") as raised:
-        learn_reference(
-            near_samples(), PLANT, SquaredExponential(), (0.0, 1.4), **COARSE, tolerance={"position": 0.9 * least}
-        )
+        learned_near(tolerance={"position": 0.9 * least})
     assert isinstance(raised.value.outcome, TooFar)
     assert least <= raised.value.outcome.least <= 1.2 * far.accuracy().error
 
@@ -179,7 +184,7 @@ def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
 )
 def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more):
     with pytest.raises(ValueError, match="tolerance"):
-        learn_reference(near_samples(), PLANT, SquaredExponential(), claim, **{**COARSE, **more}, tolerance=tolerance)
+        learned_near(claim=claim, tolerance=tolerance, **more)
 
 
 def test_what_is_saved_says_the_same_when_it_is_loaded(learned, tmp_path):
