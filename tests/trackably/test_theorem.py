@@ -27,8 +27,12 @@ THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
 RESULTS = ROOT / "data" / "results"
 
 
+def file_of(name):
+    return RESULTS / (name.replace("/", "/certificates/") + ".json")
+
+
 def certificate(name):
-    return json.loads((RESULTS / (name.replace("/", "/certificates/") + ".json")).read_text())
+    return json.loads(file_of(name).read_text())
 
 
 @pytest.fixture(scope="module")
@@ -104,20 +108,13 @@ def highest(content, of, until):
     return float(best)
 
 
-def state_bound_drawn_in():
-    content = certificate("example1/joint")
-    at = highest(content, "states", 1.2)
-    bound = float(value(content, "states", at) - mpf("1e-6"))
-    content["reference"]["plant"]["state_set"]["upper"] = [bound]
-    return content, "states", at, bound
-
-
-def input_bound_drawn_in():
-    content = certificate("example2/exact")
-    at = highest(content, "inputs", content["claim"]["period"])
-    bound = float(value(content, "inputs", at) - mpf("1e-6"))
-    content["reference"]["plant"]["input_set"]["upper"] = [bound]
-    return content, "inputs", at, bound
+def drawn_in(name, side):
+    """Return a certificate whose bound of the state or the input is a millionth below the largest value, and where."""
+    content = certificate(name)
+    at = highest(content, f"{side}s", 1.2)
+    bound = float(value(content, f"{side}s", at) - mpf("1e-6"))
+    content["reference"]["plant"][f"{side}_set"]["upper"] = [bound]
+    return content, f"{side}s", at, bound
 
 
 def elementary(kind, **more):
@@ -143,11 +140,8 @@ def with_kernel(kernel, margin):
     plant = content["reference"]["plant"]
     plant["input_set"].update(lower=[-9.0], upper=[9.0])
     if kernel is PERIODIC:
-        content["claim"] = {
-            "kind": "all_phases",
-            "period": 1.7,
-            **{k: content["claim"][k] for k in ("covers", "terms")},
-        }
+        del content["claim"]["tail_start"]
+        content["claim"] |= {"kind": "all_phases", "period": 1.7}
     at = highest(content, "states", 1.7)
     plant["state_set"]["upper"] = [float(value(content, "states", at) + mpf(margin))]
     return content, "states", at, plant["state_set"]["upper"][0]
@@ -156,8 +150,8 @@ def with_kernel(kernel, margin):
 @cache
 def faults():
     """Certificates whose statement is false: the content, what leaves its bound, when, and the bound."""
-    changed = (state_bound_drawn_in, input_bound_drawn_in)
-    return [*(change() for change in changed), *(with_kernel(kernel, "-1e-6") for kernel in KERNELS.values())]
+    examples = (drawn_in("example1/joint", side) for side in ("state", "input"))
+    return [*examples, *(with_kernel(kernel, "-1e-6") for kernel in KERNELS.values())]
 
 
 def as_counterexample(content, quantity, at):
@@ -179,7 +173,7 @@ def acceleration_drawn_in():
 def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth(coq):
     answer = coq(certificate("example1/sound"), *(with_kernel(kernel, "1e-6")[0] for kernel in KERNELS.values()))
     assert answer.returncode == 0, answer.stderr
-    robust, said = map(certificate, ("example2/robust", "vehicle/robust")), "withstands reference disturbed"
+    robust, said = map(certificate, ("example1/robust", "vehicle/robust")), "withstands reference disturbed"
     answer = coq(*robust, more=f"Check trackable_though_disturbed : {said}.\n")
     assert answer.returncode == 0, answer.stderr
 
@@ -193,8 +187,7 @@ def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
     assert answer.returncode == 0, f"number {len(said)} is accepted: {answer.stderr}"
     assert len(said) == len(false)
     assert all('has type "true = true" while it is expected to have type "Native.check' in each for each in said)
-    names = {"states": "state", "inputs": "input"}
-    refuted = [as_counterexample(content, names[of], at) for content, of, at, _ in faults()]
+    refuted = [as_counterexample(content, of[:-1], at) for content, of, at, _ in faults()]
     answer = coq(*refuted, as_counterexample(acceleration, "ax+ay", then))
     assert answer.returncode == 0, answer.stderr
 
@@ -278,7 +271,7 @@ def test_emulated_arithmetic_does_not_trust_the_processor(coq):
 
 
 def test_coq_proves_what_is_on_record(coq):
-    stated = theorem(RESULTS / "example1" / "certificates" / "joint.json")
+    stated = theorem(file_of("example1/joint"))
     run = run_coq(stated, coq.folder)
     assert run.accepted, run.complaint
     on_record, proved = read_record(ROOT / "theorem")["example1"]["joint"], proved_in(stated, run, coq.folder)
@@ -291,7 +284,7 @@ def test_coq_proves_what_is_on_record(coq):
 
 
 def test_a_proof_that_rests_on_another_axiom_is_not_recorded(coq):
-    stated = theorem(RESULTS / "example1" / "certificates" / "joint.json")
+    stated = theorem(file_of("example1/joint"))
     (only,) = stated.parts
     assumed = f"{only.definition}\nAxiom Assumed : true = true -> holds reference.\n"
     unproved = replace(stated, parts=(replace(only, definition=assumed, lemma="Assumed"),))
@@ -310,7 +303,7 @@ def test_all_that_coq_covers_is_on_record():
 @pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint"])
 def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
     content = certificate(name)
-    text = theorem(RESULTS / (name.replace("/", "/certificates/") + ".json")).text
+    text = theorem(file_of(name)).text
     written = [
         (Fraction(int(n), eval(d.replace("^", "**"))), Fraction(int(m), eval(e.replace("^", "**"))))
         for n, d, m, e in re.findall(r"weight := \((-?\d+) # ([\d ^]+)\); centre := \((-?\d+) # ([\d ^]+)\)", text)
@@ -324,12 +317,12 @@ def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
 @pytest.mark.parametrize("name", ["tank/joint", "mobile-robot/joint"])
 def test_what_coq_does_not_cover_is_refused_in_a_sentence(name):
     with pytest.raises(InputError, match=r"Coq covers linear systems"):
-        theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+        theorem(file_of(name))
 
 
 def test_the_command_writes_the_file_and_says_what_it_leaves_out(tmp_path, capsys):
     output = tmp_path / "example.v"
-    file = RESULTS / "example1" / "certificates" / "joint.json"
+    file = file_of("example1/joint")
     assert main(["theorem", str(file), "--output", str(output)]) == 0
     assert output.read_text() == theorem(file).text
     printed = capsys.readouterr().out
