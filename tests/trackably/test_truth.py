@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.trackably.checker.changes import changed, part_at
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -192,35 +193,32 @@ def test_what_is_saved_says_the_same_when_it_is_loaded(learned, tmp_path):
     assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth
 
 
-def shrink(truth):
-    truth["errors"][int(np.argmax(truth["errors"]))] *= 0.5
-
-
 CHANGES = {
-    "errors": shrink,
-    "noise": lambda truth: truth["of"]["samples"].update(noise=0.004),
-    "bound": lambda truth: truth["of"].update(second_derivative=1.0),
-    "side": lambda truth: truth["upper"].__setitem__(3, [0, 0]),
-    "pair": lambda truth: truth["upper"].__setitem__(3, [0, 1000]),
-    "sample": lambda truth: truth["of"]["samples"]["values"].__setitem__(7, 0.5),
-    "state": lambda truth: truth.update(state="velocity"),
-    "nobody": lambda truth: truth.update(state="nobody"),
-    "plant": lambda truth: truth.update(plant=1.0),
-    "cells": lambda truth: truth["ends"].reverse(),
-    "count": lambda truth: truth["errors"].pop(),
-    "times": lambda truth: truth["of"]["samples"]["times"].reverse(),
-    "multiplier": lambda truth: truth["derived"][0]["upper"][0].__setitem__(1, "1/3"),
-    "measurement": lambda truth: truth["derived"][0]["lower"][0].__setitem__(0, 10**6),
-    "time": lambda truth: truth["derived"][0].update(time=truth["derived"][0]["time"] + 1e-9),
-    "underivable": lambda truth: truth.update(derived=truth["derived"][1:]),
-    "unknown": lambda truth: truth.update(more=1.0),
+    "noise": (("of", "samples", "noise"), 0.004),
+    "bound": (("of", "second_derivative"), 1.0),
+    "side": (("upper", 3), [0, 0]),
+    "pair": (("upper", 3), [0, 1000]),
+    "sample": (("of", "samples", "values", 7), 0.5),
+    "state": (("state",), "velocity"),
+    "nobody": (("state",), "nobody"),
+    "plant": (("plant",), 1.0),
+    "cells": (("ends",), lambda ends: ends[::-1]),
+    "count": (("errors",), lambda errors: errors[:-1]),
+    "errors": (("errors",), lambda errors: [0.99 * error for error in errors]),
+    "times": (("of", "samples", "times"), lambda times: times[::-1]),
+    "multiplier": (("derived", 0, "upper", 0, 1), "1/3"),
+    "measurement": (("derived", 0, "lower", 0, 0), 10**6),
+    "time": (("derived", 0, "time"), lambda time: time + 1e-9),
+    "underivable": (("derived",), lambda derived: derived[1:]),
+    "unknown": (("more",), 1.0),
 }
 
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_changed_truth_is_refused(learned, name):
-    content = copy.deepcopy(encode_certificate(learned.certificate))
-    CHANGES[name](content["truth"][0])
+    content, (path, value) = encode_certificate(learned.certificate), CHANGES[name]
+    path = ("truth", 0, *path)
+    content = changed(content, path, value(part_at(content, path)) if callable(value) else value)
     assert isinstance(check(content), Failed | NotACertificate)
 
 
@@ -245,9 +243,7 @@ def test_samples_of_a_signal_are_never_contradicted_and_planted_faults_always(se
     found = no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
     assert isinstance(found, NoSignal)
     assert isinstance(check(found.contradiction), Contradicted)
-    content = copy.deepcopy(dict(found.contradiction))
-    content["of"] = {**content["of"], "samples": {**content["of"]["samples"], "noise": 20.0}}
-    assert isinstance(check(content), Failed)
+    assert isinstance(check(changed(dict(found.contradiction), ("of", "samples", "noise"), 20.0)), Failed)
 
 
 def test_learning_refuses_samples_that_no_signal_explains():
