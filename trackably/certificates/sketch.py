@@ -145,7 +145,9 @@ def jump_of(reference: Reference, times: Array) -> Unproved | None:
         if not any(isinstance(node, Angle) for node in parts(quantity.trajectory.formula)):
             continue
         values = quantity(signals, times)
-        for i in np.flatnonzero(np.abs(np.diff(values)) > np.pi).tolist():
+        with np.errstate(invalid="ignore"):  # values may be infinite
+            places = np.flatnonzero(np.abs(np.diff(values)) > np.pi)
+        for i in places.tolist():
             (left, low), (right, high) = zip(times[i : i + 2].tolist(), values[i : i + 2].tolist(), strict=True)
             for _ in range(_HALVINGS):
                 middle = left + (right - left) / 2
