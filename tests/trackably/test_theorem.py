@@ -7,20 +7,20 @@ import subprocess
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 
-import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from pipeline.storage.results import Results
 from pipeline.theorem import Proved, files_of, proved_by_coq, proved_in, read_record, run_coq
 from tests.project import ROOT
-from tests.trackably.gp.instances import formula
+from tests.trackably.certificates import naive
 from trackably.__main__ import main
 from trackably.codec import decode
 from trackably.errors import InputError
-from trackably.gp.kernels.base import Kernel
+from trackably.systems.reference import Reference
 from trackably.theorem import theorem
 
 THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
@@ -75,46 +75,25 @@ def coq(tmp_path_factory):
 mp.dps = 50
 
 
-def signal(z, t):
-    """Return z(t) in 50 digits."""
-    kappa, terms = formula(decode(Kernel, z["kernel"])), zip(z["weights"], z["centres"], strict=True)
-    return sum((mpf(c) * kappa(t - mpf(at)) for c, at in terms), mpf(z["mean"]))
+def value(content, name, t):
+    """Return a bounded state or input at a time, in many digits."""
+    return naive.exactly(decode(Reference, content["reference"]), name, t)
 
 
-def exactly(fraction):
-    return mpf(fraction.numerator) / fraction.denominator
-
-
-def value(content, of, t, row=(1,)):
-    """Return this row of x(t) or u(t) in 50 digits."""
-    T, total = mpf(content["reference"]["plant"]["system"]["sampling_time"]), mpf(0)
-    for factor, one in zip(row, content["trajectories"][of], strict=True):
-        total += factor * exactly(Fraction(one["offset"]))
-        for z, weights in zip(content["reference"]["signals"], one["weights"], strict=True):
-            for j, weight in enumerate(map(Fraction, weights)):
-                if weight:
-                    total += factor * exactly(weight) * signal(z, t + j * T)
-    return total
-
-
-def highest(content, of, until):
-    """Return where x(t) or u(t) is largest on [0, until], as a float64, by searches that are finer and finer."""
-    lower, upper = 0.0, until
-    for _ in range(7):
-        times = np.linspace(lower, upper, 61)
-        best = times[max(range(61), key=lambda i: value(content, of, mpf(times[i])))]
-        step = (upper - lower) / 60
-        lower, upper = max(best - step, 0.0), min(best + step, until)
-    return float(best)
+def highest(content, name, until):
+    """Return where a state or an input is largest on [0, until], as a float64, and its value there in many digits."""
+    reference = decode(Reference, content["reference"])
+    return max(
+        ((t, naive.exactly(reference, name, t)) for t in naive.extremes(reference, name, 0.0, until)), key=itemgetter(1)
+    )
 
 
 def drawn_in(name, side):
     """Return a certificate whose bound of the state or the input is a millionth below the largest value, and where."""
     content = certificate(name)
-    at = highest(content, f"{side}s", 1.2)
-    bound = float(value(content, f"{side}s", at) - mpf("1e-6"))
-    content["reference"]["plant"][f"{side}_set"]["upper"] = [bound]
-    return content, f"{side}s", at, bound
+    at, top = highest(content, side, 1.2)
+    content["reference"]["plant"][f"{side}_set"]["upper"] = [bound := float(top - mpf("1e-6"))]
+    return content, side, at, bound
 
 
 def elementary(kind, **more):
@@ -142,9 +121,9 @@ def with_kernel(kernel, margin):
     if kernel is PERIODIC:
         del content["claim"]["tail_start"]
         content["claim"] |= {"kind": "all_phases", "period": 1.7}
-    at = highest(content, "states", 1.7)
-    plant["state_set"]["upper"] = [float(value(content, "states", at) + mpf(margin))]
-    return content, "states", at, plant["state_set"]["upper"][0]
+    at, top = highest(content, "state", 1.7)
+    plant["state_set"]["upper"] = [bound := float(top + mpf(margin))]
+    return content, "state", at, bound
 
 
 @cache
@@ -165,9 +144,9 @@ def acceleration_drawn_in():
     content = certificate("vehicle/joint")
     rows = content["reference"]["plant"]["input_set"]
     assert rows["rows"][0] == [1.0, 1.0]
-    at = max(np.linspace(0.0, 10.0, 81), key=lambda t: value(content, "inputs", mpf(t), (1, 1)))
-    rows["upper"][0] = float(value(content, "inputs", mpf(at), (1, 1)) - mpf("1e-6"))
-    return content, float(at)
+    at, top = highest(content, "ax+ay", 10.0)
+    rows["upper"][0] = float(top - mpf("1e-6"))
+    return content, at
 
 
 def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth(coq):
@@ -179,7 +158,7 @@ def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth(coq):
 
 
 def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
-    assert all(value(content, of, mpf(at)) > mpf(bound) for content, of, at, bound in faults())
+    assert all(value(content, name, at) > mpf(bound) for content, name, at, bound in faults())
     acceleration, then = acceleration_drawn_in()
     false = [*(content for content, *_ in faults()), acceleration, not_the_system(), disturbed_too_much()]
     answer = coq(*false, false=True)
@@ -187,7 +166,7 @@ def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
     assert answer.returncode == 0, f"number {len(said)} is accepted: {answer.stderr}"
     assert len(said) == len(false)
     assert all('has type "true = true" while it is expected to have type "Native.check' in each for each in said)
-    refuted = [as_counterexample(content, of[:-1], at) for content, of, at, _ in faults()]
+    refuted = [as_counterexample(content, name, at) for content, name, at, _ in faults()]
     answer = coq(*refuted, as_counterexample(acceleration, "ax+ay", then))
     assert answer.returncode == 0, answer.stderr
 
@@ -195,11 +174,10 @@ def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
 def not_the_system():
     """Trajectories that do not solve the system."""
     content = certificate("example1/joint")
-    content["trajectories"]["inputs"][0]["weights"][0][1] = "2000000000001/1000000000000"
-    system, t = content["reference"]["plant"]["system"], mpf(0.3)
-    x, u = (value(content, of, t) for of in ("states", "inputs"))
-    after = value(content, "states", t + system["sampling_time"])
-    assert abs(after - mpf(system["A"][0][0]) * x - mpf(system["B"][0][0]) * u) > mpf("1e-15")
+    weights = content["trajectories"]["inputs"][0]["weights"][0]
+    assert weights[1] == "2"
+    assert abs(value(content, "state", 0.1)) > 0.01  # by so much, times 1e-12, the input before this time is off
+    weights[1] = "2000000000001/1000000000000"
     return content
 
 
@@ -209,12 +187,12 @@ def disturbed_too_much():
     disturbance, system = content["disturbance"], content["reference"]["plant"]["system"]
     disturbance["set"]["generators"] = [["1/39"]]
     T, A, B = mpf(system["sampling_time"]), mpf(system["A"][0][0]), mpf(system["B"][0][0])
-    start, K = mpf(highest(content, "states", 1.2)) - 3 * T, mpf(disturbance["feedback"][0][0])
+    start, K = mpf(highest(content, "state", 1.2)[0]) - 3 * T, mpf(disturbance["feedback"][0][0])
     assert A + B * K > 0  # pushes in one direction add up
-    x = value(content, "states", start)
+    x = value(content, "state", start)
     for k in range(3):
         t = start + k * T
-        u = value(content, "inputs", t) + K * (x - value(content, "states", t))
+        u = value(content, "input", t) + K * (x - value(content, "state", t))
         x = A * x + B * u + mpf(1) / 39
     assert x > mpf(disturbance["state_set"]["upper"][0])
     return content
