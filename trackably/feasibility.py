@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -89,9 +89,7 @@ class Steps:
     @property
     def scales(self) -> Array:
         """The width of the bounds of each state and input, 1 if it has none: (n + m,)."""
-        hull = replace(self.plant, state_set=self.plant.state_set.hull, input_set=self.plant.input_set.hull)
-        extents = [extent(hull, name) for name in self.names]
-        return np.array([of.width if of else 1.0 for of in extents])
+        return _scales(self.plant)
 
     @property
     def widths(self) -> Array:
@@ -106,6 +104,14 @@ class Steps:
     def text(self, value: Value) -> str:
         """Return the text "name = number at t = … s" about a value; the number is the middle of its bounds."""
         return f"{value.name} = {(value.lower + value.upper) / 2:.6g} at t = {self.time(value.step):.6g} s"
+
+
+@lru_cache(maxsize=8)
+def _scales(plant: ConstrainedSystem) -> Array:
+    """Return `Steps.scales`; cached, as every program about some of the values needs them."""
+    hulls = plant.state_set.hull, plant.input_set.hull
+    extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
+    return np.array([of.width if of else 1.0 for of in extents])
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:

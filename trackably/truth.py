@@ -19,7 +19,7 @@ from trackably.arguments import instance, positive, real
 from trackably.arrays import Array, ArrayLike, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.cover import discs
-from trackably.certificates.form import as_subject, as_written
+from trackably.certificates.form import as_subject, as_written, without_none
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
 from trackably.certificates.outcome import NoSignal, TooFar, Unproved
 from trackably.checker.boxes import Box
@@ -488,9 +488,8 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
     among = [f"{name} = {y:.6g} at t = {t:.6g} s" for t, y in zip(some.samples.times, some.samples.values, strict=True)]
     if some.rates:
         among += [f"rate {v:.6g} at t = {t:.6g} s" for t, v in zip(some.rates.times, some.rates.values, strict=True)]
-    written = as_written(found)
-    written["of"] = {key: value for key, value in written["of"].items() if value is not None}
-    content = {"format": CONTRADICTION, "version": VERSION} | {key: value for key, value in written.items() if value}
+    written = {name: value for name, value in without_none(as_written(found)).items() if value}
+    content = {"format": CONTRADICTION, "version": VERSION, **written}
     answer = NoSignal(name, missing, tuple(among), content, bound, float(excess / size))
     return answer if judge_contradiction(answer) is answer else None
 

@@ -7,7 +7,7 @@ import scipy
 
 from pipeline.loops.trajectory import Course
 from trackably.arrays import Array
-from trackably.control.bounds import PlantInequalities, Slack
+from trackably.control.bounds import PlantInequalities
 from trackably.control.controller import Controller, shortest_horizon
 from trackably.control.error_model import ErrorModel, reference_defects
 from trackably.control.references import TrackedReference
@@ -67,7 +67,6 @@ class _Projection:
         model = ErrorModel.along(plant.system, window).scaled(scales)
         drift = model.drift @ (reference_defects(plant.system, window) / scales.states).ravel()
         inequalities = PlantInequalities.of(plant)
-        slack = Slack.along(inequalities, window)
         X, U = inequalities.states, inequalities.inputs
         H, G = X.in_widths(scales.states), U.in_widths(scales.inputs)
         (N, n, m), x_r = model.B.shape, window.states[0]
@@ -79,7 +78,8 @@ class _Projection:
             np.hstack([H, np.zeros((len(H), N * m))]),
         ])  # fmt: skip
         now = (X.bounds - X.rows @ x_r) / X.widths
-        b = np.concatenate([slack.states.ravel() - over_all @ drift, slack.inputs.ravel(), now])
+        of_states, of_inputs = np.split(inequalities.slack(window), [N * len(H)])
+        b = np.concatenate([of_states - over_all @ drift, of_inputs, now])
         return cls(M, b, E[-n:], -drift[-n:], x_r, scales.states)
 
     def support(self, direction: Array) -> Array | None:

@@ -24,7 +24,7 @@ from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
-from tests.trackably.feasibility.test_impossible import random_plant, trajectory
+from tests.trackably.feasibility.instances import trajectory
 from tests.trackably.joints.trajectories import ORDERS, extreme
 from tests.trackably.plants import AXIS
 from tests.trackably.test_model_error import PLANT, W, gain
@@ -52,7 +52,7 @@ from trackably import (
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import judge, judge_contradiction
 from trackably.certificates.prove import prove_on_window
-from trackably.checker.certificate import Measured, SignalClass, Window
+from trackably.checker.certificate import Measured, SignalClass
 from trackably.given import table as tables
 from trackably.gp.signal import KernelSum
 from trackably.joints import certify as joints
@@ -372,10 +372,7 @@ OF_MODELS: Lies = {
 
 def of_contradictions(rng: np.random.Generator) -> Found:
     """Values on a trajectory that keeps all bounds."""
-    plant = random_plant(rng)
-    states = trajectory(plant, rng, 12)
-    at = {0.1 * k: dict(zip(plant.system.states, x.tolist(), strict=True)) for k, x in enumerate(states)}
-    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
+    plant, claim, at = trajectory(rng)
     pinned = waypoints(at, 1e-9, plant, claim)
     found: NoSolution | None = feasibility.impossible(plant, claim, pinned, [0.0] * plant.signal_count)
     yield type(found).__name__, None if found is None else f"what a trajectory does is excluded: {found}"

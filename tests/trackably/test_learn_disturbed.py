@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.trackably.checker.changes import changed
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     ConvexHull,
@@ -62,7 +63,7 @@ def test_a_robust_reference_keeps_the_tightened_bounds_and_says_so(name):
     assert "keeps position in [-1.1, 0.2], velocity in [-1, 1], force in [-2.5, 2.5]" in found.explanation
 
 
-@pytest.mark.parametrize("name", ["pushed", "triangle", "noisy"])
+@pytest.mark.parametrize("name", ["triangle", "noisy"])
 def test_disturbed_runs_keep_the_given_bounds(name):
     """Greedy against each bound: u = u_r + K (x + v − x_r), for the window that is proved."""
     found = learned(name)
@@ -102,7 +103,7 @@ def test_a_margin_is_kept_free():
     assert found.certificate.robust is None
 
 
-@pytest.mark.parametrize("name", ["pushed", "triangle", "margin", "noisy"])
+@pytest.mark.parametrize("name", ["triangle", "margin", "noisy"])
 def test_what_is_saved_comes_back(name, tmp_path):
     found = learned(name)
     found.save(tmp_path / "r.json")
@@ -125,11 +126,7 @@ def test_what_is_saved_comes_back(name, tmp_path):
 )
 def test_a_saved_tightening_that_was_changed_is_refused(path, value, tmp_path):
     learned("pushed").save(tmp_path / "r.json")
-    data = json.loads((tmp_path / "r.json").read_text())
-    at = data["tightening"]
-    for key in path[:-1]:
-        at = at[key]
-    at[path[-1]] = value
+    data = changed(json.loads((tmp_path / "r.json").read_text()), ("tightening", *path), value)
     (tmp_path / "r.json").write_text(json.dumps(data))
     with pytest.raises(CodecError, match=r"tightening|rational"):
         TrackableReference.load(tmp_path / "r.json")

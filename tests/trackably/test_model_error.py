@@ -1,11 +1,11 @@
 """Bounds are kept by every plant of a hull, and what the checker accepts is no more than that."""
 
-import copy
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from tests.trackably.checker.changes import changed, part_at
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -104,21 +104,22 @@ def test_what_is_saved_is_proved_again(learned, tmp_path):
     assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
 
 
+MODEL = ("disturbance", "model")
 CHANGES = {
-    "larger": lambda of: of["disturbance"]["model"][0].update(B=[[T**2 / 8], [T / 4]]),
-    "another": lambda of: of["disturbance"]["model"].append({"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]}),
-    "offset": lambda of: of["disturbance"]["model"][1].update(c=[0.01, 0.0]),
-    "shape": lambda of: of["disturbance"]["model"][0].update(c=[0.0]),
-    "empty": lambda of: of["disturbance"].update(model=[]),
-    "hull": lambda of: of["disturbance"].update(set={"kind": "hull", "vertices": [["0", "0"]]}),
-    "nearer": lambda of: of["truth"][0].update(plant=of["truth"][0]["plant"] * (1 - 1e-9)),
+    "larger": ((*MODEL, 0, "B"), [[T**2 / 8], [T / 4]]),
+    "another": (MODEL, lambda model: [*model, {"A": A, "B": (3 * B).tolist(), "c": [0.0, 0.0]}]),
+    "offset": ((*MODEL, 1, "c"), [0.01, 0.0]),
+    "shape": ((*MODEL, 0, "c"), [0.0]),
+    "empty": (MODEL, []),
+    "hull": (("disturbance", "set"), {"kind": "hull", "vertices": [["0", "0"]]}),
+    "nearer": (("truth", 0, "plant"), lambda error: error * (1 - 1e-9)),
 }
 
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_changed_certificate_is_refused(learned, name):
-    content = copy.deepcopy(encode_certificate(learned.certificate))
-    CHANGES[name](content)
+    content, (path, value) = encode_certificate(learned.certificate), CHANGES[name]
+    content = changed(content, path, value(part_at(content, path)) if callable(value) else value)
     assert isinstance(check(content), Failed | NotACertificate)
 
 

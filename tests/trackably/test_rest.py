@@ -1,6 +1,7 @@
 """References that come to rest after a finite time, exactly, by kernels with compact support; proved for all times."""
 
 import copy
+from functools import cache
 
 import numpy as np
 import pytest
@@ -30,8 +31,9 @@ SCALAR = ConstrainedSystem(
 MEANS = {"at zero": 0.0, "elsewhere": 0.0125}
 
 
-def learned(kernel, mean=0.0):
-    return learn_reference(SAMPLES, SCALAR, kernel, "all_times", noise_std=0.01, mean=mean, progress=False)
+@cache
+def learned(family, mean):
+    return learn_reference(SAMPLES, SCALAR, family(), "all_times", noise_std=0.01, mean=mean, progress=False)
 
 
 @pytest.fixture(scope="module", params=[PiecewisePolynomial2, PiecewisePolynomial3], ids=lambda kernel: kernel.__name__)
@@ -39,14 +41,9 @@ def family(request):
     return request.param
 
 
-@pytest.fixture(scope="module")
-def scalar(family):
-    return learned(family())
-
-
 @pytest.mark.parametrize("mean", MEANS.values(), ids=MEANS)
 def test_the_state_is_the_prior_mean_in_every_digit(family, mean):
-    found = learned(family(), mean)
+    found = learned(family, mean)
     (signal,) = found.reference.signals
     rests = float(signal.centres[-1]) + signal.kernel.vanishing_distance
     assert TIMES[-1] < found.certificate.proof.end <= np.nextafter(rests, np.inf)
@@ -58,8 +55,8 @@ def test_the_state_is_the_prior_mean_in_every_digit(family, mean):
     np.testing.assert_allclose(found.input(k), 0.2 * mean, rtol=1e-12)
 
 
-def test_the_checker_agrees_and_a_changed_length_scale_is_refused(scalar):
-    content = encode_certificate(scalar.certificate)
+def test_the_checker_agrees_and_a_changed_length_scale_is_refused(family):
+    content = encode_certificate(learned(family, 0.0).certificate)
     assert content["reference"]["signals"][0]["kernel"]["type"].startswith("piecewise_polynomial")
     assert isinstance(check(content), Proved)
     for factor in (0.5, 2.0):
@@ -68,8 +65,8 @@ def test_the_checker_agrees_and_a_changed_length_scale_is_refused(scalar):
         assert isinstance(check(changed), Failed), factor
 
 
-def test_a_tail_that_begins_too_early_is_refused(scalar):
-    changed = copy.deepcopy(encode_certificate(scalar.certificate))
+def test_a_tail_that_begins_too_early_is_refused(family):
+    changed = copy.deepcopy(encode_certificate(learned(family, 0.0).certificate))
     changed["claim"]["tail_start"] = float(TIMES[-1])
     for boxes in changed["claim"]["covers"].values():
         kept = [end for end in boxes["ends"] if end < TIMES[-1]]

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from tests.trackably.checker.changes import changed
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, learn_reference
 from trackably.codec import CodecError
@@ -21,35 +22,25 @@ def content(reference, tmp_path_factory):
     return path.read_bytes()
 
 
-def changed(*keys, to):
-    def change(content):
-        data = json.loads(content)
-        node = data
-        for key in keys[:-1]:
-            node = node[key]
-        if to is KeyError:
-            del node[keys[-1]]
-        else:
-            node[keys[-1]] = to
-        return json.dumps(data).encode()
-
-    return change
+def tampered(content: bytes, path: tuple, value) -> bytes:
+    return json.dumps(changed(json.loads(content), path, value)).encode()
 
 
+PLANT = ("fit", "reference", "plant")
 BROKEN = {
     "empty": (lambda _: b"", r"expected JSON, got"),
     "cut off": (lambda content: content[:500], r"expected JSON, got"),
-    "no samples": (changed("fit", "samples", to=KeyError), r"lacks samples @ \$\.fit$"),
+    "no samples": (lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
     "a reversed set": (
-        changed("fit", "reference", "plant", "state_set", "upper", to=[-9.0, -9.0]),
+        lambda content: tampered(content, (*PLANT, "state_set", "upper"), [-9.0, -9.0]),
         r"set: row 0 needs entries other than zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
     ),
     "half a window": (
-        changed("proved_from", to=None),
+        lambda content: tampered(content, ("proved_from",), None),
         r"proved_from and proved_until: expected both or none, got None",
     ),
     "a reversed window": (
-        changed("proved_until", to=-1.0),
+        lambda content: tampered(content, ("proved_until",), -1.0),
         r"proved_from and proved_until: expected a window, got 0\.0",
     ),
 }
@@ -74,7 +65,7 @@ def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content, tmp_path)
     again = TrackableReference.load(tmp_path / "r.json", seconds=600.0)
     assert isinstance(again, TrackableReference)
     assert checked.explanation == again.explanation
-    (tmp_path / "r.json").write_bytes(changed("fit", "reference", "plant", "input_set", "upper", to=[0.01])(content))
+    (tmp_path / "r.json").write_bytes(tampered(content, (*PLANT, "input_set", "upper"), [0.01]))
     found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)
     assert isinstance(found, Unchecked)
     with pytest.raises(NotTrackableError, match="certainly breaks"):

@@ -7,28 +7,32 @@ import subprocess
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 
-import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from pipeline.storage.results import Results
 from pipeline.theorem import Proved, files_of, proved_by_coq, proved_in, read_record, run_coq
 from tests.project import ROOT
-from tests.trackably.gp.instances import formula
+from tests.trackably.certificates import naive
 from trackably.__main__ import main
 from trackably.codec import decode
 from trackably.errors import InputError
-from trackably.gp.kernels.base import Kernel
+from trackably.systems.reference import Reference
 from trackably.theorem import theorem
 
 THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
 RESULTS = ROOT / "data" / "results"
 
 
+def file_of(name):
+    return RESULTS / (name.replace("/", "/certificates/") + ".json")
+
+
 def certificate(name):
-    return json.loads((RESULTS / (name.replace("/", "/certificates/") + ".json")).read_text())
+    return json.loads(file_of(name).read_text())
 
 
 @pytest.fixture(scope="module")
@@ -71,53 +75,25 @@ def coq(tmp_path_factory):
 mp.dps = 50
 
 
-def signal(z, t):
-    """Return z(t) in 50 digits."""
-    kappa, terms = formula(decode(Kernel, z["kernel"])), zip(z["weights"], z["centres"], strict=True)
-    return sum((mpf(c) * kappa(t - mpf(at)) for c, at in terms), mpf(z["mean"]))
+def value(content, name, t):
+    """Return a bounded state or input at a time, in many digits."""
+    return naive.exactly(decode(Reference, content["reference"]), name, t)
 
 
-def exactly(fraction):
-    return mpf(fraction.numerator) / fraction.denominator
+def highest(content, name, until):
+    """Return where a state or an input is largest on [0, until], as a float64, and its value there in many digits."""
+    reference = decode(Reference, content["reference"])
+    return max(
+        ((t, naive.exactly(reference, name, t)) for t in naive.extremes(reference, name, 0.0, until)), key=itemgetter(1)
+    )
 
 
-def value(content, of, t, row=(1,)):
-    """Return this row of x(t) or u(t) in 50 digits."""
-    T, total = mpf(content["reference"]["plant"]["system"]["sampling_time"]), mpf(0)
-    for factor, one in zip(row, content["trajectories"][of], strict=True):
-        total += factor * exactly(Fraction(one["offset"]))
-        for z, weights in zip(content["reference"]["signals"], one["weights"], strict=True):
-            for j, weight in enumerate(map(Fraction, weights)):
-                if weight:
-                    total += factor * exactly(weight) * signal(z, t + j * T)
-    return total
-
-
-def highest(content, of, until):
-    """Return where x(t) or u(t) is largest on [0, until], as a float64, by searches that are finer and finer."""
-    lower, upper = 0.0, until
-    for _ in range(7):
-        times = np.linspace(lower, upper, 61)
-        best = times[max(range(61), key=lambda i: value(content, of, mpf(times[i])))]
-        step = (upper - lower) / 60
-        lower, upper = max(best - step, 0.0), min(best + step, until)
-    return float(best)
-
-
-def state_bound_drawn_in():
-    content = certificate("example1/joint")
-    at = highest(content, "states", 1.2)
-    bound = float(value(content, "states", at) - mpf("1e-6"))
-    content["reference"]["plant"]["state_set"]["upper"] = [bound]
-    return content, "states", at, bound
-
-
-def input_bound_drawn_in():
-    content = certificate("example2/exact")
-    at = highest(content, "inputs", content["claim"]["period"])
-    bound = float(value(content, "inputs", at) - mpf("1e-6"))
-    content["reference"]["plant"]["input_set"]["upper"] = [bound]
-    return content, "inputs", at, bound
+def drawn_in(name, side):
+    """Return a certificate whose bound of the state or the input is a millionth below the largest value, and where."""
+    content = certificate(name)
+    at, top = highest(content, side, 1.2)
+    content["reference"]["plant"][f"{side}_set"]["upper"] = [bound := float(top - mpf("1e-6"))]
+    return content, side, at, bound
 
 
 def elementary(kind, **more):
@@ -143,21 +119,18 @@ def with_kernel(kernel, margin):
     plant = content["reference"]["plant"]
     plant["input_set"].update(lower=[-9.0], upper=[9.0])
     if kernel is PERIODIC:
-        content["claim"] = {
-            "kind": "all_phases",
-            "period": 1.7,
-            **{k: content["claim"][k] for k in ("covers", "terms")},
-        }
-    at = highest(content, "states", 1.7)
-    plant["state_set"]["upper"] = [float(value(content, "states", at) + mpf(margin))]
-    return content, "states", at, plant["state_set"]["upper"][0]
+        del content["claim"]["tail_start"]
+        content["claim"] |= {"kind": "all_phases", "period": 1.7}
+    at, top = highest(content, "state", 1.7)
+    plant["state_set"]["upper"] = [bound := float(top + mpf(margin))]
+    return content, "state", at, bound
 
 
 @cache
 def faults():
     """Certificates whose statement is false: the content, what leaves its bound, when, and the bound."""
-    changed = (state_bound_drawn_in, input_bound_drawn_in)
-    return [*(change() for change in changed), *(with_kernel(kernel, "-1e-6") for kernel in KERNELS.values())]
+    examples = (drawn_in("example1/joint", side) for side in ("state", "input"))
+    return [*examples, *(with_kernel(kernel, "-1e-6") for kernel in KERNELS.values())]
 
 
 def as_counterexample(content, quantity, at):
@@ -171,21 +144,21 @@ def acceleration_drawn_in():
     content = certificate("vehicle/joint")
     rows = content["reference"]["plant"]["input_set"]
     assert rows["rows"][0] == [1.0, 1.0]
-    at = max(np.linspace(0.0, 10.0, 81), key=lambda t: value(content, "inputs", mpf(t), (1, 1)))
-    rows["upper"][0] = float(value(content, "inputs", mpf(at), (1, 1)) - mpf("1e-6"))
-    return content, float(at)
+    at, top = highest(content, "ax+ay", 10.0)
+    rows["upper"][0] = float(top - mpf("1e-6"))
+    return content, at
 
 
 def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth(coq):
     answer = coq(certificate("example1/sound"), *(with_kernel(kernel, "1e-6")[0] for kernel in KERNELS.values()))
     assert answer.returncode == 0, answer.stderr
-    robust, said = map(certificate, ("example2/robust", "vehicle/robust")), "withstands reference disturbed"
+    robust, said = map(certificate, ("example1/robust", "vehicle/robust")), "withstands reference disturbed"
     answer = coq(*robust, more=f"Check trackable_though_disturbed : {said}.\n")
     assert answer.returncode == 0, answer.stderr
 
 
 def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
-    assert all(value(content, of, mpf(at)) > mpf(bound) for content, of, at, bound in faults())
+    assert all(value(content, name, at) > mpf(bound) for content, name, at, bound in faults())
     acceleration, then = acceleration_drawn_in()
     false = [*(content for content, *_ in faults()), acceleration, not_the_system(), disturbed_too_much()]
     answer = coq(*false, false=True)
@@ -193,8 +166,7 @@ def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
     assert answer.returncode == 0, f"number {len(said)} is accepted: {answer.stderr}"
     assert len(said) == len(false)
     assert all('has type "true = true" while it is expected to have type "Native.check' in each for each in said)
-    names = {"states": "state", "inputs": "input"}
-    refuted = [as_counterexample(content, names[of], at) for content, of, at, _ in faults()]
+    refuted = [as_counterexample(content, name, at) for content, name, at, _ in faults()]
     answer = coq(*refuted, as_counterexample(acceleration, "ax+ay", then))
     assert answer.returncode == 0, answer.stderr
 
@@ -202,11 +174,10 @@ def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
 def not_the_system():
     """Trajectories that do not solve the system."""
     content = certificate("example1/joint")
-    content["trajectories"]["inputs"][0]["weights"][0][1] = "2000000000001/1000000000000"
-    system, t = content["reference"]["plant"]["system"], mpf(0.3)
-    x, u = (value(content, of, t) for of in ("states", "inputs"))
-    after = value(content, "states", t + system["sampling_time"])
-    assert abs(after - mpf(system["A"][0][0]) * x - mpf(system["B"][0][0]) * u) > mpf("1e-15")
+    weights = content["trajectories"]["inputs"][0]["weights"][0]
+    assert weights[1] == "2"
+    assert abs(value(content, "state", 0.1)) > 0.01  # by so much, times 1e-12, the input before this time is off
+    weights[1] = "2000000000001/1000000000000"
     return content
 
 
@@ -216,12 +187,12 @@ def disturbed_too_much():
     disturbance, system = content["disturbance"], content["reference"]["plant"]["system"]
     disturbance["set"]["generators"] = [["1/39"]]
     T, A, B = mpf(system["sampling_time"]), mpf(system["A"][0][0]), mpf(system["B"][0][0])
-    start, K = mpf(highest(content, "states", 1.2)) - 3 * T, mpf(disturbance["feedback"][0][0])
+    start, K = mpf(highest(content, "state", 1.2)[0]) - 3 * T, mpf(disturbance["feedback"][0][0])
     assert A + B * K > 0  # pushes in one direction add up
-    x = value(content, "states", start)
+    x = value(content, "state", start)
     for k in range(3):
         t = start + k * T
-        u = value(content, "inputs", t) + K * (x - value(content, "states", t))
+        u = value(content, "input", t) + K * (x - value(content, "state", t))
         x = A * x + B * u + mpf(1) / 39
     assert x > mpf(disturbance["state_set"]["upper"][0])
     return content
@@ -278,7 +249,7 @@ def test_emulated_arithmetic_does_not_trust_the_processor(coq):
 
 
 def test_coq_proves_what_is_on_record(coq):
-    stated = theorem(RESULTS / "example1" / "certificates" / "joint.json")
+    stated = theorem(file_of("example1/joint"))
     run = run_coq(stated, coq.folder)
     assert run.accepted, run.complaint
     on_record, proved = read_record(ROOT / "theorem")["example1"]["joint"], proved_in(stated, run, coq.folder)
@@ -291,7 +262,7 @@ def test_coq_proves_what_is_on_record(coq):
 
 
 def test_a_proof_that_rests_on_another_axiom_is_not_recorded(coq):
-    stated = theorem(RESULTS / "example1" / "certificates" / "joint.json")
+    stated = theorem(file_of("example1/joint"))
     (only,) = stated.parts
     assumed = f"{only.definition}\nAxiom Assumed : true = true -> holds reference.\n"
     unproved = replace(stated, parts=(replace(only, definition=assumed, lemma="Assumed"),))
@@ -310,7 +281,7 @@ def test_all_that_coq_covers_is_on_record():
 @pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint"])
 def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
     content = certificate(name)
-    text = theorem(RESULTS / (name.replace("/", "/certificates/") + ".json")).text
+    text = theorem(file_of(name)).text
     written = [
         (Fraction(int(n), eval(d.replace("^", "**"))), Fraction(int(m), eval(e.replace("^", "**"))))
         for n, d, m, e in re.findall(r"weight := \((-?\d+) # ([\d ^]+)\); centre := \((-?\d+) # ([\d ^]+)\)", text)
@@ -324,12 +295,12 @@ def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
 @pytest.mark.parametrize("name", ["tank/joint", "mobile-robot/joint"])
 def test_what_coq_does_not_cover_is_refused_in_a_sentence(name):
     with pytest.raises(InputError, match=r"Coq covers linear systems"):
-        theorem(RESULTS / (name.replace("/", "/certificates/") + ".json"))
+        theorem(file_of(name))
 
 
 def test_the_command_writes_the_file_and_says_what_it_leaves_out(tmp_path, capsys):
     output = tmp_path / "example.v"
-    file = RESULTS / "example1" / "certificates" / "joint.json"
+    file = file_of("example1/joint")
     assert main(["theorem", str(file), "--output", str(output)]) == 0
     assert output.read_text() == theorem(file).text
     printed = capsys.readouterr().out

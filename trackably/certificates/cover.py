@@ -52,8 +52,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
     a box.
     """
     wanted: _Wanted = dict.fromkeys(pairwise(_first_edges(draft, reference, start, end).tolist()), draft.quantities)
-    kinks, accepted = _Kinks.of(draft), {q.name: dict[float, Box]() for q in draft.quantities}
-    exact = set[Box]()
+    kinks, accepted = _Kinks.of(draft), {q.name: list[Box]() for q in draft.quantities}
     for halvings in range(_MOST_HALVINGS):
         ends = np.array([*wanted]).T
         radii, _ = discs(draft.subject, reference, draft.arguments, *ends)
@@ -62,24 +61,19 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
         refused: _Refused = _refusals(draft, tried, exactly=False)
         if halvings >= _EXACT_FROM and 0 < len(refused) <= _MOST_EXACT and not any(map(kinks.are_in, refused)):
             left = {box: [q for q in tried[box] if q.name in names] for box, names in refused.items()}
-            before, refused = refused, _refusals(draft, left, exactly=True)
-            exact.update(box for box, names in before.items() if len(names) > len(refused.get(box, ())))
+            refused = _refusals(draft, left, exactly=True)
         for box, of in tried.items():
             for q in of:
                 if q.name not in refused.get(box, ()):
-                    accepted[q.name][box.start] = box
+                    accepted[q.name].append(box)
                     done("box")
-        if refused:
-            smooth = sum(not kinks.are_in(box) for box in tried)
-            given_up = _hopeless(draft, reference, refused, halvings, smooth, kinks)
-            if given_up is not None:
-                name, box = given_up
-                reason = refused[box][name] or "no enclosure found in this box is narrow enough"
-                return UncoveredBox(name, box.start, box.end, reason)
-        else:
-            refused = _left(draft, accepted, exact) if halvings else {}  # in the first round all were checked together
-            if not refused:
-                return {name: _join(start, found.values()) for name, found in accepted.items()}
+        if not refused:
+            return {name: _join(start, found) for name, found in accepted.items()}
+        smooth = sum(not kinks.are_in(box) for box in tried)
+        if given_up := _hopeless(draft, reference, refused, halvings, smooth, kinks):
+            name, box = given_up
+            reason = refused[box][name] or "no enclosure found in this box is narrow enough"
+            return UncoveredBox(name, box.start, box.end, reason)
         wanted = {
             part: [q for q in draft.quantities if q.name in names]
             for box, names in refused.items()
@@ -170,24 +164,6 @@ class _Kinks:
             at = int(np.argmax(np.where(off < _CENTRAL, sizes, -off)))
             ends = {float(lower[at]), float(upper[at])}
         return sorted(t for t in ends if start < t < end) or [start + (end - start) / 2]
-
-
-def _left(draft: Draft, accepted: dict[str, dict[float, Box]], exact: set[Box]) -> _Refused:
-    """Remove and return the accepted boxes that float64 intervals refuse when all boxes are checked together.
-
-    Boxes in `exact` stay. Sums over centres are rounded in an order that depends on the boxes that are enclosed
-    together, so that a box that was just accepted may be refused in the whole proof. Each such box would then be
-    enclosed in mpmath, which takes longer than all the others.
-    """
-    held = dict[Box, list[Quantity]]()
-    for q in draft.quantities:
-        for _, box in sorted(accepted[q.name].items()):
-            held.setdefault(box, []).append(q)
-    refused = {box: names for box, names in _refusals(draft, held, exactly=False).items() if box not in exact}
-    for box, names in refused.items():
-        for name in names:
-            del accepted[name][box.start]
-    return refused
 
 
 def _refusals(draft: Draft, held: Mapping[Box, Sequence[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:

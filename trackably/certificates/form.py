@@ -30,7 +30,7 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
         "claim": {**_claim(certificate.claim), **_proof(certificate.claim, certificate.proof)},
         **encode_subject(certificate.reference),
         **_robust(certificate.robust),
-        **({"truth": [_without_none(as_written(of)) for of in certificate.truth]} if certificate.truth else {}),
+        **({"truth": [without_none(as_written(of)) for of in certificate.truth]} if certificate.truth else {}),
         "evaluation": {"until": certificate.evaluated_until, "errors": dict(certificate.evaluation_error)},
     }
 
@@ -128,11 +128,11 @@ def _set(disturbance: DisturbanceSet) -> dict[str, Any]:
     return {"kind": "hull" if isinstance(disturbance, ConvexHull) else "zonotope", **as_written(disturbance)}
 
 
-def _without_none(written: Any) -> Any:
+def without_none(written: Any) -> Any:
     """Return the written form without the fields that are None."""
     if not isinstance(written, dict):
         return written
-    return {name: _without_none(value) for name, value in written.items() if value is not None}
+    return {name: without_none(value) for name, value in written.items() if value is not None}
 
 
 def as_written(value: object) -> Any:

@@ -6,7 +6,7 @@ before anything is handed out.
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property as cached
@@ -226,34 +226,22 @@ class _ProofProblem:
     def prove_instants(self, last_step: int) -> Outcome:
         times = self.reference.instants(np.arange(last_step + 1.0))
         signals = [signal.summed for signal in self.reference.kernel_sums]
-        for quantity in self.reference.quantities:
-            margins = quantity.margin(signals, times)
-            for k in np.flatnonzero(margins <= self.draft.errors[quantity.name]).tolist():
-                if failure := self._failure_at(quantity, float(times[k]), k):
-                    return failure
-        return self.certificate(Steps(last_step))
+        every = ((q, q.margin(signals, times) <= self.draft.errors[q.name]) for q in self.reference.quantities)
+        close = ((q, t) for q, are_close in every for t in times[are_close].tolist())
+        return self._failure_among(close) or self.certificate(Steps(last_step))
 
     def certificate(self, proof: Cover | Steps) -> Certificate:
         return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)
 
     def broken(self, start: float, end: float) -> Failure | None:
-        """Return a violation of a bound, or a margin smaller than rounding errors, if the float64 margins show one."""
-        if self.draft.unbounded:
-            return self._worst_failure(start, end)
-        drawn = sketches(self.reference, start, end)
-        for quantity, seen in zip(self.reference.quantities, drawn, strict=True):
-            if seen.least > self.draft.errors[quantity.name]:
-                continue
-            for time in seen.worst_times:
-                if failure := self._failure_at(quantity, time):
-                    return failure
-        return jump_of(self.reference, drawn[0].times)
+        """Return a violation of a bound, or else a margin smaller than rounding errors; None if float64 shows neither.
 
-    def _worst_failure(self, start: float, end: float) -> Failure | None:
-        """Return a counterexample near one of the worst times, or else another failure there; None if there is none."""
-        drawn = zip(self.reference.quantities, sketches(self.reference, start, end), strict=True)
-        every = [failure for quantity, seen in drawn if (failure := self._failure_near(quantity, seen.worst_times[0]))]
-        return next((found for found in every if isinstance(found, Counterexample)), every[0] if every else None)
+        Only the times with the smallest margins are examined.
+        """
+        drawn, errors = sketches(self.reference, start, end), self.draft.errors
+        every = zip(self.reference.quantities, drawn, strict=True)
+        close = ((q, t) for q, seen in every if seen.least <= errors[q.name] for t in seen.worst_times)
+        return self._failure_among(close) or jump_of(self.reference, drawn[0].times)
 
     @property
     def unsettled(self) -> Failure:
@@ -263,16 +251,14 @@ class _ProofProblem:
         if not self.draft.has_sane_sizes:
             return self.beyond_analysis
         far = _FAR * self.window
-        failures = [self._failure_near(quantity, far) for quantity in self.reference.quantities]
-        broken = (failure for failure in failures if isinstance(failure, Counterexample))
-        found = next(broken, None) or self._worst_failure(0.0, self.window)
+        late = self._failure_among((quantity, far) for quantity in self.reference.quantities)
+        found = late if isinstance(late, Counterexample) else self.broken(0.0, self.window)
         if isinstance(found, Counterexample) or (found and self.draft.unbounded):
             return found
-        quantity = next((q for q, of in zip(self.reference.quantities, failures, strict=True) if of), None)
         reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
         if self.tail_start is not None:
             reason = f"more than {_LATEST_STEP} instants would have to be checked one by one"
-        quantity = quantity or self.reference.quantities[0]
+        quantity = self.reference.quantity(late.quantity) if late else self.reference.quantities[0]
         return Unproved(quantity.name, quantity.bounds, (far, np.inf), 0.0, reason)
 
     @property
@@ -281,15 +267,19 @@ class _ProofProblem:
         first = self.reference.quantities[0]
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
-    def _failure_near(self, quantity: Quantity, time: float) -> Failure | None:
-        """Return the result of `_failure_at`, at the instant nearest to `time` [s] if only
-        instants are to be proved.
+    def _failure_among(self, places: Iterable[tuple[Quantity, float]]) -> Failure | None:
+        """Return the first counterexample at some times [s] of quantities, or else the first failure; None if none.
+
+        If only instants are to be proved, each time stands for the nearest of them.
         """
-        step = self.reference.plant.sampling_time
-        if not isinstance(self.claim, Instants):
-            return self._failure_at(quantity, time)
-        k = max(round(time / step), 0)
-        return self._failure_at(quantity, k * step, k)
+        T, first = self.reference.plant.sampling_time, None
+        for quantity, time in places:
+            step = max(round(time / T), 0) if isinstance(self.claim, Instants) else None
+            failure = self._failure_at(quantity, time if step is None else step * T, step)
+            if isinstance(failure, Counterexample):
+                return failure
+            first = first or failure
+        return first
 
     def _failure_at(self, quantity: Quantity, time: float, step: int | None = None) -> Failure | None:
         """Return the failure that the value shows at `time` [s], or at exactly k T_s for a `step` k; None if none.

@@ -1,4 +1,4 @@
-"""Bounds of a plant in a controller: scales, inequalities, admissible points, and the slack of a reference."""
+"""Bounds of a plant in a controller: scales, inequalities with the slack of a trajectory, and admissible points."""
 
 from dataclasses import dataclass
 
@@ -111,65 +111,41 @@ class Inequalities:
 
 @dataclass(frozen=True, eq=False)
 class PlantInequalities:
-    """The state set X and the input set U as inequalities."""
+    """The state set X for x(`first`), …, x(N), and the input set U for u(0), …, u(N − 1), as inequalities.
+
+    Slacks of a trajectory are relative to the widths, and stand in one vector: those of the states step by step, then
+    those of the inputs.
+    """
 
     states: Inequalities
     inputs: Inequalities
+    first: int
 
     @classmethod
-    def of(cls, plant: ConstrainedSystem, times: Array | None = None) -> "PlantInequalities":
+    def of(cls, plant: ConstrainedSystem, times: Array | None = None, first: int = 1) -> "PlantInequalities":
         """Return both sets; bounds that move are those at the `times` [s] (N + 1,) of states and inputs."""
         inputs = None if times is None else times[:-1]
-        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs))
+        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs), first)
 
+    def slack(self, window: Window) -> Array:
+        """Return (h − H x) / w and (g − G u) / w along a trajectory; negative for a violated bound."""
+        return np.append(self.states.slack(window.states)[self.first :], self.inputs.slack(window.inputs))
 
-@dataclass(frozen=True, eq=False)
-class Slack:
-    """Bounds of the errors e of states and v of inputs, relative to the widths w.
+    def used(self, errors: Array, input_errors: Array) -> Array:
+        """Return H e / w and G v / w, by which e (N + 1, n) and v (N, m) reduce the slack of the reference."""
+        X, U = self.states, self.inputs
+        return np.append(errors[self.first :] @ X.rows.T / X.widths, input_errors @ U.rows.T / U.widths)
 
-    They are H e(i) / w ≤ `states`(i − 1) for i = 1 … N, shape (N, 2r), and G v(i) / w ≤ `inputs`(i) for i < N, shape
-    (N, 2s). If e(0) is bounded too, `states` begin with its bounds, and have the shape (N + 1, 2r).
-    """
-
-    states: Array
-    inputs: Array
-
-    @classmethod
-    def along(cls, inequalities: PlantInequalities, window: Window, first_bounded: int = 1) -> "Slack":
-        """Return (h − H x_r) / w and (g − G u_r) / w along the window of a reference.
-
-        States are bounded from e(`first_bounded`) on.
-        """
-        return cls(inequalities.states.slack(window.states)[first_bounded:], inequalities.inputs.slack(window.inputs))
-
-    def widen(self, by: float) -> "Slack":
-        """Return the slack after every bound has moved outwards `by` this part of its width."""
-        return Slack(self.states + by, self.inputs + by)
-
-    def remaining(self, inequalities: PlantInequalities, errors: Array, input_errors: Array) -> "Slack":
-        """Return the slack left by e(0), …, e(N) (N + 1, n) and v(0), …, v(N−1) (N, m).
-
-        Negative for a violated bound.
-        """
-        X, U = inequalities.states, inequalities.inputs
-        errors = errors[-len(self.states) :]
-        return Slack(self.states - errors @ X.rows.T / X.widths, self.inputs - input_errors @ U.rows.T / U.widths)
-
-    @property
-    def smallest(self) -> float:
-        """The smallest slack of all; infinite if nothing is bounded."""
-        return float(min(np.min(self.states, initial=np.inf), np.min(self.inputs, initial=np.inf)))
-
-    @property
-    def tightest(self) -> tuple[int, int]:
-        """The index of the quantity with the smallest slack, and the number of steps ahead at which it occurs.
+    def tightest(self, slack: Array, horizon: int) -> tuple[int, int]:
+        """Return the index of the quantity with the smallest slack, and the number of steps ahead at which it occurs.
 
         Quantities are the rows of the sets, those of the states first. Of equal slacks the earliest counts.
         """
-        N, r = len(self.inputs), self.states.shape[1] // 2
-        both_sides = [values.reshape(len(values), 2, -1).min(axis=1) for values in (self.states, self.inputs)]
-        by_step = np.full((N + 1, r + self.inputs.shape[1] // 2), np.inf)
-        by_step[-len(self.states) :, :r], by_step[:-1, r:] = both_sides
+        r, s = len(self.states.rows) // 2, len(self.inputs.rows) // 2
+        of_states, of_inputs = np.split(slack, [2 * r * (horizon + 1 - self.first)])
+        by_step = np.full((horizon + 1, r + s), np.inf)
+        by_step[self.first :, :r] = of_states.reshape(horizon + 1 - self.first, 2, r).min(axis=1)
+        by_step[:-1, r:] = of_inputs.reshape(horizon, 2, s).min(axis=1)
         smallest = np.min(by_step)
         steps_ahead, quantity = np.argwhere(by_step <= smallest + _TIE * (1 + abs(smallest)))[0].tolist()
         return quantity, steps_ahead

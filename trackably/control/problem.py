@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.control.bounds import PlantInequalities, Scales, Slack, pull_inside
+from trackably.control.bounds import PlantInequalities, Scales, pull_inside
 from trackably.control.error_model import ErrorModel, linearisation_defects
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
@@ -63,13 +63,15 @@ class Formulation:
     @cached_property
     def inequalities(self) -> PlantInequalities:
         """The sets as inequalities; bounds that move are those of a horizon that begins at step 0."""
-        return PlantInequalities.of(self.plant, self.plant.sampling_time * np.arange(self.horizon + 1.0))
+        return self._inequalities(0)
 
     def inequalities_from(self, k: int) -> PlantInequalities:
         """Return the sets as inequalities; bounds that move (linear systems only) are those at steps k, …, k + N."""
-        if not self.plant.moves:
-            return self.inequalities
-        return PlantInequalities.of(self.plant, self.plant.sampling_time * (k + np.arange(self.horizon + 1.0)))
+        return self._inequalities(k) if self.plant.moves else self.inequalities
+
+    def _inequalities(self, k: int) -> PlantInequalities:
+        times = self.plant.sampling_time * (k + np.arange(self.horizon + 1.0))
+        return PlantInequalities.of(self.plant, times, self.start.first_bounded)
 
     @cached_property
     def start(self) -> StartSet:
@@ -151,11 +153,9 @@ class StepProblem:
         return np.asarray(self.state - self.window.states[0])
 
     @cached_property
-    def slack(self) -> Slack:
+    def slack(self) -> Array:
         """The slack that the reference leaves for errors."""
-        return Slack.along(
-            self.formulation.inequalities_from(self.k), self.window, self.formulation.start.first_bounded
-        )
+        return self.formulation.inequalities_from(self.k).slack(self.window)
 
     @property
     def free_start(self) -> Array | None:
@@ -181,7 +181,7 @@ class StepProblem:
         """Return the optimum with all sets widened by the tolerance; None if that is not enough."""
         if -self.widest.slack > TOLERANCE:
             return None
-        return self._optimum(self.slack.widen(TOLERANCE), Status.WIDENED) or self.widest
+        return self._optimum(self.slack + TOLERANCE, Status.WIDENED) or self.widest
 
     @cached_property
     def widest(self) -> Plan:
@@ -205,9 +205,9 @@ class StepProblem:
         that satisfies the sets as they are.
         """
         f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.model.programs.tracking
-        fallback = closest or self._solve(tracking, self.slack.widen(TOLERANCE - widest.slack), 0.0) or widest
+        fallback = closest or self._solve(tracking, self.slack + (TOLERANCE - widest.slack), 0.0) or widest
         errors, v = widest.states - self.window.states, widest.inputs - self.window.inputs
-        quantity, steps_ahead = self.slack.remaining(f.inequalities, errors, v).tightest
+        quantity, steps_ahead = f.inequalities.tightest(self.slack - f.inequalities.used(errors, v), f.horizon)
         constraint = f.plant.given_constraints[quantity]
         return Infeasible(
             k=self.k,
@@ -229,12 +229,12 @@ class StepProblem:
         least cost with this end.
         """
         programs = self.model.programs
-        nearest = self._solve(programs.terminal_error, self.slack.widen(TOLERANCE), None)
+        nearest = self._solve(programs.terminal_error, self.slack + TOLERANCE, None)
         if nearest is None:
             return None
         # Twice the tolerance: with the same one, the second program has no interior if only one plan has this end.
         end = nearest.states[-1] - self.window.states[-1]
-        return self._solve(programs.tracking, self.slack.widen(2 * TOLERANCE), end) or nearest
+        return self._solve(programs.tracking, self.slack + 2 * TOLERANCE, end) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
         """Whether a plan ends on the reference, and its states and inputs are in the sets up to twice the tolerance."""
@@ -263,24 +263,24 @@ class StepProblem:
             stage_cost=float(stage_costs[0]),
             states=self.window.states + e,
             inputs=self.window.inputs + v,
-            slack=self.slack.remaining(f.inequalities, e, v).smallest,
+            slack=float(np.min(self.slack - f.inequalities.used(e, v), initial=np.inf)),
             terminal_residual=float(np.max(np.abs(e[-1]))),
             status=status,
         )
 
-    def _optimum(self, slack: Slack, status: Status) -> Plan | None:
+    def _optimum(self, slack: Array, status: Status) -> Plan | None:
         plan = self._solve(self.model.programs.tracking, slack, 0.0, status)
         return plan if plan is not None and self.is_feasible(plan) else None
 
     def _solve(
-        self, program: Program, slack: Slack, end: Array | float | None, status: Status = Status.WIDENED
+        self, program: Program, slack: Array, end: Array | float | None, status: Status = Status.WIDENED
     ) -> Plan | None:
         """Return the plan that a program finds, if any, with e(N) = `end` (n,); None as `end` leaves e(N) free."""
         scales, programs = self.formulation.scales, self.model.programs
         x, start = scales.states, programs.start
         fixed = () if end is None else (np.broadcast_to(end, x.shape) / x,)
         limits = [self.off / x - start.centre, np.ones(len(start.sums)), -(self.model.defects / x).ravel(), *fixed]
-        limits += [np.ones(len(start.lower)), -start.lower, slack.states.ravel(), slack.inputs.ravel()]
+        limits += [np.ones(len(start.lower)), -start.lower, slack]
         found = program.solve(np.concatenate(limits))
         if found is None:
             return None

@@ -7,7 +7,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.control.bounds import Slack, pull_inside
+from trackably.control.bounds import pull_inside
 from trackably.control.error_model import ErrorModel, reference_defects
 from trackably.control.problem import Formulation, StepProblem
 from trackably.control.stepping import Infeasible, Plan, Status
@@ -84,8 +84,7 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds
     off = (start.states - window.states) / scales.states, (start.inputs - window.inputs) / scales.inputs
     first: Array = np.concatenate([of.ravel() for of in off])
-    slack = Slack.along(formulation.inequalities, window)
-    limits = np.concatenate([slack.states.ravel(), slack.inputs.ravel()]) - bounds @ np.where(moves, 0.0, first)
+    limits = formulation.inequalities.slack(window) - bounds @ np.where(moves, 0.0, first)
     bounded = bounds[:, moves].any(axis=1)
     inner = bounds[bounded][:, moves]
 

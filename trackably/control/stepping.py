@@ -214,17 +214,11 @@ def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:
     return next((pull_inside(input_set, u) for u in inputs if np.all(np.isfinite(u))), input_set.centre)
 
 
-class Successor(Protocol):
-    """A plant, which may differ from the controller's model."""
+Successor = Callable[[int, Array, Array], Array]
+"""A plant, which may differ from the controller's model: returns x(k + 1) (n,) from k, x(k) (n,) and u(k) (m,)."""
 
-    def __call__(self, k: int, state: Array, applied: Array, /) -> Array:
-        """Return x(k + 1) (n,) from x(k) (n,) and u(k) (m,)."""
-        ...
+Disturbances = Callable[[int, Array], Array]
+"""Returns the disturbance w(k) (n,) to be added to x(k + 1), from k and the undisturbed x(k + 1).
 
-
-class Disturbances(Protocol):
-    """A disturbance of the state in each step of a simulation, or a noise of its measurement."""
-
-    def __call__(self, k: int, successor: Array) -> Array:
-        """Return w(k) (n,) to be added to the undisturbed x(k + 1); for noise, v(k) to be added to x(k)."""
-        ...
+As a noise of measurement, it returns v(k) to be added to x(k), from k and x(k).
+"""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.loops.feasible_set import feasible_set
+from tests.trackably.certificates.references import certified, unconstrained
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
 from trackably.control.stepping import Plan
@@ -29,24 +30,27 @@ def test_corners_are_where_feasibility_ends(horizon, level):
             assert PLANT.state_set.margin(outside) < 0 or not is_feasible(controller, still, 0, outside)
 
 
+@pytest.mark.parametrize("example", ["example1", "example2"])
 def test_of_a_scalar_system_it_is_an_interval_around_the_reference(example):
-    plant = example.learning.plant
+    reference = certified(example).reference
+    plant = reference.plant
     previous = np.array([np.inf, -np.inf])
     for horizon in (1, 6):
         controller = Controller(plant, horizon, np.eye(1), np.eye(1))
-        ends = feasible_set(controller, example.certified, 30)
+        ends = feasible_set(controller, reference, 30)
         assert ends.shape == (2, 1)
-        assert ends[0, 0] <= min(previous[0], example.certified.state(30)[0] + 1e-9)
-        assert ends[1, 0] >= max(previous[1], example.certified.state(30)[0] - 1e-9)
+        assert ends[0, 0] <= min(previous[0], reference.state(30)[0] + 1e-9)
+        assert ends[1, 0] >= max(previous[1], reference.state(30)[0] - 1e-9)
         for end, outwards in zip(ends, (-1e-4, 1e-4), strict=True):
-            assert is_feasible(controller, example.certified, 30, end - outwards)
+            assert is_feasible(controller, reference, 30, end - outwards)
             outside = end + outwards
-            assert plant.state_set.margin(outside) < 0 or not is_feasible(controller, example.certified, 30, outside)
+            assert plant.state_set.margin(outside) < 0 or not is_feasible(controller, reference, 30, outside)
         previous = ends[:, 0]
 
 
-def test_it_is_empty_where_the_reference_leaves_the_state_set(example1):
-    reference, plant = example1.unconstrained, example1.learning.plant
+def test_it_is_empty_where_the_reference_leaves_the_state_set():
+    reference = unconstrained("example1")
+    plant = reference.plant
     leaves = instances.first_outside(reference, plant.state_set, reference.state)
     controller = Controller(plant, 20, np.eye(1), np.eye(1))
     assert feasible_set(controller, reference, leaves - 20).shape == (0, 1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.loops.online import OnlineLoop, decide_update, receding_window, simulate_online
-from tests.trackably.control import instances
+from tests.trackably.certificates.references import certified
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.outcome import Unproved
 from trackably.checker.certificate import Window
@@ -21,7 +21,7 @@ from trackably.learning.space import SearchSpace
 from trackably.streams.relearner import LearningResult
 from trackably.systems.intervals import Interval
 
-PLANT = instances.example1().plant
+PLANT = certified("example1").reference.plant
 PRIOR = JointPrior((Prior(SquaredExponential(1.0, 1.0).as_learned(), noise_std=0.02),))
 TIMES = np.arange(0.0, 3.01, 0.1)
 NOISE = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)

@@ -6,7 +6,7 @@ import pytest
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
-from trackably.checker.certificate import AllPhases, AllTimes, Window
+from trackably.checker.certificate import AllPhases, AllTimes
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.matern import Matern52
@@ -15,10 +15,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learn import learn_reference
-from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import RealTimes
-from trackably.learning.problem import ConstrainedProblem, NoSolution
-from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -122,18 +118,6 @@ def test_an_error_of_evaluation_tightens_the_bounds_of_its_own_quantity_only() -
     given = {"noise_std": 0.004, "starts": 1, "progress": False}
     found = learn_reference(samples, plant, SquaredExponential(), "all_times", **given)
     assert found.duality_gap <= found.fit.solution.allowed_gap
-
-
-def test_a_prior_mean_that_is_no_admissible_equilibrium_is_explained():
-    samples = axis_samples(stopping, 20, 3.0)
-    prior = JointPrior((Prior(SquaredExponential(lengthscale=(0.2, 2.0)), 0.05, mean=5.0),))
-    space = SearchSpace.around(samples, prior, starts=2)
-    later = tuple(Constraint(q, RealTimes(Window(0.0, 30.0))) for q in AXIS.quantities)
-    found = best_solution(ConstrainedProblem(samples, prior, space, later))
-    assert isinstance(found, NoSolution)
-    assert found.explanation.startswith(
-        "the prior mean 5 is no admissible equilibrium (its position 5 does not lie inside [-1, 1.2])"
-    )
 
 
 def test_before_it_is_said_that_there_is_none_the_whole_search_space_is_looked_at():

@@ -19,7 +19,7 @@ from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, plant
 from tests.trackably.certificates.references import certified
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
-from tests.trackably.plants import AXIS, KERNEL, SAMPLES
+from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     CertifiedTrajectory,
     ConstrainedSystem,
@@ -155,17 +155,17 @@ def test_what_is_saved_is_what_the_checker_accepted(example):
 
 
 def learned() -> TrackableReference:
-    return learn_reference(SAMPLES, AXIS, KERNEL, "all_times", starts=1, **QUIET)
+    return learn_reference(SAMPLES, AXIS, KNOWN, "all_times", **QUIET)
 
 
 def streamed() -> StreamReference:
-    return learn_stream(SAMPLES, AXIS, SquaredExponential(0.5, 0.5), "all_times", window=3.0, **QUIET)
+    return learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=3.0, **QUIET)
 
 
 def fleet(folder: Any, *, proved: bool = False) -> trackably.Fleet:
     """Return a fleet of one recording; of one that was proved before, from what it left in the folder."""
     assert not proved or (folder / "fleet").exists()
-    return learn_many({"one": SAMPLES}, AXIS, KERNEL, "all_times", folder=folder / "fleet", **QUIET)
+    return learn_many({"one": SAMPLES}, AXIS, KNOWN, "all_times", folder=folder / "fleet", **QUIET)
 
 
 CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
@@ -173,7 +173,7 @@ CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
     "learn_stream": lambda folder, _: streamed(),
     "learn_many": lambda folder, _: fleet(folder),
     "learn_reference, impossible": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KERNEL, "all_times", starts=1, at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}, **QUIET
+        SAMPLES, AXIS, KNOWN, "all_times", at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}, **QUIET
     ),
     "certify": lambda folder, _: certify(CURVE, AXIS),
     "certify, refuted": lambda folder, _: certify(BROKEN, AXIS),
@@ -250,7 +250,7 @@ def test_every_outcome_claims_nothing_or_is_asked_of_the_checker():
 def test_values_that_only_a_length_scale_excludes_claim_nothing(gain):
     """The float64 program has a dual ray, and with a shorter length scale there is a proved function."""
     rest, at = Samples([0.0, 0.5, 1.0, 1.5, 2.0], [0.0] * 5), {0.5: {"level": 0.0}, 0.55: {"level": gain}}
-    given: dict[str, Any] = {**QUIET, "mean": 0.0, "at": at, "starts": 1}
+    given: dict[str, Any] = {**QUIET, "mean": 0.0, "at": at}
     with pytest.raises(NotTrackableError, match="this is no proof that there is none") as raised:
         learn_reference(rest, RESERVOIR, SquaredExponential(0.5, 0.5), "all_times", **given)
     assert isinstance(raised.value.outcome, UnmetBounds)

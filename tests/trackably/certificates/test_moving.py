@@ -2,6 +2,7 @@
 
 import copy
 from collections import Counter
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -10,11 +11,13 @@ from mpmath import mp
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from tests.trackably.certificates import naive
+from tests.trackably.checker.changes import changed, part_at
 from trackably import (
     Controller,
     Infeasible,
     Plan,
     Samples,
+    TrackableReference,
     TubeController,
     Zonotope,
     learn_reference,
@@ -25,7 +28,6 @@ from trackably.certificates.form import as_written, encode_certificate, encode_c
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker import Failed, Proved, Refuted, check
-from trackably.codec import dumps, loads
 from trackably.files import from_json, to_json
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -46,13 +48,6 @@ def as_read(found: Certificate | Counterexample) -> dict:
     """What a file says."""
     encode = encode_certificate if isinstance(found, Certificate) else encode_counterexample
     return from_json(to_json(encode(found)))
-
-
-def with_upper(data: dict, change: dict) -> dict:
-    """The file with another upper bound of the state."""
-    other = copy.deepcopy(data)
-    other["reference"]["plant"]["state_set"]["upper"][0].update(change)
-    return other
 
 
 def signal(rng: np.random.Generator, count: int = 8) -> KernelSum:
@@ -113,8 +108,8 @@ def least_margin(reference: Reference):
         coarse = reference.quantities[0].margin(reference.signals, grid)
         near = [
             t
-            for i in np.argsort(coarse)[:6]
-            for t in np.linspace(grid[max(i - 1, 0)], grid[min(i + 1, len(grid) - 1)], 41)
+            for i in np.argsort(coarse)[:3]
+            for t in np.linspace(grid[max(i - 1, 0)], grid[min(i + 1, len(grid) - 1)], 21)
         ]
         return min(map(margin, [*near, *bounds.breakpoints.tolist()]))
 
@@ -140,114 +135,166 @@ HILL = KernelSum(SquaredExponential(1.0, 0.5), 0.0, np.array([1.0]), np.array([0
 """It is 0.4 at 1 s, 0.243 at 1.5 s, and falls to 0.054 at 2 s."""
 
 
-def of_hill(upper, lower=-1.0) -> Reference:
-    return Reference((HILL,), ConstrainedSystem(SCALAR, Polytope.box([lower], [upper]), Polytope.box(-9.0, 9.0)))
+def under(upper, z=HILL) -> Reference:
+    """z with an upper bound that moves."""
+    return Reference((z,), ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-9.0, 9.0)))
 
 
-def proved(upper=None, prover=lambda reference: prove_on_window(reference, 0.0, END), lower=-1.0):
-    upper = PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}) if upper is None else upper
-    found = prover(of_hill(upper, lower))
-    assert isinstance(found, Certificate), found
-    return as_read(found)
+def on_window(reference: Reference) -> Certificate | Counterexample:
+    return prove_on_window(reference, 0.0, END)
 
 
 def test_each_side_of_a_jump_counts() -> None:
     at = float(HILL(np.asarray(2.0)))
     before = PolynomialPieces([0, 1.9, 2, 3], [[0.5, 0], [0.5, (at - 1e-6 - 0.5) / 0.1], [0.5, 0]])
     for upper in (before, PolynomialPieces.steps({0.0: 0.5, 2.0: at - 1e-6})):
-        found = prove_on_window(of_hill(upper), 0.0, END)
+        found = on_window(under(upper))
         assert isinstance(found, Counterexample), found
-    assert proved(PolynomialPieces.steps({0.0: 0.5, 2.0: at + 1e-6}))
+    assert isinstance(on_window(under(PolynomialPieces.steps({0.0: 0.5, 2.0: at + 1e-6}))), Certificate)
+
+
+STEPPED = PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1})
+RESTING = PolynomialPieces.lines({0.0: 0.5, 1.5: 0.45, 3.0: 0.2, 30.0: 0.1})
+SWING = KernelSum(Periodic(1.0, 1.0, 2.0), 0.0, np.array([0.5]), np.array([0.4]))
+LOW, HIGH = (float(SWING(np.asarray(t))) for t in (1.5, 0.5))
+FITTING = PolynomialPieces.lines({0.0: HIGH, 0.5: HIGH + 0.01, 1.5: LOW + 0.1}, period=2.0)
+TENT = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41, 2.0: 0.01})
+JOLTED = {0.0: 0.2, 2.5: 0.5}
+
+
+def curve(beyond="rest") -> PolynomialPieces:
+    return PolynomialPieces([0.0, 1.0, 2.0], [[0.0, 0.4, 0.0], [0.4, -0.4, 0.0]], beyond)
+
+
+def plant_with(upper, push=1.0) -> ConstrainedSystem:
+    return ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, push))
+
+
+def learned(plant: ConstrainedSystem, claim, end: float, values=lambda t: 0.1 * np.sin(t), **options):
+    """What is learned from samples of a curve until its `end` [s]."""
+    given = {"kernel": SquaredExponential(), "noise_std": 0.02, "progress": False} | options
+    t = np.linspace(0, end, 13)
+    return learn_reference(Samples(t, values(t)), plant, claim=claim, **given)
+
+
+def pushed(plant: ConstrainedSystem, end: float, by: float) -> TrackableReference:
+    return learned(plant, (0.0, end), end, disturbance=Zonotope.box([-by], [by]))
+
+
+CERTIFIED = {
+    "a window": lambda: on_window(under(STEPPED)),
+    "all times": lambda: prove(under(RESTING)),
+    "all phases": lambda: prove(under(FITTING, SWING)),
+    "instants": lambda: prove_at_instants(under(STEPPED)),
+    "a disturbed system": lambda: pushed(plant_with(PolynomialPieces.steps(JOLTED)), 6.0, 0.004).certificate,
+    "pieces": lambda: prove(under(TENT, curve())),
+    "a window of pieces": lambda: prove_on_window(under(TENT, curve()), 0.0, 2.0),
+    "pieces that repeat": lambda: prove(
+        under(PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41}, period=2.0), curve("period"))
+    ),
+}
+
+
+@cache
+def certified(name: str) -> dict:
+    found = CERTIFIED[name]()
+    assert isinstance(found, Certificate), found
+    return as_read(found)
+
+
+SETS = ("reference", "plant", "state_set")
+UPPER, GIVEN = (*SETS, "upper", 0), ("disturbance", "state_set", "upper", 0)
+OTHER_PIECES = [
+    ((*UPPER, "breakpoints"), [0.0, 0.9, 2.0]),
+    ((*UPPER, "coefficients"), [[0.01, 0.38], [0.41, -0.4]]),
+]
+TAMPERED = {
+    "a window": [
+        ((*UPPER, "breakpoints", 1), 1.4),
+        ((*UPPER, "coefficients", 1, 0), 0.05),
+        ((*UPPER, "coefficients", 0, 0), 0.39),
+        ((*UPPER, "coefficients", 0), [0.5, -0.3]),
+        ((*UPPER, "beyond"), "end"),
+        ((*UPPER, "breakpoints"), [0.0, 2.0, 2.0]),
+        ((*UPPER, "breakpoints"), [0.0, 2.0, 4.0, 5.0]),
+        ((*SETS, "lower", 0), as_written(STEPPED)),
+    ],
+    "all times": [
+        ((*UPPER, "breakpoints"), [0.0, 1.5, 3.0, 60.0]),
+        ((*UPPER, "beyond"), "period"),
+        ((*UPPER, "coefficients"), [[0.5], [0.5], [-0.1]]),
+    ],
+    "all phases": [((*UPPER, "beyond"), "rest"), ((*UPPER, "breakpoints"), [0.0, 0.5, 1.5, 2.5])],
+    "a disturbed system": [
+        ((*GIVEN, "coefficients", 0, 0), JOLTED[0.0] - 0.003),
+        ((*GIVEN, "breakpoints", 1), 2.0),
+        ((*GIVEN, "beyond"), "period"),
+    ],
+    "pieces": OTHER_PIECES,
+    "a window of pieces": OTHER_PIECES,
+}
 
 
 @pytest.mark.parametrize("exact", [False, True])
-def test_what_is_tampered_with_is_refused(exact: bool) -> None:
-    data = proved()
+@pytest.mark.parametrize("name", CERTIFIED)
+def test_each_claim_is_checked_and_another_bound_is_refused(name: str, exact: bool) -> None:
+    data = certified(name)
     assert isinstance(check(data, exact=exact), Proved)
-
-    def changed(change) -> bool:
-        other = copy.deepcopy(data)
-        change(other, other["reference"]["plant"]["state_set"]["upper"][0])
-        return not isinstance(check(other, exact=exact), Proved)
-
-    def over_breakpoint(other, _):
-        cover = other["claim"]["covers"]["state"]
-        at = cover["ends"].index(2.0)
-        del cover["ends"][at], cover["radii"][at]
-
-    assert changed(over_breakpoint)
-    assert changed(lambda _, end: end["breakpoints"].__setitem__(1, 1.4))
-    assert changed(lambda _, end: end["coefficients"][1].__setitem__(0, 0.05))
-    assert changed(lambda _, end: end["coefficients"][0].__setitem__(0, 0.39))
-    assert changed(lambda _, end: end["coefficients"].__setitem__(0, [0.5, -0.3]))
-    assert changed(lambda _, end: end.update(beyond="end"))
-    assert changed(lambda _, end: end.update(breakpoints=[0.0, 2.0, 2.0]))
-    assert changed(lambda _, end: end["breakpoints"].append(5.0))
-    assert changed(lambda other, end: other["reference"]["plant"]["state_set"]["lower"].__setitem__(0, end))
+    for path, value in TAMPERED.get(name, ()):
+        assert not isinstance(check(changed(data, path, value), exact=exact), Proved), path
 
 
-def test_claims_of_all_times_compare_the_tail_with_where_bounds_rest() -> None:
-    data = proved(PolynomialPieces.lines({0.0: 0.5, 1.5: 0.45, 3.0: 0.2, 30.0: 0.1}), prove)
-    assert data["claim"]["tail_start"] >= 30.0
-    for change in (
-        {"breakpoints": [0.0, 1.5, 3.0, 60.0]},
-        {"beyond": "period"},
-        {"coefficients": [[0.5], [0.5], [-0.1]]},
-    ):
-        assert isinstance(check(with_upper(data, change)), Failed)
-    assert isinstance(prove(of_hill(PolynomialPieces.steps({0.0: 0.5, 50.0: -0.01}))), Counterexample)
-    assert proved(PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1}), prove_at_instants)
-    assert not isinstance(prove_at_instants(of_hill(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2}))), Certificate)
+def test_no_box_covers_a_breakpoint() -> None:
+    data = copy.deepcopy(certified("a window"))
+    cover = data["claim"]["covers"]["state"]
+    at = cover["ends"].index(2.0)
+    del cover["ends"][at], cover["radii"][at]
+    assert isinstance(check(data), Failed)
 
 
-def test_all_phases_need_bounds_of_the_same_period() -> None:
-    swing = KernelSum(Periodic(1.0, 1.0, 2.0), 0.0, np.array([0.5]), np.array([0.4]))
-
-    def of(upper) -> Reference:
-        return Reference((swing,), ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-9.0, 9.0)))
-
-    low, high = (float(swing(np.asarray(t))) for t in (1.5, 0.5))
-    fits = PolynomialPieces.lines({0.0: high, 0.5: high + 0.01, 1.5: low + 0.1}, period=2.0)
-    found = prove(of(fits))
-    assert isinstance(found, Certificate), found
-    data = as_read(found)
-    assert isinstance(check(data), Proved)
-    for change in ({"beyond": "rest"}, {"breakpoints": [0.0, 0.5, 1.5, 2.5]}):
-        assert isinstance(check(with_upper(data, change)), Failed)
-    late = PolynomialPieces.lines({0.0: low + 0.1, 0.5: low + 0.2, 1.5: high}, period=2.0)
-    assert isinstance(prove(of(late)), Counterexample)
+BROKEN = {
+    "late": lambda: prove(under(PolynomialPieces.steps({0.0: 0.5, 50.0: -0.01}))),
+    "at an instant": lambda: prove_at_instants(under(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2}))),
+    "in a phase": lambda: prove(
+        under(PolynomialPieces.lines({0.0: LOW + 0.1, 0.5: LOW + 0.2, 1.5: HIGH}, period=2.0), SWING)
+    ),
+    "by a curve that steps down": lambda: prove(under(PolynomialPieces.steps({0.0: 0.5, 0.5: 0.399}), curve())),
+    "by a curve": lambda: prove(under(PolynomialPieces.lines({0.0: 0.01, 1.0: 0.39, 2.0: 0.5}), curve())),
+}
 
 
-def test_sets_survive_their_file() -> None:
-    moving = Polytope.box([-1.0, -np.inf], [PolynomialPieces.lines({0.0: 0.5, 1.0: 0.25}), np.inf])
-    assert as_written(loads(Polytope, dumps(moving))) == as_written(moving)
-    constant = Polytope.box([-1.0, -2.0], [1.0, 2.0])
-    assert as_written(constant) == {
-        "rows": [[1.0, 0.0], [0.0, 1.0]], "lower": [-1.0, -2.0], "upper": [1.0, 2.0], "dimension": 2
-    }  # fmt: skip
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_bound_that_is_broken_is_refuted(name: str) -> None:
+    found = BROKEN[name]()
+    assert isinstance(found, Counterexample), found
+    assert all(isinstance(check(as_read(found), exact=exact), Refuted) for exact in (False, True))
+
+
+def test_pieces_do_not_repeat_as_bounds_of_another_period() -> None:
+    upper = PolynomialPieces.lines({0.0: 0.3, 1.0: 0.41}, period=3.0)
+    assert not isinstance(prove(under(upper, curve("period"))), Certificate)
 
 
 def test_an_end_that_moves_is_no_constant() -> None:
-    moving = Polytope.box([-1.0], [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])
+    moving = Polytope.box([-1.0], [STEPPED])
     for read in (lambda: moving.lower, lambda: moving.intervals[0][1].upper, lambda: moving.inequalities):
         with pytest.raises(ValueError, match="constant"):
             read()
     for bad in ([0.3], [np.inf], [PolynomialPieces([0.0, 1.0], [[0.0]], "end")]):
         with pytest.raises(ValueError, match="set"):
-            Polytope.box(bad, [PolynomialPieces.steps({0.0: 0.5, 1.0: 0.25})])
+            Polytope.box(bad, [STEPPED])
 
 
-T_LEARNED = np.arange(25) / 5
 LEARNED: dict[str, tuple] = {
     "all_times": (
         SquaredExponential(),
         PolynomialPieces.lines({0.0: 0.1, 2.4: 0.6, 3.2: 0.05, 4.8: 0.4}),
-        0.45 * np.sin(1.6 * T_LEARNED),
+        lambda t: 0.45 * np.sin(1.6 * t),
     ),
     "all_phases": (
         Periodic(period=4.0),
         PolynomialPieces.steps({0.0: 0.35, 1.0: 0.29}, 4.0),
-        0.3 * np.sin(np.pi / 2 * T_LEARNED),
+        lambda t: 0.3 * np.sin(np.pi / 2 * t),
     ),
 }
 
@@ -256,15 +303,14 @@ LEARNED: dict[str, tuple] = {
 @pytest.mark.parametrize("claim", LEARNED)
 def test_what_is_learned_keeps_bounds_that_move(claim) -> None:
     kernel, upper, values = LEARNED[claim]
-    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
-    learned = learn_reference(Samples(T_LEARNED, values), plant, kernel, claim, noise_std=0.02, progress=False)
+    found = learned(plant_with(upper), claim, 4.8, values, kernel=kernel)
     times = np.linspace(0, 12, 2001)
-    assert min(learned.reference.quantities[0].margin(learned.reference.signals, times)) >= 0
-    assert any(bound.name == "state" for bound in learned.fit.active_bounds)
-    assert "polyline" in learned._repr_html_()
+    assert min(found.reference.quantities[0].margin(found.reference.signals, times)) >= 0
+    assert any(bound.name == "state" for bound in found.fit.active_bounds)
+    assert "polyline" in found._repr_html_()
     if claim == "all_times":
         with pytest.raises(ValueError, match="period"):
-            learn_reference(Samples(T_LEARNED, values), plant, Periodic(period=6.0), "all_phases", noise_std=0.02)
+            learned(plant_with(upper), "all_phases", 4.8, values, kernel=Periodic(period=6.0))
 
 
 def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
@@ -276,116 +322,82 @@ def test_a_vehicle_passes_a_corridor_that_is_narrow_for_a_while() -> None:
     plant = ConstrainedSystem(vehicle, moving, Polytope.box([-1.5, -1.5], [1.5, 1.5]))
     t = np.arange(0.0, 8.01, 0.25)
     samples = {"x": Samples(t, t), "y": Samples(t, 0.65 * np.exp(-(((t - 4.1) / 0.9) ** 2)))}
-    learned = learn_reference(samples, plant, SquaredExponential(), (0.0, 8.0), noise_std=0.03, progress=False)
-    assert isinstance(check(as_read(learned.certificate)), Proved)
-    inside, outside = (learned.reference.state_at(times)[:, 1] for times in (np.linspace(3, 5, 2001), t[t < 2]))
+    found = learn_reference(samples, plant, SquaredExponential(), (0.0, 8.0), noise_std=0.03, progress=False)
+    assert isinstance(check(as_read(found.certificate)), Proved)
+    inside, outside = (found.reference.state_at(times)[:, 1] for times in (np.linspace(3, 5, 2001), t[t < 2]))
     assert 0.2 <= np.min(inside) <= 0.21
     assert 0.59 <= np.max(inside) <= 0.6
     assert np.min(outside) < 0.2
 
 
-def test_disturbed_systems_keep_bounds_that_move() -> None:
-    t = np.linspace(0, 6, 13)
-    upper = PolynomialPieces.steps({0.0: 0.2, 2.5: 0.5})
-    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, 1.0))
-    samples, W = Samples(t, 0.1 * np.sin(t)), Zonotope.box([-0.004], [0.004])
-    learned = learn_reference(
-        samples, plant, SquaredExponential(), (0.0, 6.0), noise_std=0.02, progress=False, disturbance=W
-    )
-    data = as_read(learned.certificate)
-    assert isinstance(check(data), Proved)
-    left = data["reference"]["plant"]["state_set"]["upper"][0]["coefficients"]
-    given = data["disturbance"]["state_set"]["upper"][0]["coefficients"]
+def test_bounds_of_a_disturbed_system_are_tightened_at_all_times() -> None:
+    data = certified("a disturbed system")
+    left, given = (part_at(data, (*of, "coefficients")) for of in (UPPER, GIVEN))
     assert all(a[0] < b[0] for a, b in zip(left, given, strict=True))
-    for change in (
-        lambda of: of["coefficients"][0].__setitem__(0, left[0][0]),
-        lambda of: of["breakpoints"].__setitem__(1, 2.0),
-        lambda of: of.update(beyond="period"),
-    ):
-        other = copy.deepcopy(data)
-        change(other["disturbance"]["state_set"]["upper"][0])
-        assert isinstance(check(other), Failed)
 
 
-def test_splines_of_scipy_and_tables_stand_for_what_they_say() -> None:
-    at, heights = [0.0, 1.0, 3.0], [0.2, 0.6, 0.2]
-    smooth = CubicSpline(at, heights, bc_type="periodic")
-    for given in (smooth, CubicSpline(at, heights), PPoly.from_spline(make_interp_spline(at, heights, k=1))):
-        bounds = Polytope.box([-1.0], [given]).intervals[0][1]
-        t = np.linspace(0.0, 2.99, 40)
-        np.testing.assert_allclose(bounds.ends(t)[1], given(t), rtol=1e-12)
-        later = 4.0 if given is smooth else 3.0  # it repeats, or rests
-        np.testing.assert_allclose(bounds.ends(np.array([4.0]))[1], given(later), rtol=1e-12)
-    steps = {0.0: 0.5, 2.5: 0.25}
-    for made in (Polytope.box([-1.0], [steps]), Polytope.box(-1.0, steps), Polytope([[1.0]], [-1.0], [steps])):
-        assert as_written(made) == as_written(Polytope.box([-1.0], [PolynomialPieces.steps(steps)]))
+AT, HEIGHTS = [0.0, 1.0, 3.0], [0.2, 0.6, 0.2]
+SMOOTH = CubicSpline(AT, HEIGHTS, bc_type="periodic")
+
+
+@pytest.mark.parametrize(
+    "given", [SMOOTH, CubicSpline(AT, HEIGHTS), PPoly.from_spline(make_interp_spline(AT, HEIGHTS, k=1))]
+)
+def test_splines_of_scipy_are_bounds_that_repeat_or_rest(given) -> None:
+    bounds = Polytope.box([-1.0], [given]).intervals[0][1]
+    t = np.linspace(0.0, 2.99, 40)
+    np.testing.assert_allclose(bounds.ends(t)[1], given(t), rtol=1e-12)
+    np.testing.assert_allclose(bounds.ends(np.array([4.0]))[1], given(4.0 if given is SMOOTH else 3.0), rtol=1e-12)
+
+
+def test_a_spline_with_several_values_is_no_bound() -> None:
     with pytest.raises(ValueError, match="one value of a spline at a time"):
-        Polytope.box([-1.0], [CubicSpline(at, np.ones((3, 2)))])
+        Polytope.box([-1.0], [CubicSpline(AT, np.ones((3, 2)))])
 
 
-def test_files_write_steps_and_lines() -> None:
-    for written, wanted in (
-        ({0.0: 0.5, 2.5: 0.25}, PolynomialPieces.steps({0.0: 0.5, 2.5: 0.25})),
-        ({"lines": {"0": 0.5, "2.5": 0.25}}, PolynomialPieces.lines({0.0: 0.5, 2.5: 0.25})),
-        ({"steps": {0: 1, 1: 2}, "period": 3}, PolynomialPieces.steps({0.0: 1.0, 1.0: 2.0}, period=3.0)),
-    ):
-        box = set_of({"lower": [-1.0], "upper": [written]})
-        assert as_written(box) == as_written(Polytope.box([-1.0], [wanted]))
-    for wrong in (
-        {},
-        {"lines": 1.0},
-        {"steps": {0: 1}, "lines": {0: 1}},
-        {1.0: 0.5, 0.0: 0.2},
-        {"lines": {0: 1}, "x": 1},
-    ):
-        with pytest.raises(ValueError, match=r"expected|rising"):
-            PolynomialPieces.from_mapping(wrong)
+STEPS = {0.0: 0.5, 2.5: 0.25}
+WRITTEN = {
+    "a mapping": (lambda: Polytope.box([-1.0], [STEPS]), PolynomialPieces.steps(STEPS)),
+    "a mapping for one bound": (lambda: Polytope.box(-1.0, STEPS), PolynomialPieces.steps(STEPS)),
+    "a mapping in rows": (lambda: Polytope([[1.0]], [-1.0], [STEPS]), PolynomialPieces.steps(STEPS)),
+    "steps in a file": (lambda: set_of({"lower": [-1.0], "upper": [STEPS]}), PolynomialPieces.steps(STEPS)),
+    "lines in a file": (
+        lambda: set_of({"lower": [-1.0], "upper": [{"lines": {"0": 0.5, "2.5": 0.25}}]}),
+        PolynomialPieces.lines(STEPS),
+    ),
+    "a period in a file": (
+        lambda: set_of({"lower": [-1.0], "upper": [{"steps": {0: 1, 1: 2}, "period": 3}]}),
+        PolynomialPieces.steps({0.0: 1.0, 1.0: 2.0}, period=3.0),
+    ),
+}
 
 
-def spline(upper, beyond="rest", pieces=None) -> Reference:
-    z = PolynomialPieces([0.0, 1.0, 2.0], pieces or [[0.0, 0.4, 0.0], [0.4, -0.4, 0.0]], beyond)
-    return Reference((z,), ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-9.0, 9.0)))
+@pytest.mark.parametrize("name", WRITTEN)
+def test_steps_and_lines_are_written_as_mappings(name: str) -> None:
+    make, wanted = WRITTEN[name]
+    assert as_written(make()) == as_written(Polytope.box([-1.0], [wanted]))
 
 
-@pytest.mark.parametrize("exact", [False, True])
-def test_polynomial_pieces_keep_bounds_that_move(exact: bool) -> None:
-    tent = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41, 2.0: 0.01})
-    for reference, prover in ((spline(tent), prove), (spline(tent), lambda of: prove_on_window(of, 0.0, 2.0))):
-        found = prover(reference)
-        assert isinstance(found, Certificate), found
-        data = as_read(found)
-        assert isinstance(check(data, exact=exact), Proved)
-        for change in ({"breakpoints": [0.0, 0.9, 2.0]}, {"coefficients": [[0.01, 0.38], [0.41, -0.4]]}):
-            assert isinstance(check(with_upper(data, change), exact=exact), Failed)
-    periodic = PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41}, period=2.0)
-    assert isinstance(prove(spline(periodic, "period")), Certificate)
-    assert not isinstance(
-        prove(spline(PolynomialPieces.lines({0.0: 0.3, 1.0: 0.41}, period=3.0), "period")), Certificate
-    )
-    for low in (
-        PolynomialPieces.steps({0.0: 0.5, 0.5: 0.399}),
-        PolynomialPieces.lines({0.0: 0.01, 1.0: 0.39, 2.0: 0.5}),
-    ):
-        broken = prove(spline(low))
-        assert isinstance(broken, Counterexample)
-        assert isinstance(check(as_read(broken), exact=exact), Refuted)
+@pytest.mark.parametrize(
+    "wrong",
+    [{}, {"lines": 1.0}, {"steps": {0: 1}, "lines": {0: 1}}, {1.0: 0.5, 0.0: 0.2}, {"lines": {0: 1}, "x": 1}],
+    ids=str,
+)
+def test_other_mappings_are_refused(wrong: dict) -> None:
+    with pytest.raises(ValueError, match=r"expected|rising"):
+        PolynomialPieces.from_mapping(wrong)
 
 
 @pytest.mark.parametrize("disturbed", [False, True])
 def test_controllers_keep_the_bounds_of_each_step(disturbed: bool) -> None:
-    upper, push = PolynomialPieces.steps({0.0: 0.3, 0.5: 0.12}), PolynomialPieces.lines({0.0: 0.2, 1.0: 0.6})
-    plant = ConstrainedSystem(SCALAR, Polytope.box([-1.0], [upper]), Polytope.box(-1.0, push))
-    t = np.linspace(0, 2, 9)
-    learned = learn_reference(
-        Samples(t, 0.1 * np.sin(t)), plant, SquaredExponential(), (0.0, 2.0), noise_std=0.02, progress=False,
-        disturbance=Zonotope.box([-0.002], [0.002]) if disturbed else None,
-    )  # fmt: skip
-    control = TubeController(learned.tightening, 8) if disturbed else Controller(plant, 8)
-    kept = control.plant if not disturbed else learned.tightening.plant
+    plant = plant_with(PolynomialPieces.steps({0.0: 0.3, 0.5: 0.12}), PolynomialPieces.lines({0.0: 0.2, 1.0: 0.6}))
+    found = pushed(plant, 2.0, 0.002) if disturbed else learned(plant, (0.0, 2.0), 2.0)
+    control = TubeController(found.tightening, 8) if disturbed else Controller(plant, 8)
+    kept = found.tightening.plant if disturbed else plant
     for start in (-0.4, 0.11, 0.25):
         x = np.array([start])
         for k in range(20):
-            plan = control.step(k, x, learned)
+            plan = control.step(k, x, found)
             if not isinstance(plan, Plan):
                 assert start > 0.2  # it does not come down in time
                 assert isinstance(plan, Infeasible)
@@ -396,4 +408,4 @@ def test_controllers_keep_the_bounds_of_each_step(disturbed: bool) -> None:
             assert plant.input_set.at(k * T).margin(plan.input) >= 0
             x = SCALAR.A @ x + SCALAR.B @ plan.input
     with pytest.raises(ValueError, match="nonlinear"):
-        Controller(ConstrainedSystem(tank(1.0), Polytope.box([0.1], [upper]), Polytope.box(0.0, 1.0)), 4)
+        Controller(ConstrainedSystem(tank(1.0), Polytope.box([0.0], [STEPPED]), Polytope.box(0.0, 1.0)), 4)

@@ -33,7 +33,7 @@ GENERAL = Reference(
             ("force", "flow"),
             sampling_time=0.05,
         ),
-        Polytope(np.array([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]]), np.array([-1.0, -2.0]), np.array([0.1, 2.0])),
+        Polytope(np.array([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]]), [-1.0, -2.0], [{0.0: 0.1, 1.0: 1 / 3}, 2.0]),
         Polytope.box(np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])),
     ),
 )

@@ -5,48 +5,86 @@ import numpy as np
 from scipy.optimize import minimize
 
 from trackably.control.controller import Controller
+from trackably.control.tube import TubeController
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.disturbances import Zonotope
+from trackably.systems.polytopes import Polytope
 
 
-def _program(controller: Controller, k: int, state, reference, wider: float = 0.0):
-    """Return the cost V, the miss x(k+N) − x_r(k+N) in widths of the state set, u, and the constraints but the end."""
-    plant, N = controller.plant, controller.horizon
-    system, X, U = plant.system, plant.state_set, plant.input_set
+def _program(controller: Controller | TubeController, plant: ConstrainedSystem, k: int, reference, wider: float = 0.0):
+    """Return the cost V, x and u with what they keep but for start and end, and the end's miss x(k+N) − x_r(k+N)."""
+    system, N = plant.system, controller.horizon
     n, m = system.B.shape
     x, u = cp.Variable((N + 1, n)), cp.Variable((N, m))
     e = x - np.array([reference.state(k + i) for i in range(N + 1)])
     v = u - np.array([reference.input(k + i) for i in range(N)])
-    kept = [x[0] == state]
-    for i in range(N):
-        kept.append(x[i + 1] == system.A @ x[i] + system.B @ u[i] + system.c)
-        for at, bounded in ((x[i + 1], X), (u[i], U)):
-            more = wider * (bounded.upper - bounded.lower)
-            kept += [bounded.rows @ at <= bounded.upper + more, bounded.rows @ at >= bounded.lower - more]
-    cost = sum(cp.quad_form(e[i], controller.Q) + cp.quad_form(v[i], controller.R) for i in range(N))
-    return cost, e[N] / (X.upper - X.lower), u, kept
+    kept = [x[1:] == x[:-1] @ system.A.T + u @ system.B.T + np.tile(system.c, (N, 1))]
+    kept += _inside(plant.state_set, x[1:], wider) + _inside(plant.input_set, u, wider)
+    parts = (e[:-1], controller.Q), (v, controller.R)
+    cost = sum(cp.sum_squares(part @ np.linalg.cholesky(weight)) for part, weight in parts)
+    return cost, x, u, kept, e[N]
+
+
+def _inside(bounded: Polytope, points: cp.Expression, wider: float = 0.0) -> list[cp.Constraint]:
+    more, seen = wider * (bounded.upper - bounded.lower), points @ bounded.rows.T
+    lower, upper = (np.broadcast_to(end, seen.shape) for end in (bounded.lower - more, bounded.upper + more))
+    return [seen <= upper, seen >= lower]
 
 
 def _solved(aim, kept) -> float:
+    """Return the optimal value; inf where there is none."""
     problem = cp.Problem(cp.Minimize(aim), kept)
     problem.solve(solver=cp.CLARABEL)
-    return problem.value
+    return np.inf if problem.value is None else float(problem.value)
 
 
 def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0):
     """Return (V, u(k)) with all sets widened by a part `wider` of their widths; (inf, None) where there is no plan."""
-    cost, missed, u, kept = _program(controller, k, state, reference, wider)
-    return _solved(cost, [*kept, missed == 0]), None if u.value is None else u.value[0]
+    cost, x, u, kept, missed = _program(controller, controller.plant, k, reference, wider)
+    return _solved(cost, [*kept, x[0] == state, missed == 0]), None if u.value is None else u.value[0]
 
 
 def smallest_miss(controller: Controller, k: int, state, reference) -> float:
     """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box; inf where no plan keeps the sets."""
-    _, missed, _, kept = _program(controller, k, state, reference)
-    return _solved(cp.norm(missed), kept)
+    X = controller.plant.state_set
+    _, x, _, kept, missed = _program(controller, controller.plant, k, reference)
+    return _solved(cp.norm(missed / (X.upper - X.lower)), [*kept, x[0] == state])
 
 
 def closest_plan_cost(controller: Controller, k: int, state, reference, miss: float) -> float:
     """Return the least cost of a plan that ends within `miss` widths of the reference."""
-    cost, missed, _, kept = _program(controller, k, state, reference)
-    return _solved(cost, [*kept, cp.norm(missed) <= miss])
+    X = controller.plant.state_set
+    cost, x, _, kept, missed = _program(controller, controller.plant, k, reference)
+    return _solved(cost, [*kept, x[0] == state, cp.norm(missed / (X.upper - X.lower)) <= miss])
+
+
+def tube_optimum(controller: TubeController, k: int, state: np.ndarray, reference) -> float:
+    """Return the optimal cost of a nominal plan from a start z(k) in x(k) ⊖ Z; inf where there is none."""
+    plant = controller.tightening.plant
+    cost, z, _, kept, missed = _program(controller, plant, k, reference)
+    start = [*in_error_set(controller.invariant, state - z[0]), *_inside(plant.state_set, z[0])]
+    return _solved(cost, [*kept, *start, missed == 0])
+
+
+def in_error_set(Z, e: cp.Expression) -> list[cp.Constraint]:
+    """e = Σ_{i<N} A_Kⁱ w_i + A_Kᴺ (1 − α)⁻¹ Σ_{i<s} A_Kⁱ p_i with w_i in W and p_i in P."""
+    total, constraints, power, n = 0, [], np.eye(len(Z.box)), len(Z.box)
+    for i in range(Z.head + Z.terms):
+        if i >= Z.head:
+            p = cp.Variable(n)
+            constraints.append(cp.abs(p) <= Z.box / (1 - Z.contraction))
+            total = total + power @ p
+        elif isinstance(Z.disturbance, Zonotope):
+            parts = cp.Variable(len(Z.disturbance.generators))
+            constraints.append(cp.abs(parts) <= 1)
+            w = np.array(Z.disturbance.centre, dtype=float) + parts @ np.array(Z.disturbance.generators, dtype=float)
+            total = total + power @ w
+        else:
+            parts = cp.Variable(len(Z.disturbance.vertices), nonneg=True)
+            constraints.append(cp.sum(parts) == 1)
+            total = total + power @ (parts @ np.array(Z.disturbance.vertices, dtype=float))
+        power = power @ Z.closed_loop
+    return [*constraints, e == total]
 
 
 def cost_of_a_minimum(controller: Controller, state, window, start=None) -> float:

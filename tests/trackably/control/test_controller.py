@@ -6,10 +6,12 @@ import pytest
 from tests.trackably.checker.redundant import PLANE, in_the_plane
 from tests.trackably.control import instances, naive
 from trackably.control.controller import TOLERANCE, Controller
-from trackably.control.stepping import Infeasible, Plan, Status
+from trackably.control.simulation import simulate
+from trackably.control.stepping import Infeasible, Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
+from trackably.systems.reference import Reference
 
 PLANT = instances.double_integrator()
 AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound
@@ -46,20 +48,29 @@ def test_infeasibility_is_explained_by_the_least_widening(state):
     assert result.quantity in result.explanation
 
 
-def test_the_inputs_applied_are_admissible_in_a_polytope_that_is_no_box():
+def cornered() -> tuple[Controller, Reference, np.ndarray]:
+    """A reference at rest, and inputs in a polytope that is no box."""
     system = LinearSystem(np.array([[1.0, 0.2], [0.0, 1.0]]), np.array([[1.0, 0.3], [0.2, 1.0]]), sampling_time=0.1)
     U = Polytope.halfspaces(np.array([[1.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]), np.array([0.1, 0.1, 0.1]))
     plant = ConstrainedSystem(system, Polytope.box([-9.0, -9.0], [9.0, 9.0]), U)
-    controller, still = Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant)
-    state, statuses = np.array([0.6, -0.5]), []
-    for k in range(15):
-        result = controller.step(k, state, still)
-        assert isinstance(result, Plan)
-        assert U.margin(result.input) >= 0
-        statuses.append(result.status)
-        state = system.successor(state, result.input)
-    assert {Status.SOLVED, Status.NO_ACTIVE_BOUND} <= set(statuses)
-    assert np.max(np.abs(state)) < 1e-2
+    return Controller(plant, 10, np.eye(2), np.eye(2)), instances.at_rest(plant), np.array([0.6, -0.5])
+
+
+def redundant() -> tuple[Controller, Reference, np.ndarray]:
+    """The reference's inputs are the smallest admissible ones, which differ from the smallest ones."""
+    reference = in_the_plane().reference
+    return Controller(PLANE, 20, np.eye(4), 0.1 * np.eye(4)), reference, reference.state(0) + 0.02
+
+
+@pytest.mark.parametrize(("make", "steps", "near"), [(cornered, 15, 1e-2), (redundant, 200, 1e-9)])
+def test_every_step_is_feasible_and_admissible_in_a_polytope_that_is_no_box(make, steps, near):
+    controller, reference, start = make()
+    loop = simulate(controller, reference, start, steps)
+    assert not loop.without_plan
+    assert np.min(controller.plant.input_set.margin(loop.inputs)) >= 0
+    assert np.max(np.diff(loop.costs)) < 1e-9
+    assert np.max(np.abs(loop.errors[-1])) < near
+    assert np.min(np.abs(loop.slacks)) < 1e-6  # at some step a bound is active
 
 
 def test_weights_that_are_left_out_count_errors_in_the_widths_of_the_sets():
@@ -72,18 +83,3 @@ def test_weights_that_are_left_out_count_errors_in_the_widths_of_the_sets():
     np.testing.assert_allclose(controller.Q, np.diag([1 / 16, 1.0]))
     np.testing.assert_allclose(controller.R, [[1 / 100]])
     assert np.array_equal(Controller(plant, 10, R=[[2.0]]).Q, controller.Q)
-
-
-def test_with_redundant_inputs_every_step_is_feasible_and_admissible():
-    """The reference's inputs are the smallest admissible ones, which differ from the smallest ones."""
-    plant, reference = PLANE, in_the_plane().reference
-    controller = Controller(plant, 20, np.eye(4), 0.1 * np.eye(4))
-    x, costs = reference.state(0) + 0.02, []
-    for k in range(200):
-        result = controller.step(k, x, reference)
-        assert isinstance(result, Plan)
-        assert plant.input_set.margin(result.input) >= 0
-        costs.append(result.cost)
-        x = plant.system.successor(x, result.input)
-    assert np.max(np.diff(costs)) < 1e-9
-    np.testing.assert_allclose(x, reference.state(200), atol=1e-9)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.trackably.certificates.references import certified
 from tests.trackably.control import instances, naive
 from trackably.control.controller import TOLERANCE, Controller
 from trackably.control.problem import StepProblem
@@ -35,7 +36,7 @@ def test_among_the_plans_with_the_closest_end_the_cheapest_is_taken(state):
 
 
 def test_a_reference_that_leaves_for_good_is_followed_along_the_bound():
-    plant = instances.example1().plant
+    plant = certified("example1").reference.plant
     x = np.linspace(-0.1, 0.3, 63)[:, None]
     reference = TabulatedReference(0, Window(x, (x[1:] - 0.9 * x[:-1]) / 0.5))
     controller = Controller(plant, 10, np.eye(1), np.eye(1))

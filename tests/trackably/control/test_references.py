@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.control import interpolated
+from tests.trackably.certificates.references import certified
 from tests.trackably.control import instances
 from trackably.control.controller import Controller
 from trackably.control.error_model import reference_defects
@@ -38,10 +39,11 @@ def test_lines_through_positions_are_straight_between_the_samples_and_there_at_t
     np.testing.assert_allclose(window.states[at, 0], POSITIONS.values, atol=0.05 * np.max(np.abs(slopes)))
 
 
-def test_a_table_has_the_windows_of_its_reference(example1):
-    table = TabulatedReference.of(example1.certified, 5, 90)
+def test_a_table_has_the_windows_of_its_reference():
+    reference = certified("example1").reference
+    table = TabulatedReference.of(reference, 5, 90)
     for k in (5, 33, 70):
-        for mine, original in zip(table.window(k, 20), example1.certified.window(k, 20), strict=True):
+        for mine, original in zip(table.window(k, 20), reference.window(k, 20), strict=True):
             np.testing.assert_allclose(mine, original, atol=1e-12)
 
 

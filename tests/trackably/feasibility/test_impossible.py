@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.attack.liars import OF_CONTRADICTIONS
+from tests.trackably.certificates.liars import plant as put_lie
 from tests.trackably.feasibility import naive
+from tests.trackably.feasibility.instances import random_plant, trajectory
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
@@ -24,12 +27,11 @@ from trackably import (
     check,
     checker,
     learn_reference,
+    tank,
 )
-from trackably import feasibility as proposing
 from trackably import learn as learning
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import accepted_file
-from trackably.checker.certificate import Window
 from trackably.checker.contradiction import Value
 from trackably.feasibility import Steps, impossible, least
 from trackably.streams import learn as streams
@@ -45,31 +47,6 @@ SEEDS = range(12)
 def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Written = "all_times", mean: float = 0.0) -> Any:
     claim = as_claim(claim)
     return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
-
-
-def random_plant(rng: np.random.Generator) -> ConstrainedSystem:
-    n, m = int(rng.integers(1, 5)), int(rng.integers(1, 3))
-    A = rng.normal(size=(n, n))
-    A *= rng.uniform(0.5, 1.2) / np.abs(np.linalg.eigvals(A)).max()
-    system = LinearSystem(A, rng.normal(size=(n, min(n, m))), rng.normal(size=n) / 20, sampling_time=0.1)
-    x, u = 10.0 ** rng.uniform(-3, 3, n), 10.0 ** rng.uniform(-3, 3, min(n, m))
-    scaled = LinearSystem(A * x[:, None] / x, system.B * x[:, None] / u, system.c * x, sampling_time=0.1)
-    u *= rng.uniform(0.05, 1.0)
-    skew = np.vstack([np.eye(n), np.ones(n)]) / x
-    return ConstrainedSystem(scaled, Polytope(skew, -np.ones(n + 1), np.ones(n + 1)), Polytope.box(-u, u))
-
-
-def trajectory(plant: ConstrainedSystem, rng: np.random.Generator, count: int) -> list[np.ndarray]:
-    """The states of a random admissible trajectory, as many steps as it stays inside."""
-    x = np.zeros(len(plant.system.states))
-    found = [x]
-    for _ in range(count - 1):
-        u = rng.uniform(plant.input_set.lower, plant.input_set.upper) * rng.uniform(0, 0.3)
-        x = plant.linear.successor(x, u)
-        if plant.state_set.margin(x) < 0:
-            break
-        found.append(x)
-    return found
 
 
 def random_steps(rng: np.random.Generator) -> Steps:
@@ -98,7 +75,7 @@ def test_how_much_is_missing_is_what_the_largest_force_leaves():
     )
 
 
-@pytest.mark.parametrize("claim", ["all_times", "all_phases", (0.0, 9.0), (-3.0, 9.0)])
+@pytest.mark.parametrize("claim", ["all_times", "all_phases", (-3.0, 9.0)])
 def test_who_cannot_brake_in_time_is_told(claim):
     """v² / 2 u is left of the way, less what the last step of constant force overshoots."""
     found = told({0.0: {"position": 0.9, "velocity": 1.0}}, claim=claim)
@@ -108,21 +85,15 @@ def test_who_cannot_brake_in_time_is_told(claim):
     assert told({0.0: {"position": 0.9, "velocity": 0.99 * np.sqrt(2 * 0.1 * 0.1)}}, claim=claim) is None
 
 
-def test_bounds_alone_are_told_with_the_part_that_is_missing():
+@pytest.mark.parametrize("start", [0.0, -100.0, -0.04, 1e9])
+def test_bounds_alone_are_told_with_the_part_that_is_missing_wherever_the_window_is(start):
     """At least 0.5 m/s for 3 s on 0.7 m: (0.5 - d) 3 = 0.7 (1 + 2 d)."""
-    found = told({}, MOVING, (0.0, 3.0))
+    found = told({}, MOVING, (start, start + 3.0))
     assert found.given == ""
     assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
-    assert "velocity (lower bound 0.5) from t = 0 s to 3 s" in found.among
     assert "each of these would have to be moved by 0.181 of its width at least" in found.explanation
-    assert told({}, MOVING, (0.0, 1.3)) is None
-
-
-@pytest.mark.parametrize("start", [-100.0, -3.0, -0.04, 1e9])
-def test_windows_are_examined_wherever_they_are(start):
-    found = told({}, MOVING, (start, start + 3.0))
-    assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
-    assert told({}, MOVING, (start, start + 0.02)) is None
+    assert any(said.startswith("velocity (lower bound 0.5) from t =") for said in found.among)
+    assert told({}, MOVING, (start, start + 1.3)) is None
 
 
 @pytest.mark.parametrize(
@@ -155,15 +126,17 @@ def test_times_that_steps_do_not_link_exclude_nothing():
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_values_on_an_admissible_trajectory_are_never_called_impossible(seed):
+def test_what_a_trajectory_does_is_never_called_impossible(seed, monkeypatch):
+    """Only tightened bounds exclude it, and only in their own words; no multipliers do, whatever proposes them."""
     rng = np.random.default_rng(seed)
-    plant = random_plant(rng)
-    states = trajectory(plant, rng, 30)
-    names = plant.system.states
-    at = {0.1 * k: dict(zip(names, x.tolist(), strict=True)) for k, x in enumerate(states) if rng.random() < 0.4}
-    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
-    pinned = waypoints(at, 1e-9, plant, claim)
-    assert impossible(plant, claim, pinned, [0.0] * plant.signal_count) is None
+    plant, claim, at = trajectory(rng)
+    given = claim, waypoints(at, 1e-9, plant, claim), [0.0] * plant.signal_count
+    assert impossible(plant, *given) is None
+    drawn = tightening(plant, margin=float(rng.uniform(0.05, 0.45)))
+    found = impossible(drawn.plant, *given, drawn)
+    assert found is None or isinstance(found, InfeasibleTightening)
+    put_lie("multipliers are any numbers", seed, monkeypatch.setattr, OF_CONTRADICTIONS)
+    assert impossible(plant, *given) is None
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -187,13 +160,23 @@ def test_a_free_state_is_bounded_by_what_the_others_do(first):
     assert found.given == f"position = 0.5 at t = {first + 0.1:g} s"
 
 
-@pytest.mark.parametrize("learn", [learning.learn_reference, streams.learn_stream])
-def test_nothing_is_learned_where_nothing_is_possible(learn, monkeypatch):
+DRAINED = ConstrainedSystem(tank(5.0), Polytope.box([0.1], [2.0]), Polytope.box([0.0], [0.05]))
+OUT_OF_REACH = {"noise_std": 0.02, "at": {0.0: REST, 1.0: {"position": 0.8}}}
+LEARNERS = {
+    "a reference": lambda: learn_reference(SAMPLES, WEAK, KERNEL, "all_times", **OUT_OF_REACH),
+    "a stream": lambda: streams.learn_stream(SAMPLES, WEAK, KERNEL, "all_times", window=2.0, **OUT_OF_REACH),
+    "a nonlinear system": lambda: learn_reference(
+        Samples([0.0, 270.0], [1.2, 0.4]), DRAINED, SquaredExponential(), (0.0, 270.0), mean=1.0
+    ),
+}
+
+
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_nothing_is_learned_where_nothing_is_possible(learner, monkeypatch):
     monkeypatch.setattr(learning, "learn_certified", None)
     monkeypatch.setattr(streams, "learn_proved", None)
-    options = {"window": 2.0} if learn is streams.learn_stream else {}
-    with pytest.raises(NotTrackableError, match="no reference exists") as raised:
-        learn(SAMPLES, WEAK, KERNEL, "all_times", noise_std=0.02, at={0.0: REST, 1.0: {"position": 0.8}}, **options)
+    with pytest.raises(NotTrackableError, match=r"no reference exists.* is out of reach by at least") as raised:
+        LEARNERS[learner]()
     assert isinstance(raised.value.outcome, Impossible)
 
 
@@ -251,19 +234,6 @@ def test_what_the_own_bounds_exclude_is_impossible_for_every_feedback_and_margin
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_no_margin_makes_an_admissible_trajectory_impossible(seed):
-    """Only tightened bounds exclude it, and only in their own words."""
-    rng = np.random.default_rng(seed)
-    plant = random_plant(rng)
-    states = trajectory(plant, rng, 30)
-    at = {0.1 * k: dict(zip(plant.system.states, states[k].tolist(), strict=True)) for k in range(0, len(states), 3)}
-    drawn, claim = tightening(plant, margin=float(rng.uniform(0.05, 0.45))), Window(0.0, 0.1 * max(1, len(states) - 1))
-    pinned = waypoints(at, 1e-9, plant, claim)
-    found = impossible(drawn.plant, claim, pinned, [0.0] * plant.signal_count, drawn)
-    assert found is None or isinstance(found, InfeasibleTightening)
-
-
 @pytest.mark.parametrize(
     ("plant", "at", "claim"),
     [
@@ -284,21 +254,3 @@ def test_what_is_told_is_what_the_checker_accepted_and_a_file_of_it(plant, at, c
         error.save_counterexample(tmp_path / "none.json")
     more = NotTrackableError(replace(error.outcome, contradiction={**content, "missing": 2 * content["missing"]}))
     assert more.outcome.explanation.startswith("it is not shown that no reference exists")
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_no_multipliers_exclude_what_a_trajectory_does(seed, monkeypatch):
-    """What proposes lies: multipliers of any size, for more than is missing."""
-    rng = np.random.default_rng(seed)
-    plant = random_plant(rng)
-    states = trajectory(plant, rng, 12)
-    at = {0.1 * k: dict(zip(plant.system.states, x.tolist(), strict=True)) for k, x in enumerate(states)}
-    claim = Window(0.0, 0.1 * max(1, len(states) - 1))
-
-    def lying(steps: Steps, elastic: np.ndarray) -> Any:
-        found = least(steps, elastic)
-        sizes = [10.0 ** rng.uniform(-9, 3, len(elastic)) * (rng.random(len(elastic)) < 0.5) for _ in range(2)]
-        return found and replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
-
-    monkeypatch.setattr(proposing, "least", lying)
-    assert impossible(plant, claim, waypoints(at, 1e-9, plant, claim), [0.0] * plant.signal_count) is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.loops.disturbed import constant, drawn, greedy
-from tests.trackably.control.tube import naive
+from tests.trackably.control import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
 from trackably.control.simulation import shifted_inputs, simulate
 from trackably.control.stepping import Infeasible, Plan, Status
@@ -28,7 +28,7 @@ def test_the_optimum_is_that_of_the_naive_program(name, part):
     state = off(loop, part)
     plan, cost = (
         loop.controller.step(0, state, loop.reference),
-        naive.optimum(loop.controller, 0, state, loop.reference),
+        naive.tube_optimum(loop.controller, 0, state, loop.reference),
     )
     if isinstance(plan, Plan):
         assert plan.cost == pytest.approx(cost, rel=1e-6, abs=1e-8)
@@ -46,23 +46,22 @@ def feasible_start(loop) -> np.ndarray:
     return off(loop, part)
 
 
-def kinds(loop) -> dict:
-    W, n = loop.disturbance, len(loop.controller.Q)
-    return {
-        "drawn": drawn(W, 5),
-        "greedy": greedy(W, loop.plant.state_set),
-        "up": constant(W, np.ones(n)),
-        "down": constant(W, -np.ones(n)),
-    }
+PUSHES = {
+    "greedy": lambda loop: greedy(loop.disturbance, loop.plant.state_set),
+    "drawn": lambda loop: drawn(loop.disturbance, 5),
+    "up": lambda loop: constant(loop.disturbance, np.ones(len(loop.controller.Q))),
+    "down": lambda loop: constant(loop.disturbance, -np.ones(len(loop.controller.Q))),
+}
+RUNS = [(name, "greedy") for name in LOOPS]
+RUNS += [(name, kind) for name in ("pushed to one side", "triangle") for kind in PUSHES if kind != "greedy"]
 
 
-@pytest.mark.parametrize("name", LOOPS)
-@pytest.mark.parametrize("kind", ["drawn", "greedy", "up", "down"])
+@pytest.mark.parametrize(("name", "kind"), RUNS)
 def test_no_bound_is_broken_no_step_has_no_plan_and_the_cost_falls(name, kind):
     """From a state off the tube: V(k + 1) ≤ V(k) − ℓ(k) at each step, whatever the disturbances are."""
     loop = LOOPS[name]
     start = feasible_start(loop)
-    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=kinds(loop)[kind])
+    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=PUSHES[kind](loop))
     assert not run.without_plan
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
     assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0

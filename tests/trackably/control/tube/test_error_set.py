@@ -4,8 +4,8 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
+from tests.trackably.control.naive import in_error_set
 from tests.trackably.control.tube.instances import LOOPS, TWO_CARTS
-from tests.trackably.control.tube.naive import in_error_set
 from trackably.control.tube import ErrorSet
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
