@@ -25,10 +25,11 @@ from trackably.learning.constraint import (
     local_minima,
     owners,
     parts,
+    rows_of,
     timed,
 )
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
-from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
+from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
 
@@ -152,48 +153,39 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
 
     Formulas are linearised at the signals `near`.
     """
-    terms: list[list[Terms]] = [[] for _ in problem.prior.parts]
-    offsets, limits, labels = [np.empty(0)], [np.empty(0)], list[Label]()
     bounds = placed_bounds(problem, places)
-    for of in bounds:
-        offsets.append(_add_terms(terms, len(labels), of, near))
-        limits.append(of.limits)
-        labels += of.labels
-    rows = Rows(np.concatenate(offsets), tuple(map(Terms.joined, terms)))
+    arguments = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(problem.prior.parts))
     owner = owners([of.times for of in bounds])
-    is_equation, widths = np.array([of.is_equation for of in bounds], dtype=bool), np.array([of.width for of in bounds])
-    return Demands(rows, np.concatenate(limits), is_equation[owner], widths[owner], tuple(labels))
+    offsets, factors, into = [np.empty(0)], [np.empty(0)], [owner[:0]]
+    for of, rows in zip(bounds, parts(np.arange(len(owner)), [of.times for of in bounds]), strict=True):
+        offset, slopes = _linearise(of.trajectory, of.times, near)
+        offsets.append(of.sides * offset)
+        factors.append((of.sides * slopes).ravel())
+        into.append(np.tile(rows, len(slopes)))
+    factor, row = np.concatenate(factors), np.concatenate(into)
+    terms = tuple(Terms(of.times, of.weights * factor[of.of_row], row[of.of_row]) for of in arguments.terms)
+    return Demands(
+        Rows(np.concatenate(offsets), terms),
+        np.concatenate([np.empty(0), *(of.limits for of in bounds)]),
+        np.array([of.is_equation for of in bounds], dtype=bool)[owner],
+        np.array([of.width for of in bounds])[owner],
+        tuple(label for of in bounds for label in of.labels),
+    )
 
 
-def _add_terms(terms: list[list[Terms]], first: int, of: PlacedBounds, near: Signals) -> Array:
-    """Append the terms of some bounds to those of each process, as rows numbered from `first`.
+def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, Array]:
+    """Return o (n,) and s (k, n) of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, for the k arguments q_i of q.
 
-    Return the rows' offsets.
-    """
-    offsets, parts = _linearise(of.trajectory, of.times, near)
-    rows = np.arange(first, first + len(of.times))
-    for functional, slope in parts:
-        for c, weights in functional.rounded:
-            instants, of_each = functional.instants(of.times, len(weights)), weights[:, None] * (of.sides * slope)
-            terms[c].append(Terms(instants.ravel(), of_each.ravel(), np.tile(rows, len(weights))))
-    return of.sides * offsets
-
-
-def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:
-    """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, linearised at the signals `near`.
-
-    The linearisation is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these signals. A linear
-    functional is returned unchanged.
+    The linearisation at the signals `near` is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these
+    signals. A linear functional is returned unchanged.
     """
     if trajectory.functional is not None:
-        return np.full(times.shape, float(trajectory.functional.offset)), [(trajectory.functional, np.ones(()))]
+        return np.full(times.shape, float(trajectory.functional.offset)), np.ones((1, len(times)))
     at = {name: functional(near, times) for name, functional in trajectory.arguments}
-    slopes = trajectory.slopes(at)
-    offsets, parts = np.array(trajectory.value(at)), []
+    slopes, offsets = trajectory.slopes(at), np.array(trajectory.value(at))
     for name, functional in trajectory.arguments:
         offsets += slopes[name] * (float(functional.offset) - at[name])
-        parts.append((functional, slopes[name]))
-    return offsets, parts
+    return offsets, np.array([np.broadcast_to(slopes[name], times.shape) for name in at])
 
 
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
