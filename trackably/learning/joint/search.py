@@ -455,7 +455,7 @@ def learn_jointly(
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
     for other in (*also, *free.others[:_OTHER_MINIMA]):
-        if search.best is None or _nlml(problem, other) < search.best.objective:
+        if search.best is None or problem.nlml(other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
@@ -576,10 +576,3 @@ def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution |
     log_theta = np.log([theta[name] for name in problem.prior.learned])
     search.settle(log_theta, _places(solution), solution.signals)
     return search.outcome(problem)
-
-
-def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
-    try:
-        return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]
-    except IllConditioned:
-        return np.inf
