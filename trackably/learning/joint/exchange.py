@@ -1,30 +1,27 @@
 """The function for given hyperparameters at all times, by exchange: solve at few places, and add violated places."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
-from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, demands, merge, places_of
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
-from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
+from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.trajectories import Signals
 
 MAX_ROUNDS = 40
 _CROWD = 800  # with more active places, new ones are thinned out: a larger back-off (tightening) does the rest
 _CROWDED = 100  # more violated places than this are neighbours along stretches where a bound is active
 _MATTERS = 1e-5  # relative to a width: with many places, smaller violations are left to a larger back-off
-_KEPT = 0.9  # the prior correlation over the distance of thinned places, between which violations stay small
+_SPARSE = 0.2  # relative to a time step: the distance of thinned places, between which violations stay small
 _SAME_TIME = 3e-4  # relative to a correlation time: closer places count as one, as violations between them stay small
 _JUMPED = 0.1  # relative to a width: a larger violation means that the formulas went to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many rounds with such violations, as more places hardly help then
-_OF_BACKOFF = 0.25  # a larger back-off removes violations up to this part of it; half of it is for times between places
-_FAR = 3.0  # a back-off is worth another search if it is more than this many times twice the present one
 _NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is violated is not worth another program
 
 
@@ -58,7 +55,7 @@ def exchange_bounds(
 
     Each round solves a program, with formulas near the signals `near`, and adds places where its function violates
     bounds. The exchange ends when
-    - no bound is violated by more than `tolerance`, a part of its width, or than a later, larger back-off removes,
+    - no bound is violated by more than `tolerance`, a part of its width,
     - the bounds contradict each other,
     - the price exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises the price,
@@ -69,7 +66,6 @@ def exchange_bounds(
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
-    apart: tuple[float, ...] = ()
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
@@ -82,10 +78,9 @@ def exchange_bounds(
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
-        removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # Violations beside kinks are searched near the end only, because before there would be thousands of them.
-        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
+        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -_MATTERS)
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
@@ -93,14 +88,16 @@ def exchange_bounds(
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > _CROWD))
         if is_thinned:
-            apart = apart or spacings(problem, posterior)
-            kept_free = min(constraint.backoff for constraint in problem.constraints)
-            minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
-        met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
+            enough = max(tolerance / 2, _MATTERS - min(each.backoff for each in problem.constraints), 0.0)
+            large = [(times[margins < -enough], margins[margins < -enough]) for times, margins in minima]
+            step = problem.constraints[0].quantity.trajectory.sampling_time
+            met = merge(kept, at_steps(problem, seen.places(large), places, same), _SPARSE * step)
+        if not is_thinned or all(map(np.array_equal, met, places)):
+            met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
         jumps += not is_convex and margin < -_JUMPED
         if (
-            margin >= -max(tolerance, removed)
+            margin >= -tolerance
             or bent.contradicts
             or price > ceiling
             or jumps >= _MOST_JUMPS
@@ -113,18 +110,6 @@ def exchange_bounds(
         if is_convex or margin >= -_JUMPED:
             near = bent.signals
     return best
-
-
-def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
-    """Return the violation, relative to a width, that the next back-off removes for a function with kinks; 0 if none.
-
-    If its bounds are active for long, it later gets the largest back-off that raises J by the allowed gap, which makes
-    its proof short. Rounds that remove smaller violations would be wasted.
-    """
-    if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
-        return 0.0
-    enough, present = gap_allowed(bent.price) / bent.rise, 2 * min(each.backoff for each in problem.constraints)
-    return _OF_BACKOFF * enough if enough > _FAR * present else 0.0
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
@@ -172,26 +157,6 @@ def is_smooth(problem: ConstrainedProblem) -> bool:
 def same_time(signals: tuple[KernelSum, ...]) -> float:
     """Return the distance [s] below which two places count as equal."""
     return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
-
-
-def spacings(problem: ConstrainedProblem, posterior: JointPosterior) -> tuple[float, ...]:
-    """Return for each constraint a distance [s] over which its quantity keeps most of its prior correlation."""
-    longest = max(signal.kernel.correlation_time for signal in posterior.signals)
-    steps = longest * 2.0 ** (-np.arange(40) / 4)
-    return tuple(_spacing(problem, posterior, i, steps) for i in range(len(problem.constraints)))
-
-
-def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint: int, steps: Array) -> float:
-    times = np.append(0.0, steps)
-    places = list(no_places(problem))
-    places[constraint] = np.column_stack([times, np.full(len(times), LOWER)])
-    rows = demands(replace(problem, required=()), tuple(places), posterior.signals).rows
-    parts = zip(posterior.parts, rows.terms, strict=True)
-    each = [row_kernel(part.prior.kernel, terms, len(rows)).among() for part, terms in parts]
-    among = np.sum(each, axis=0)
-    deviation = np.sqrt(np.diag(among))
-    correlation = among[0] / (deviation[0] * deviation)
-    return float(steps[np.argmax(correlation[1:] > _KEPT)])
 
 
 def no_places(problem: ConstrainedProblem) -> Places:

@@ -190,7 +190,6 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
 
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
 _IN_REACH = 0.5  # relative to a width: with formulas, only places with a smaller slack are kept for steps of θ
-_NEW = 0.1  # relative to the distance of regular times: a time closer than this to a place is not new
 
 Minima = list[tuple[Array, Array]]
 """For each constraint times [s], and relative margins there: parts of the bounds' widths."""
@@ -220,34 +219,6 @@ class MarginScan:
         """Add the places between kinks where a bound is violated that the grid of `closest` missed."""
         centres = [each.suspect_centres(self) for each in self._known]
         return joined(found, between(self._known, self._all, centres, CLOSER))
-
-    def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
-        """Return few of the times at which bounds are violated by more than `by` of their width, and the margins there.
-
-        These are regular times, `apart` [s] for each constraint, and minima far from those. When no regular time is
-        new, all violated minima are returned. If single minima were added one by one, a function with a long active
-        stretch would need ever more places.
-        """
-        found = [(times[margins < -by], margins[margins < -by]) for times, margins in found]
-        regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
-        known = [np.sort(at[:, 0]) for at in places]
-        new = [_distances(times, at) > _NEW * d for (times, _), at, d in zip(regular, known, apart, strict=True)]
-        if not any(np.any(each) for each in new):
-            return found
-        kept = []
-        for (times, margins), (at, least), known_at, d, fresh in zip(found, regular, known, apart, new, strict=True):
-            far = _distances(times, np.sort(np.concatenate([at, known_at]))) > d
-            kept.append((np.concatenate([times[far], at[fresh]]), np.concatenate([margins[far], least[fresh]])))
-        return kept
-
-    def _regular(self, k: int, broken: Array, by: float, apart: float) -> tuple[Array, Array]:
-        """Return multiples of `apart` [s] between `broken` times at which a bound is violated, and the margins."""
-        if not len(broken):
-            return np.empty(0), np.empty(0)
-        count = np.arange(np.floor(np.min(broken) / apart) + 1, np.ceil(np.max(broken) / apart))
-        regular = self._known[k].index_set.nearest(apart * count)
-        least = self._all.margins(regular)[k] / self._known[k].quantity.bounds.width
-        return regular[least < -by], least[least < -by]
 
     def places(self, found: Minima) -> Places:
         """Return the minima with a small margin as places (n, 2), each at the nearer bound."""
@@ -279,10 +250,3 @@ class MarginScan:
     @cached
     def _known(self) -> list[Constraint]:
         return timed(self.constraints)
-
-
-def _distances(times: Array, others: Array) -> Array:
-    """Return the distance [s] of each time from the nearest of the sorted `others`; infinity if there are none."""
-    padded = np.concatenate([[-np.inf], others, [np.inf]])
-    after = np.searchsorted(padded, times)
-    return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))
