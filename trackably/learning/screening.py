@@ -1,25 +1,30 @@
-"""Find starting points: compare the likelihood at many length scales and periods, with amplitudes of the samples' size.
+"""Find starting points: evaluate a grid of length scales and periods, each at its best amplitude.
 
 The objective of a periodic kernel has a local minimum at nearly every period that samples do not exclude, and a few
-starts find only a few of them.
+starts find only a few of them. But K = θ₁² C, and the eigenvalues of C serve all amplitudes θ₁: evaluating all
+amplitudes at one length scale and period costs less than one step of an optimiser.
 """
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.prior import NOISE
+from trackably.gp.kernels.periodic import Periodic, correlation
+from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
+from trackably.learning.constraint import Bounded
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import amplitude
+from trackably.work import done
 
-_POINTS = 600
-_MOST_SAMPLES = 100  # most samples used of one signal
+_POINTS = 1200
+_AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
+_PHASES = 24
+_MOST_SAMPLES, _NUMBERS = 100, 2**14  # most samples used of one signal; most entries of matrices decomposed at once
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
-_APART = {"lengthscale": 0.5, "period": 0.05, NOISE: 0.5}
+_APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
 
 
 def can_screen(prior: JointPrior) -> bool:
@@ -28,23 +33,65 @@ def can_screen(prior: JointPrior) -> bool:
 
 
 def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
-    """Return ln θ of up to `keep` starts, the likeliest first, if all kernels are `Periodic`.
+    """Return ln θ of up to `keep` starts, the most promising first, if all kernels are `Periodic`.
 
-    Bounds are ignored. If a signal has many samples, only some are used.
+    First come points that satisfy all bounds at a few phases, sorted by objective; then the others, sorted by
+    violation. Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several
+    signals, bounds are not evaluated, as one bound may depend on all signals. If a signal has many samples, only some
+    are used.
     """
-    samples = tuple(map(_few, problem.samples))
-    few = replace(problem, samples=samples, constraints=(), required=())
-    points, names = problem.space.points(_POINTS), problem.prior.learned
-    for part, of, places in zip(problem.prior.parts, samples, problem.prior.places, strict=True):
-        if "signal_std" in part.learned:
-            points[:, places[part.learned.index("signal_std")]] = np.log(amplitude(of, part))
-    points = np.clip(points, problem.space.log_lower, problem.space.log_upper)
-    apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in names])
+    points, constraints = problem.space.points(_POINTS), problem.constraints if len(problem.prior.parts) == 1 else ()
+    violation, objective = np.zeros(len(points)), np.zeros(len(points))
+    for part, samples, places in zip(problem.prior.parts, problem.samples, problem.prior.places, strict=True):
+        few = _few(samples)
+        amplitudes = _amplitudes(problem, part, samples, places)
+        together = max(1, _NUMBERS // len(few) ** 2)
+        for some in np.split(np.arange(len(points)), np.arange(together, len(points), together)):
+            done("evaluation")
+            theta = dict(zip(part.learned, np.exp(points[some][:, places].T), strict=True))
+            broken, values = _rays(part, few, amplitudes, theta | {"": np.ones(len(some))}, constraints)
+            best = np.lexsort((values, broken))[:, 0]
+            at = np.arange(len(some)), best
+            violation[some], objective[some] = np.maximum(violation[some], broken[at]), objective[some] + values[at]
+            if "signal_std" in part.learned:
+                points[some, places[part.learned.index("signal_std")]] = np.log(amplitudes[best])
+    apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
-    for point in points[np.argsort([few.nlml(point) for point in points], kind="stable")]:
+    for point in points[np.lexsort((objective, violation))]:
         if len(kept) < keep and (not kept or (np.abs(point - kept) > apart).any(axis=1).all()):
             kept.append(point)
     return kept
+
+
+def _rays(
+    prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
+) -> tuple[Array, Array]:
+    """Return the largest relative violation at some phases of a period, and l: shapes (b, a), for a amplitudes.
+
+    Hyperparameters have the values in `theta`, each of shape (b,), or else those of the prior.
+    """
+    count = len(next(reversed(theta.values())))
+    lengthscale, period, noise = (
+        theta.get(name, np.full(count, float(prior.hyperparameters[name]))) for name in ("lengthscale", "period", NOISE)
+    )
+    stencil, times, relative = samples.stencil, samples.times, samples.relative_noise
+    kernel = partial(correlation, lengthscale=lengthscale[:, None, None], period=period[:, None, None])
+    centres = stencil.centres(times)
+    whole = stencil.combine(stencil.combine(kernel((centres[:, None] - centres)[None])).mT)
+    power, vectors = np.linalg.eigh(whole / np.outer(relative, relative))
+    along = ((samples.values - stencil.at_rest(prior.mean)) / relative) @ vectors
+    powers = amplitudes[:, None] ** 2 * np.maximum(power, 0)[:, None] + noise[:, None, None] ** 2
+    objective = np.sum(np.log(2 * np.pi * powers) + along[:, None] ** 2 / powers, axis=2)
+    objective += [[samples.scatter.negative_log_likelihood(each)[0]] for each in noise.tolist()]
+    damped = amplitudes[:, None] ** 2 * along[:, None] / powers
+    weights = stencil.spread(damped @ (vectors / relative[:, None]).mT).mT
+    phases = (np.arange(_PHASES) / _PHASES * period[:, None])[..., None]  # the last axis is that of the amplitudes
+    broken = np.zeros(objective.shape)
+    for constraint in constraints:
+        means = (lambda t: prior.mean + kernel(t - centres) @ weights,)
+        margin = np.min(constraint.quantity.margin(means, phases), axis=1) / constraint.quantity.bounds.width
+        broken = np.maximum(broken, -margin)
+    return broken, objective
 
 
 def _few(samples: Samples) -> Samples:
@@ -54,3 +101,12 @@ def _few(samples: Samples) -> Samples:
     chosen = np.arange(0, len(samples), -(-len(samples) // _MOST_SAMPLES))
     found = samples.times[chosen], samples.values[chosen], samples.relative_noise[chosen]
     return Samples(*found, samples.stencil.only(chosen))
+
+
+def _amplitudes(problem: ConstrainedProblem, prior: Prior, samples: Samples, places: list[int]) -> Array:
+    """Return amplitudes around that of the samples, inside the search space; if θ₁ is known, only θ₁."""
+    if "signal_std" not in prior.learned:
+        return np.array([prior.hyperparameters["signal_std"]])
+    scale = amplitude(samples, prior)
+    bounds = list(problem.space.bounds.values())[places[prior.learned.index("signal_std")]]
+    return np.clip(np.geomspace(_LOWEST * scale, _HIGHEST * scale, _AMPLITUDES), bounds.lower, bounds.upper)

@@ -13,7 +13,7 @@ from trackably.learning.exchange import Candidate, Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.screening import can_screen, screen
 
-_FEWEST_BASINS = 20
+_FEWEST_BASINS = 16
 _SPREAD_THINLY = 256
 
 

@@ -76,21 +76,10 @@ class QuadraticProgram(NamedTuple):
         room = self._room(slack, self.newton)
         if room.min() >= 0:
             return self.newton, multipliers
-        possible = np.append(slack < self.reach, np.ones(2 * len(self.shift), dtype=bool))  # no step violates others
-        begun = room < 0 if likely is None or not likely.any() else np.append(likely > 0, room[m:] < 0)
-        chosen = possible if possible.sum() <= _MANY else begun
-        while True:
-            rows, ends = chosen[:m].nonzero()[0], chosen[m:].nonzero()[0]
-            polyhedron = self._polyhedron(slack, rows, ends, penalty)
-            normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
-            d = (normals.dot(u) - self.shift).dot(self.inverse)
-            if chosen is possible:
-                break
-            s = max(0.0, u[: len(rows) + 1].sum() / penalty - 1)
-            broken = possible & ~chosen & (self._room(slack + s, d) < -FEASIBLE)
-            if not broken.any():
-                break
-            chosen = chosen | broken
+        rows, ends = (slack < self.reach).nonzero()[0], np.arange(2 * len(self.shift))  # no step violates others
+        polyhedron = self._polyhedron(slack, rows, ends, penalty)
+        normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
+        d = (normals.dot(u) - self.shift).dot(self.inverse)
         multipliers[rows] = u[: len(rows)]
         if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: one step can satisfy all constraints
             d = self._correct(d, slack, rows, ends, normals, u > 0)

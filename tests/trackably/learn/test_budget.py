@@ -69,7 +69,7 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     best = task()
     assert "budget" not in best.explanation
     last, unfinished = np.inf, 0
-    for budget in (1, *np.geomspace(30, 1000, 4).round().tolist(), 1e9):
+    for budget in (1, *np.geomspace(20, 3000, 4).round().tolist(), 1e9):
         found = within(task, budget)
         if isinstance(found, OutOfTime):
             assert last == np.inf, "more time, and nothing any more"
@@ -95,7 +95,7 @@ def test_a_robot_whose_likeliest_hyperparameters_break_its_bounds_has_a_good_ref
     inside = Polytope.box([-1.9, -1.1, -np.inf], [1.9, 1.1, np.inf])
     robot = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.3, -1.6], [1.5, 1.6]))
     known = {"noise_std": 0.03, "mean": 0.0, "starts": 2}
-    found = within(partial(learn_reference, eight, robot, Periodic(period=12.0), "all_phases", **known), 1250)
+    found = within(partial(learn_reference, eight, robot, Periodic(period=12.0), "all_phases", **known), 650)
     assert isinstance(found, TrackableReference)
     assert found.objective < 200  # with the likeliest hyperparameters without bounds it is 1750
 
