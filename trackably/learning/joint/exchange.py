@@ -29,8 +29,7 @@ _NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is 
 class ExchangeResult:
     """A function with its `places`, and the `active` ones among them; `margin` is its smallest relative margin.
 
-    That is the margin of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the programs that
-    were solved.
+    That is the margin of the constraint with the index `constraint`, at `time` [s].
     """
 
     mean: ConstrainedMean
@@ -39,7 +38,6 @@ class ExchangeResult:
     margin: float
     constraint: int
     time: float
-    rounds: int
 
 
 def exchange_bounds(
@@ -71,7 +69,7 @@ def exchange_bounds(
     is_rough = not is_smooth(problem)
     if not is_convex:  # places from other hyperparameters may be too far apart
         places = with_regular(problem, posterior, places)
-    for count in range(1, rounds + 1):
+    for _ in range(rounds):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
             return best
@@ -94,7 +92,7 @@ def exchange_bounds(
             met = merge(kept, at_steps(problem, seen.places(large), places, same), _SPARSE * step)
         if not is_thinned or all(map(np.array_equal, met, places)):
             met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
-        best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
+        best = ExchangeResult(bent, met, kept, margin, constraint, time)
         jumps += not is_convex and margin < -_JUMPED
         if (
             margin >= -tolerance
