@@ -157,11 +157,11 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
     arguments = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(problem.prior.parts))
     owner = owners([of.times for of in bounds])
     offsets, factors, into = [np.empty(0)], [np.empty(0)], [owner[:0]]
-    for of, rows in zip(bounds, parts(np.arange(len(owner)), [of.times for of in bounds]), strict=True):
+    for i, of in enumerate(bounds):
         offset, slopes = _linearise(of.trajectory, of.times, near)
         offsets.append(of.sides * offset)
         factors.append((of.sides * slopes).ravel())
-        into.append(np.tile(rows, len(slopes)))
+        into.append(np.tile(np.flatnonzero(owner == i), len(slopes)))
     factor, row = np.concatenate(factors), np.concatenate(into)
     terms = tuple(Terms(of.times, of.weights * factor[of.of_row], row[of.of_row]) for of in arguments.terms)
     return Demands(
