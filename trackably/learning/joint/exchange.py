@@ -11,7 +11,7 @@ from trackably.learning.constraint import Constraint, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
-from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
 MAX_ROUNDS = 40
@@ -22,6 +22,8 @@ _SPARSE = 0.2  # relative to a time step: the distance of thinned places, betwee
 _SAME_TIME = 3e-4  # relative to a correlation time: closer places count as one, as violations between them stay small
 _JUMPED = 0.1  # relative to a width: a larger violation means that the formulas went to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many rounds with such violations, as more places hardly help then
+_OF_BACKOFF = 0.25  # a larger back-off removes violations up to this part of it; half of it is for times between places
+_FAR = 3.0  # a back-off is worth another search if it is more than this many times twice the present one
 _NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is violated is not worth another program
 
 
@@ -53,7 +55,7 @@ def exchange_bounds(
 
     Each round solves a program, with formulas near the signals `near`, and adds places where its function violates
     bounds. The exchange ends when
-    - no bound is violated by more than `tolerance`, a part of its width,
+    - no bound is violated by more than `tolerance`, a part of its width, or than a later, larger back-off removes,
     - the bounds contradict each other,
     - the price exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises the price,
@@ -76,9 +78,10 @@ def exchange_bounds(
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
+        removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # Violations beside kinks are searched near the end only, because before there would be thousands of them.
-        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -_MATTERS)
+        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
@@ -95,7 +98,7 @@ def exchange_bounds(
         best = ExchangeResult(bent, met, kept, margin, constraint, time)
         jumps += not is_convex and margin < -_JUMPED
         if (
-            margin >= -tolerance
+            margin >= -max(tolerance, removed)
             or bent.contradicts
             or price > ceiling
             or jumps >= _MOST_JUMPS
@@ -108,6 +111,18 @@ def exchange_bounds(
         if is_convex or margin >= -_JUMPED:
             near = bent.signals
     return best
+
+
+def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
+    """Return the violation, relative to a width, that the next back-off removes for a function with kinks; 0 if none.
+
+    If its bounds are active for long, it later gets the largest back-off that raises J by the allowed gap, which makes
+    its proof short. Rounds that remove smaller violations would be wasted.
+    """
+    if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
+        return 0.0
+    enough, present = gap_allowed(bent.price) / bent.rise, 2 * min(each.backoff for each in problem.constraints)
+    return _OF_BACKOFF * enough if enough > _FAR * present else 0.0
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
