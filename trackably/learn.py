@@ -211,6 +211,7 @@ def learn_reference(
         finds one.
 
     """
+    # The input: samples, plant and claim.
     end, learner = _end_of(budget), _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
@@ -228,17 +229,19 @@ def learn_reference(
     at_rest, keep = quantities_at_rest(claim, plant), learn_from is not None
     required = tuple(value for at in pinned for value in at.required_values(plant))
 
-    def beforehand(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
+    def likely(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
         return found_or_raise(empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest))
 
     with progress_bar("learn reference", shown=progress):
+        # The prior: means and noise without bounds.
         with _in_time(budget, end):
-            first, _ = others.learn_enough(beforehand, lambda found: found.likely)
+            first, _ = others.learn_enough(likely, lambda found: found.likely)
             measured, _ = measured.enough_for(first.likely)
         warn_about(first.questions, _CALLER)
         refuse_mean(claim, first.prior, plant, tightening)
 
+        # The search, in which the checker judges each candidate.
         def learn(first: EmpiricalPrior, learner: Learner, starts: int = starts) -> Found:
             def certified(
                 of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
@@ -255,17 +258,19 @@ def learn_reference(
             limited = tuple(
                 name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval)
             )
-            return _beside(None if limited else first.likeliest, found), cost, limited
+            return _with_unconstrained(None if limited else first.likeliest, found), cost, limited
 
-        beside = () if near is None else (partial(learn, *_of_neighbour(near, first)),)
+        neighbour = () if near is None else (partial(learn, *_of_neighbour(near, first)),)
         learner = _informed(learner, first, near)
         quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
         with _in_time(budget, end):
-            (certified, cost, limited), is_whole = _best_of(chain(beside, quick, [partial(learn, first, learner)]))
+            (certified, cost, limited), is_whole = _best_of(chain(neighbour, quick, [partial(learn, first, learner)]))
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
+
+        # The reference, with what was learned about it.
         solution, ended = certified.solution, None if is_whole else budget
-        assert solution.unconstrained, "it is beside the one without bounds"
+        assert solution.unconstrained, "_with_unconstrained has set it"
         fit = Fit.of(
             certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended, tuple(between)
         )
@@ -408,7 +413,7 @@ def _problem_of_first_samples(prior: JointPrior, measured: Measurements, starts:
     return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts))
 
 
-def _beside(likeliest: JointPosterior | None, certified: Certified) -> Certified:
+def _with_unconstrained(likeliest: JointPosterior | None, certified: Certified) -> Certified:
     """Return `certified` with the posterior without bounds to which it is compared.
 
     That is `likeliest` if given, otherwise the one that the search found, otherwise one that is computed here.

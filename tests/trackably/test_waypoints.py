@@ -101,7 +101,6 @@ def curve(low, high):
 
 
 RESTING = {
-    "an axis": (AXIS, {"position": SAMPLES}),
     "a tank": (TANK, {"level": curve(0.6, 1.5)}),
     "two outputs": (CART, {"a": curve(-0.3, 0.2), "b": curve(0.1, -0.4)}),
 }

@@ -1,15 +1,15 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold.
 
-A linear functional is a weighted sum of values of the signals at some times, so that all functionals are evaluated
-together, with gradients. A formula is a nonlinear function of such functionals, which are its arguments. The back-off
-of a bound tightens it, so that a proof has room.
+A linear functional is a weighted sum of values of the signals at some times; at a place, it is a row. All rows are
+evaluated together, with gradients. A formula is a nonlinear function of functionals, which are its arguments. The
+back-off of a bound tightens it, so that a proof has room.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from typing import NamedTuple, Protocol, Self
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.base import Kernel
+from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
 from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals, Trajectory
@@ -25,49 +26,28 @@ from trackably.work import done
 Indices = npt.NDArray[np.intp]
 
 
-class Sums(NamedTuple):
-    """N sums Σ_k w_k u_k. The entries of u are 1 and the signals at their `times` [s], one signal after the other.
+def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> Rows:
+    """Return the rows of functionals, each at its places (n,) [s], one functional after the other."""
+    terms: list[list[Terms]] = [[] for _ in range(processes)]
+    offsets, count = [np.empty(0)], 0
+    for functional, places in functionals:
+        rows = np.arange(count, count := count + len(places))
+        offsets.append(np.full(len(places), float(functional.offset)))
+        for c, weights in functional.rounded:
+            shifts = np.flatnonzero(weights)
+            instants = places + functional.sampling_time * shifts[:, None]
+            terms[c].append(Terms(instants.ravel(), weights[shifts].repeat(len(places)), np.tile(rows, len(shifts))))
+    return Rows(np.concatenate(offsets), tuple(map(Terms.joined, terms)))
 
-    `times[c]` are the times of signal c. Column n of `at` has the indices k of the terms of sum n, and column n of
-    `weights` their weights: shapes (terms, N). The first term is the constant, u = 1. Shorter sums are filled up with
-    weights of zero.
-    """
 
-    times: dict[int, Array]
-    at: Indices
-    weights: Array
-
-    @classmethod
-    def of(cls, functionals: Sequence[tuple[Functional, Array]]) -> Self:
-        """Return the sums of functionals, each at its places (n,) [s], one functional after the other."""
-        times, terms = dict[int, list[Array]](), list[list[tuple[int, int, float]]]()
-        for functional, places in functionals:
-            terms.append([])
-            for c, weights in functional.rounded:
-                of_signal = times.setdefault(c, [])
-                for j in np.flatnonzero(weights).tolist():
-                    terms[-1].append((c, sum(map(len, of_signal)), weights[j]))
-                    of_signal.append(places + j * functional.sampling_time)
-        known = {c: np.concatenate(parts) for c, parts in times.items()}
-        firsts = dict(zip(known, accumulate(map(len, known.values()), initial=1), strict=False))
-        shape = 1 + max(map(len, terms), default=0), sum(len(places) for _, places in functionals)
-        found, end = cls(known, np.zeros(shape, dtype=np.intp), np.zeros(shape)), 0
-        for (functional, places), of_functional in zip(functionals, terms, strict=True):
-            start, end = end, end + len(places)
-            found.weights[0, start:end] = float(functional.offset)
-            for row, (c, first, weight) in enumerate(of_functional, start=1):
-                found.at[row, start:end] = firsts[c] + first + np.arange(len(places))
-                found.weights[row, start:end] = weight
-        return found
-
-    def values_and_gradients(self, posterior: JointPosterior) -> Array:
-        """Return all sums of the posterior means in row 0, and their ∂/∂ln θ in the p other rows: shape (1 + p, N)."""
-        one = np.zeros((1 + len(posterior.prior.learned), 1))
-        one[0] = 1.0
-        signals = [posterior.jets(c, t, 0)[:, 0] for c, t in self.times.items()]
-        terms = np.concatenate([one, *signals], axis=1).take(self.at, axis=1)
-        terms *= self.weights
-        return np.asarray(np.add.reduce(terms, axis=1))
+def values_and_gradients(rows: Rows, posterior: JointPosterior) -> Array:
+    """Return the n rows of the posterior means, and their ∂/∂ln θ in p further rows: shape (1 + p, n)."""
+    found = np.zeros((len(rows), 1 + len(posterior.prior.learned)))
+    found[:, 0] = rows.offsets
+    for c, terms in enumerate(rows.terms):
+        if len(terms.times):
+            found += terms.summed(posterior.jets(c, terms.times, 0)[:, 0].T, len(rows))
+    return found.T
 
 
 # Bounds are tightened by this part of their width, which is larger than the rounding errors of the optimiser.
@@ -120,9 +100,8 @@ class Bounded(ABC):
     def slacks(self, found: Array, places: Array) -> Array:
         """Return the slacks to the lower bound, then those to the upper one, less the back-off, divided by the width.
 
-        `found` has n columns, one for each of the `places`: the quantity and its p derivatives, shape (1 + p, n), or
-        the constant and the weights of the sum that is the quantity. The slacks are given in the same form, in 2 n
-        columns.
+        `found` has n columns, one for each of the `places`: the quantity and its p derivatives, shape (1 + p, n). The
+        slacks are given in the same form, in 2 n columns.
         """
         bounds = self.quantity.bounds
         both = np.concatenate([found, -found], axis=1)
@@ -180,14 +159,9 @@ class Constraint(Bounded):
         return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        found = Sums.of(self.arguments_at(places)).values_and_gradients(posterior)
-        found = of_arguments(self.quantity.trajectory, found)
+        rows = rows_of(self.arguments_at(places), len(posterior.parts))
+        found = of_arguments(self.quantity.trajectory, values_and_gradients(rows, posterior))
         return found[0], found[1:]
-
-    @property
-    def is_functional(self) -> bool:
-        """Whether the quantity is a functional of the signals."""
-        return self.quantity.functional is not None
 
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
         """Return the arguments of the trajectory, each with its places."""

@@ -157,30 +157,28 @@ class Exchange:
         """Search from promising starts for the local minima of their basins, each search with places of its own.
 
         The first program of each search has the places where the start is closest to its bounds. The search with the
-        smallest objective goes on first, as its result may end other searches. A search may leave its basin: if it
-        finds no better solution, it is repeated once, with all its places in the first program.
+        smallest objective goes on first, as its result may end other searches.
         """
-        order, queue = count(), list[tuple[float, int, Array, _Descent, Places, bool]]()
+        order, queue = count(), list[tuple[float, int, _Descent, Places]]()
         for start in starts:
             try:
                 candidate = Candidate.at(self.problem, start)
             except IllConditioned:
                 continue
             places = merge(self._no_places, candidate.closest_places)
-            queue.append((candidate.objective, next(order), start, _Descent(start), places, False))
+            queue.append((candidate.objective, next(order), _Descent(start), places))
         heapq.heapify(queue)
         while queue:
-            value, _, start, path, places, is_second = heapq.heappop(queue)
+            value, _, path, places = heapq.heappop(queue)
             best, paths, met = self.best, list[_Descent](), places
             if not path.rounds or value < self._least:
                 paths, met = self._advance([path], places, _minimise_nearby)
             if self.best is not best:
                 self.active = met
-            elif not paths or len(paths[0].rounds) > _MAX_ROUNDS:
-                if path.rounds and not is_second:
-                    heapq.heappush(queue, (-np.inf, next(order), start, _Descent(start), places, True))
-            elif path.rounds or not _is_near(paths[0].end, self._visited):
-                heapq.heappush(queue, (paths[0].rounds[-1].objective, next(order), start, paths[0], met, is_second))
+                continue
+            for path in paths:
+                if len(path.rounds) <= _MAX_ROUNDS and (len(path.rounds) > 1 or not _is_near(path.end, self._visited)):
+                    heapq.heappush(queue, (path.rounds[-1].objective, next(order), path, met))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
         """Improve all points by `step` until none of them violates a bound at a place that is not yet `active`."""

@@ -9,8 +9,9 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
+from trackably.gp.rows import Rows
 from trackably.learning import sqp
-from trackably.learning.constraint import Bounded, Constraint, Sums, of_arguments
+from trackably.learning.constraint import Bounded, Constraint, of_arguments, rows_of, values_and_gradients
 from trackably.learning.problem import ConstrainedProblem
 
 
@@ -67,16 +68,16 @@ class Program:
             value, gradient = posterior.negative_log_marginal_likelihood()
         except IllConditioned:
             return None
-        found, linear = self._sums.values_and_gradients(posterior), self._slacks_of_functionals
-        slacks = np.concatenate([found[:, :linear], *self._of_formulas(posterior, found[:, linear:])], axis=1)
+        slacks = np.concatenate([np.empty((1 + len(log_theta), 0)), *self._slacks(posterior)], axis=1)
         information = posterior.information
         if not (np.isfinite(slacks).all() and np.isfinite(information).all()):
             return None
         return sqp.Evaluation(value, gradient, slacks[0], slacks[1:].T, information)
 
-    def _of_formulas(self, posterior: JointPosterior, arguments: Array) -> Iterator[Array]:
-        """Yield the slacks of each constraint that is a formula, from the `arguments` of all formulas."""
-        for constraint, places in self._others:
+    def _slacks(self, posterior: JointPosterior) -> Iterator[Array]:
+        """Yield the slacks of each constraint that has places, and their derivatives: shapes (1 + p, 2 n)."""
+        arguments = values_and_gradients(self._arguments, posterior)
+        for constraint, places in self._placed:
             if isinstance(constraint, Constraint):
                 count = len(constraint.quantity.trajectory.arguments) * len(places)
                 own, arguments = arguments[:, :count], arguments[:, count:]
@@ -87,33 +88,14 @@ class Program:
             yield constraint.slacks(quantity, places)
 
     @cached_property
-    def _sums(self) -> Sums:
-        """The slacks of the constraints that are linear functionals, then the arguments of all formulas."""
-        timed = [(each, at) for each, at in (*self._functionals, *self._others) if isinstance(each, Constraint)]
-        sums = Sums.of([pair for constraint, places in timed for pair in constraint.arguments_at(places)])
-        parts, end = list[tuple[Array, Array]](), 0
-        for constraint, places in self._functionals:
-            start, end = end, end + len(places)
-            parts.append((np.tile(sums.at[:, start:end], 2), constraint.slacks(sums.weights[:, start:end], places)))
-        at, weights = zip(*parts, (sums.at[:, end:], sums.weights[:, end:]), strict=True)
-        return Sums(sums.times, np.concatenate(at, axis=1), np.concatenate(weights, axis=1))
+    def _arguments(self) -> Rows:
+        """The arguments of all quantities at their places."""
+        timed = [(each, places) for each, places in self._placed if isinstance(each, Constraint)]
+        functionals = [pair for constraint, places in timed for pair in constraint.arguments_at(places)]
+        return rows_of(functionals, len(self.problem.prior.parts))
 
     @cached_property
-    def _slacks_of_functionals(self) -> int:
-        """The number of slacks of linear functionals, which come first in `_sums`."""
-        return sum(2 * len(places) for _, places in self._functionals)
-
-    @cached_property
-    def _functionals(self) -> list[tuple[Constraint, Array]]:
-        """The constraints that are linear functionals, with their places; those without places are left out."""
-        return [(each, places) for each, places in self._asked if isinstance(each, Constraint) and each.is_functional]
-
-    @cached_property
-    def _others(self) -> list[tuple[Bounded, Array]]:
-        """The constraints that are formulas, with their places; those without places are left out."""
-        return [(of, at) for of, at in self._asked if not (isinstance(of, Constraint) and of.is_functional)]
-
-    @cached_property
-    def _asked(self) -> list[tuple[Bounded, Array]]:
+    def _placed(self) -> list[tuple[Bounded, Array]]:
+        """The constraints with their places; those without places are left out."""
         pairs = zip(self.problem.constraints, self.places, strict=True)
         return [(constraint, places) for constraint, places in pairs if len(places)]

@@ -9,6 +9,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.posterior import IllConditioned
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
@@ -86,6 +87,13 @@ class ConstrainedProblem:
         done("evaluation")
         found = JointPosterior(self.prior.with_log_hyperparameters(log_theta), self.samples, self.bases)
         return found.with_likeliest_means(self.means) if self.means else found
+
+    def nlml(self, log_theta: Array) -> float:
+        """Return l(θ); infinity if K + σ_n² I cannot be factored."""
+        try:
+            return self.posterior(log_theta).negative_log_marginal_likelihood()[0]
+        except IllConditioned:
+            return np.inf
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,6 @@ from trackably.arrays import Array
 FEASIBLE = 1e-12
 _PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's 3 are too few where bounds nearly coincide
 
-_MANY = 200  # with more constraints and ends of the box than this, a program is solved with few of them
-
 _ONE = np.ones(1)
 
 Indices = npt.NDArray[np.intp]
@@ -64,66 +62,46 @@ class QuadraticProgram(NamedTuple):
         reach = np.abs(jacobian).dot(np.maximum(-lower, upper))
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
-    def solve(self, slack: Array, penalty: float, likely: Array | None = None) -> tuple[Array, Array]:
-        """Return d and the multipliers of the constraints for g = `slack`.
-
-        d is Newton's step if that satisfies all constraints. Otherwise, if there are many constraints and ends of the
-        box, the program is first solved with few of them: constraints with positive `likely` multipliers (m,), or, if
-        there are none, those that Newton's step violates, and the ends of the box that it violates. Those that a
-        solution violates are added, until it violates none.
-        """
-        multipliers, m = np.zeros(len(slack)), len(slack)
-        room = self._room(slack, self.newton)
-        if room.min() >= 0:
+    def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
+        """Return d and the multipliers of the constraints for g = `slack`: Newton's step if it violates none."""
+        multipliers = np.zeros(len(slack))
+        if self._room(slack, self.newton).min() >= 0:
             return self.newton, multipliers
-        possible = np.append(slack < self.reach, np.ones(2 * len(self.shift), dtype=bool))  # no step violates others
-        begun = room < 0 if likely is None or not likely.any() else np.append(likely > 0, room[m:] < 0)
-        chosen = possible if possible.sum() <= _MANY else begun
-        while True:
-            rows, ends = chosen[:m].nonzero()[0], chosen[m:].nonzero()[0]
-            polyhedron = self._polyhedron(slack, rows, ends, penalty)
-            normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
-            d = (normals.dot(u) - self.shift).dot(self.inverse)
-            if chosen is possible:
-                break
-            s = max(0.0, u[: len(rows) + 1].sum() / penalty - 1)
-            broken = possible & ~chosen & (self._room(slack + s, d) < -FEASIBLE)
-            if not broken.any():
-                break
-            chosen = chosen | broken
+        rows = (slack < self.reach).nonzero()[0]  # no step violates others
+        polyhedron = self._polyhedron(slack, rows, penalty)
+        normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
+        d = (normals.dot(u) - self.shift).dot(self.inverse)
         multipliers[rows] = u[: len(rows)]
         if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: one step can satisfy all constraints
-            d = self._correct(d, slack, rows, ends, normals, u > 0)
+            d = self._correct(d, slack, rows, normals, u > 0)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
     def _room(self, slack: Array, d: Array) -> Array:
         """Return the slack of each constraint and of each end of the box after the step d, if s = 0."""
         return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
 
-    def _polyhedron(self, slack: Array, rows: Indices, ends: Indices, penalty: float) -> Array:
+    def _polyhedron(self, slack: Array, rows: Indices, penalty: float) -> Array:
         """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b.
 
-        Its columns are the constraints with the indices `rows`, s ≥ 0, and the ends of the box with the indices `ends`.
+        Its columns are the constraints with the indices `rows`, s ≥ 0, and the ends of the box.
         """
         m, p = len(rows), len(self.shift)
-        found = np.zeros((p + 2, m + 1 + len(ends)))
+        found = np.zeros((p + 2, m + 1 + 2 * p))
         normals, offsets = found[:p], found[-1]
         normals[:, :m] = self.inverse.dot(self.jacobian[rows].T)
-        normals[:, m + 1 :] = np.concatenate([self.inverse, -self.inverse], axis=1)[:, ends]
+        normals[:, m + 1 :] = np.concatenate([self.inverse, -self.inverse], axis=1)
         found[p, : m + 1] = penalty**-0.5
-        np.concatenate([1.0 - slack[rows], _ONE, np.append(self.lower, -self.upper)[ends]], out=offsets)
+        np.concatenate([1.0 - slack[rows], _ONE, self.lower, -self.upper], out=offsets)
         offsets += self.shift.dot(normals)
         return found
 
-    def _correct(
-        self, d: Array, slack: Array, rows: Indices, ends: Indices, normals: Array, held: npt.NDArray[np.bool_]
-    ) -> Array:
+    def _correct(self, d: Array, slack: Array, rows: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
         """Correct a step that violates a constraint by rounding errors in flat directions.
 
         A larger penalty would not correct such an error.
         """
         room, m = self._room(slack, d), len(slack)
-        room = np.concatenate([room[rows], [0.0], room[m + ends]])
+        room = np.concatenate([room[rows], [0.0], room[m:]])
         if room.min() >= -FEASIBLE:
             return d
         move, *_ = np.linalg.lstsq(normals[:, held].T, -room[held])
@@ -233,13 +211,13 @@ def minimise(
     if (here := evaluate(x)) is None:
         return None
     curvature = here.curvature if curvature is None else curvature
-    penalty, reductions, gained, may_end, multipliers = _FIRST_PENALTY, 0, np.inf, False, None
+    penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
-        d, multipliers, steered, broken = _steered_step(program, here, penalty, multipliers)
+        d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
         gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
@@ -254,7 +232,7 @@ def minimise(
         reached = np.inf if there is None else there.merit(penalty)
         if there is not None and reached > merit - 0.1 * gain:
             # Curved constraints can spoil a good step: correct it to second order, with the constraints at x + d.
-            corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty, multipliers)
+            corrected, _ = program.solve(there.slack - here.jacobian.dot(d), penalty)
             if _size(corrected - d) > _STEP_TOLERANCE:
                 again = evaluate(x + corrected)
                 if again is not None and again.merit(penalty) < reached:
@@ -275,23 +253,21 @@ def minimise(
     return Minimum(x, here, False, curvature)
 
 
-def _steered_step(
-    program: QuadraticProgram, here: Evaluation, penalty: float, likely: Array | None
-) -> tuple[Array, Array, float, float]:
+def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -> tuple[Array, Array, float, float]:
     """Return the step, its multipliers, the penalty, and the violation of the linearised constraints after the step.
 
     The penalty is raised until the step removes half of the violation that any step can remove. With a low penalty the
     iteration would run to where f is small, and return to another feasible part, or to none (Byrd, Nocedal, Waltz:
     steering).
     """
-    d, multipliers = program.solve(here.slack, penalty, likely)
+    d, multipliers = program.solve(here.slack, penalty)
     if (left := here.linear_violation(d)) <= FEASIBLE:
         return d, multipliers, penalty, left
-    least, _ = program.solve(here.slack, _LARGEST_PENALTY, multipliers)
+    least, _ = program.solve(here.slack, _LARGEST_PENALTY)
     enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
     while left > enough + FEASIBLE and penalty < _LARGEST_PENALTY:
         penalty *= 10
-        d, multipliers = program.solve(here.slack, penalty, multipliers)
+        d, multipliers = program.solve(here.slack, penalty)
         left = here.linear_violation(d)
     return d, multipliers, penalty, left
 

@@ -1,13 +1,10 @@
 """Samples of a machine at rest are noise, though length scales below their spacing explain them as well."""
 
-import warnings
-
 import numpy as np
 import pytest
 
 from trackably import (
     ConstrainedSystem,
-    DoubtfulInputWarning,
     LinearSystem,
     Matern52,
     Polytope,
@@ -24,24 +21,19 @@ AXIS = ConstrainedSystem(
 )
 
 
-@pytest.mark.parametrize(("seed", "kernel"), [(37, SquaredExponential()), (14, Matern52())])
-def test_noise_of_a_machine_at_rest_is_learned_as_noise(seed, kernel):
+@pytest.mark.parametrize(("seed", "kernel", "asked"), [(37, SquaredExponential(), False), (14, Matern52(), True)])
+def test_noise_of_a_machine_at_rest_is_learned_as_noise_with_a_question_where_a_motion_is_as_likely(
+    seed, kernel, asked, recwarn
+):
     rng = np.random.default_rng(seed)
     times = 0.25 * np.arange(int(rng.integers(8, 200)))
     samples = Samples(times, 0.01 * rng.standard_normal(times.size))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DoubtfulInputWarning)
-        found = learn_reference({"position": samples}, AXIS, kernel, "recorded")
+    found = learn_reference({"position": samples}, AXIS, kernel, "recorded")
+    assert any("those of position look like noise" in str(each.message) for each in recwarn) is asked
     assert found.hyperparameters["noise_std"] == pytest.approx(float(np.std(samples.values)), rel=0.05)
 
 
-def test_the_user_is_asked_whether_it_is_a_motion():
-    samples = Samples(0.25 * np.arange(40), 0.01 * np.random.default_rng(20).standard_normal(40))
-    with pytest.warns(DoubtfulInputWarning, match="^samples: those of position look like noise"):
-        learn_reference({"position": samples}, AXIS, SquaredExponential(), "recorded")
-
-
-@pytest.mark.parametrize("values", [[0, 1, 0, 1], [0, 0, 0, 1], [0.0, 0.5, 1.0, 0.2, -0.7, 0.3]])
+@pytest.mark.parametrize("values", [[0, 0, 0, 1], [0.0, 0.5, 1.0, 0.2, -0.7, 0.3]])
 def test_few_samples_are_waypoints(values, recwarn):
     wide = ConstrainedSystem(LinearSystem([[0.9]], [[0.5]], 0.01), Polytope.box([-3.0], [3.0]), Polytope.box([-9], [9]))
     learn_reference(Samples(np.arange(len(values)), values), wide, SquaredExponential(), "recorded")

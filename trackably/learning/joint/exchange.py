@@ -1,16 +1,15 @@
 """The function for given hyperparameters at all times, by exchange: solve at few places, and add violated places."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
-from trackably.gp.rows import row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, demands, merge, places_of
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
@@ -19,7 +18,7 @@ MAX_ROUNDS = 40
 _CROWD = 800  # with more active places, new ones are thinned out: a larger back-off (tightening) does the rest
 _CROWDED = 100  # more violated places than this are neighbours along stretches where a bound is active
 _MATTERS = 1e-5  # relative to a width: with many places, smaller violations are left to a larger back-off
-_KEPT = 0.9  # the prior correlation over the distance of thinned places, between which violations stay small
+_SPARSE = 0.2  # relative to a time step: the distance of thinned places, between which violations stay small
 _SAME_TIME = 3e-4  # relative to a correlation time: closer places count as one, as violations between them stay small
 _JUMPED = 0.1  # relative to a width: a larger violation means that the formulas went to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many rounds with such violations, as more places hardly help then
@@ -32,8 +31,7 @@ _NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is 
 class ExchangeResult:
     """A function with its `places`, and the `active` ones among them; `margin` is its smallest relative margin.
 
-    That is the margin of the constraint with the index `constraint`, at `time` [s]. `rounds` counts the programs that
-    were solved.
+    That is the margin of the constraint with the index `constraint`, at `time` [s].
     """
 
     mean: ConstrainedMean
@@ -42,7 +40,6 @@ class ExchangeResult:
     margin: float
     constraint: int
     time: float
-    rounds: int
 
 
 def exchange_bounds(
@@ -69,13 +66,12 @@ def exchange_bounds(
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
-    apart: tuple[float, ...] = ()
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     if not is_convex:  # places from other hyperparameters may be too far apart
         places = with_regular(problem, posterior, places)
-    for count in range(1, rounds + 1):
+    for _ in range(rounds):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
             return best
@@ -93,11 +89,13 @@ def exchange_bounds(
         crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
         is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > _CROWD))
         if is_thinned:
-            apart = apart or spacings(problem, posterior)
-            kept_free = min(constraint.backoff for constraint in problem.constraints)
-            minima = seen.thinned(minima, places, apart, max(tolerance / 2, _MATTERS - kept_free, 0.0))
-        met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
-        best = ExchangeResult(bent, met, kept, margin, constraint, time, count)
+            enough = max(tolerance / 2, _MATTERS - min(each.backoff for each in problem.constraints), 0.0)
+            large = [(times[margins < -enough], margins[margins < -enough]) for times, margins in minima]
+            step = problem.constraints[0].quantity.trajectory.sampling_time
+            met = merge(kept, at_steps(problem, seen.places(large), places, same), _SPARSE * step)
+        if not is_thinned or all(map(np.array_equal, met, places)):
+            met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
+        best = ExchangeResult(bent, met, kept, margin, constraint, time)
         jumps += not is_convex and margin < -_JUMPED
         if (
             margin >= -max(tolerance, removed)
@@ -172,26 +170,6 @@ def is_smooth(problem: ConstrainedProblem) -> bool:
 def same_time(signals: tuple[KernelSum, ...]) -> float:
     """Return the distance [s] below which two places count as equal."""
     return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
-
-
-def spacings(problem: ConstrainedProblem, posterior: JointPosterior) -> tuple[float, ...]:
-    """Return for each constraint a distance [s] over which its quantity keeps most of its prior correlation."""
-    longest = max(signal.kernel.correlation_time for signal in posterior.signals)
-    steps = longest * 2.0 ** (-np.arange(40) / 4)
-    return tuple(_spacing(problem, posterior, i, steps) for i in range(len(problem.constraints)))
-
-
-def _spacing(problem: ConstrainedProblem, posterior: JointPosterior, constraint: int, steps: Array) -> float:
-    times = np.append(0.0, steps)
-    places = list(no_places(problem))
-    places[constraint] = np.column_stack([times, np.full(len(times), LOWER)])
-    rows = demands(replace(problem, required=()), tuple(places), posterior.signals).rows
-    parts = zip(posterior.parts, rows.terms, strict=True)
-    each = [row_kernel(part.prior.kernel, terms, len(rows)).among() for part, terms in parts]
-    among = np.sum(each, axis=0)
-    deviation = np.sqrt(np.diag(among))
-    correlation = among[0] / (deviation[0] * deviation)
-    return float(steps[np.argmax(correlation[1:] > _KEPT)])
 
 
 def no_places(problem: ConstrainedProblem) -> Places:

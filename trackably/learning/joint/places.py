@@ -25,10 +25,11 @@ from trackably.learning.constraint import (
     local_minima,
     owners,
     parts,
+    rows_of,
     timed,
 )
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
-from trackably.systems.trajectories import Functional, Quantities, Signals, Trajectory
+from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 LOWER, UPPER = 1.0, -1.0
 
@@ -152,53 +153,43 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
 
     Formulas are linearised at the signals `near`.
     """
-    terms: list[list[Terms]] = [[] for _ in problem.prior.parts]
-    offsets, limits, labels = [np.empty(0)], [np.empty(0)], list[Label]()
     bounds = placed_bounds(problem, places)
-    for of in bounds:
-        offsets.append(_add_terms(terms, len(labels), of, near))
-        limits.append(of.limits)
-        labels += of.labels
-    rows = Rows(np.concatenate(offsets), tuple(map(Terms.joined, terms)))
+    arguments = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(problem.prior.parts))
     owner = owners([of.times for of in bounds])
-    is_equation, widths = np.array([of.is_equation for of in bounds], dtype=bool), np.array([of.width for of in bounds])
-    return Demands(rows, np.concatenate(limits), is_equation[owner], widths[owner], tuple(labels))
+    offsets, factors, into = [np.empty(0)], [np.empty(0)], [owner[:0]]
+    for i, of in enumerate(bounds):
+        offset, slopes = _linearise(of.trajectory, of.times, near)
+        offsets.append(of.sides * offset)
+        factors.append((of.sides * slopes).ravel())
+        into.append(np.tile(np.flatnonzero(owner == i), len(slopes)))
+    factor, row = np.concatenate(factors), np.concatenate(into)
+    terms = tuple(Terms(of.times, of.weights * factor[of.of_row], row[of.of_row]) for of in arguments.terms)
+    return Demands(
+        Rows(np.concatenate(offsets), terms),
+        np.concatenate([np.empty(0), *(of.limits for of in bounds)]),
+        np.array([of.is_equation for of in bounds], dtype=bool)[owner],
+        np.array([of.width for of in bounds])[owner],
+        tuple(label for of in bounds for label in of.labels),
+    )
 
 
-def _add_terms(terms: list[list[Terms]], first: int, of: PlacedBounds, near: Signals) -> Array:
-    """Append the terms of some bounds to those of each process, as rows numbered from `first`.
+def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, Array]:
+    """Return o (n,) and s (k, n) of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, for the k arguments q_i of q.
 
-    Return the rows' offsets.
-    """
-    offsets, parts = _linearise(of.trajectory, of.times, near)
-    rows = np.arange(first, first + len(of.times))
-    for functional, slope in parts:
-        for c, weights in functional.rounded:
-            instants, of_each = functional.instants(of.times, len(weights)), weights[:, None] * (of.sides * slope)
-            terms[c].append(Terms(instants.ravel(), of_each.ravel(), np.tile(rows, len(weights))))
-    return of.sides * offsets
-
-
-def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Array, list[tuple[Functional, Array]]]:
-    """Return o and s_i of q ≈ o + Σ_i s_i (q_i − offset of q_i) at each time, linearised at the signals `near`.
-
-    The linearisation is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these signals. A linear
-    functional is returned unchanged.
+    The linearisation at the signals `near` is q ≈ q(v) + Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these
+    signals. A linear functional is returned unchanged.
     """
     if trajectory.functional is not None:
-        return np.full(times.shape, float(trajectory.functional.offset)), [(trajectory.functional, np.ones(()))]
+        return np.full(times.shape, float(trajectory.functional.offset)), np.ones((1, len(times)))
     at = {name: functional(near, times) for name, functional in trajectory.arguments}
-    slopes = trajectory.slopes(at)
-    offsets, parts = np.array(trajectory.value(at)), []
+    slopes, offsets = trajectory.slopes(at), np.array(trajectory.value(at))
     for name, functional in trajectory.arguments:
         offsets += slopes[name] * (float(functional.offset) - at[name])
-        parts.append((functional, slopes[name]))
-    return offsets, parts
+    return offsets, np.array([np.broadcast_to(slopes[name], times.shape) for name in at])
 
 
 _CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
 _IN_REACH = 0.5  # relative to a width: with formulas, only places with a smaller slack are kept for steps of θ
-_NEW = 0.1  # relative to the distance of regular times: a time closer than this to a place is not new
 
 Minima = list[tuple[Array, Array]]
 """For each constraint times [s], and relative margins there: parts of the bounds' widths."""
@@ -228,34 +219,6 @@ class MarginScan:
         """Add the places between kinks where a bound is violated that the grid of `closest` missed."""
         centres = [each.suspect_centres(self) for each in self._known]
         return joined(found, between(self._known, self._all, centres, CLOSER))
-
-    def thinned(self, found: Minima, places: Places, apart: Sequence[float], by: float) -> Minima:
-        """Return few of the times at which bounds are violated by more than `by` of their width, and the margins there.
-
-        These are regular times, `apart` [s] for each constraint, and minima far from those. When no regular time is
-        new, all violated minima are returned. If single minima were added one by one, a function with a long active
-        stretch would need ever more places.
-        """
-        found = [(times[margins < -by], margins[margins < -by]) for times, margins in found]
-        regular = [self._regular(k, times, by, apart[k]) for k, (times, _) in enumerate(found)]
-        known = [np.sort(at[:, 0]) for at in places]
-        new = [_distances(times, at) > _NEW * d for (times, _), at, d in zip(regular, known, apart, strict=True)]
-        if not any(np.any(each) for each in new):
-            return found
-        kept = []
-        for (times, margins), (at, least), known_at, d, fresh in zip(found, regular, known, apart, new, strict=True):
-            far = _distances(times, np.sort(np.concatenate([at, known_at]))) > d
-            kept.append((np.concatenate([times[far], at[fresh]]), np.concatenate([margins[far], least[fresh]])))
-        return kept
-
-    def _regular(self, k: int, broken: Array, by: float, apart: float) -> tuple[Array, Array]:
-        """Return multiples of `apart` [s] between `broken` times at which a bound is violated, and the margins."""
-        if not len(broken):
-            return np.empty(0), np.empty(0)
-        count = np.arange(np.floor(np.min(broken) / apart) + 1, np.ceil(np.max(broken) / apart))
-        regular = self._known[k].index_set.nearest(apart * count)
-        least = self._all.margins(regular)[k] / self._known[k].quantity.bounds.width
-        return regular[least < -by], least[least < -by]
 
     def places(self, found: Minima) -> Places:
         """Return the minima with a small margin as places (n, 2), each at the nearer bound."""
@@ -287,10 +250,3 @@ class MarginScan:
     @cached
     def _known(self) -> list[Constraint]:
         return timed(self.constraints)
-
-
-def _distances(times: Array, others: Array) -> Array:
-    """Return the distance [s] of each time from the nearest of the sorted `others`; infinity if there are none."""
-    padded = np.concatenate([[-np.inf], others, [np.inf]])
-    after = np.searchsorted(padded, times)
-    return np.asarray(np.minimum(times - padded[after - 1], padded[after] - times))

@@ -210,7 +210,7 @@ class JointSearch:
         if places is None and self._takes_long:
             start = self._with_noise(start)
         begun_at = no_places(self.problem) if places is None else places
-        point = self._at(start, begun_at, near, _ALMOST)
+        point = self.at(start, begun_at, near, _ALMOST)
         if point is None:
             return
         reach = min(_FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS, farthest)
@@ -221,7 +221,7 @@ class JointSearch:
             return
         crowded = not is_smooth(self.problem) and sum(map(len, coarse.function.active)) > MANY_CONTACTS
         tolerance = _ALMOST / 10 if crowded or not is_linear(self.problem) else 0.0
-        fine = self._at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
+        fine = self.at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
         if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
             again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
             fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
@@ -239,7 +239,7 @@ class JointSearch:
         steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))
         least, best = np.inf, start
         for log_theta in steps if np.any(noise) else ():
-            point = self._at(log_theta, no_places(self.problem), None, _ALMOST, rounds=_GLANCE)
+            point = self.at(log_theta, no_places(self.problem), None, _ALMOST, rounds=_GLANCE)
             if point is None or point.objective >= least:
                 break
             least, best = point.objective, log_theta
@@ -321,19 +321,12 @@ class JointSearch:
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
             search = JointSearch(with_backoff(self.problem, backoff), closest=self.closest)
-            point, self.closest = search._at(log_theta, places, near, _ALMOST), search.closest
+            point, self.closest = search.at(log_theta, places, near, _ALMOST), search.closest
             if point is None or not point.is_solution:
                 continue
             if all(abs(point.objective - other.objective) > point.allowed_gap for other, _ in found):
                 found.append((point, search.problem))
         return found
-
-    def settle(self, log_theta: Array, places: Places | None, near: Signals | None) -> None:
-        """Find the function for these hyperparameters, without any step in θ."""
-        begun = no_places(self.problem) if places is None else places
-        point = self._at(log_theta, begun, near, 0.0)
-        if point is not None and point.is_solution:
-            self.best = point
 
     def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
         """Take steps in θ as long as they can lower J by more than `least_gain`, relative to 1 + |J|.
@@ -360,7 +353,7 @@ class JointSearch:
             found, active = minimised
             if found.at.value >= point.ceiling - least_gain * (1 + abs(found.at.value)) or path.reach < _SHORTEST:
                 break
-            there = self._at(found.x, active, signals, tolerance, point.ceiling)
+            there = self.at(found.x, active, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling):
                 given_up += 1
                 if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):
@@ -375,12 +368,12 @@ class JointSearch:
                 break
         return path
 
-    def _at(
+    def at(
         self,
         log_theta: Array,
         places: Places,
         near: Signals | None,
-        tolerance: float,
+        tolerance: float = 0.0,
         ceiling: float = np.inf,
         rounds: int = MAX_ROUNDS,
     ) -> Point | None:
@@ -455,7 +448,7 @@ def learn_jointly(
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
     for other in (*also, *free.others[:_OTHER_MINIMA]):
-        if search.best is None or _nlml(problem, other) < search.best.objective:
+        if search.best is None or problem.nlml(other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))
     least = search.best.objective if search.best else np.inf
@@ -558,13 +551,7 @@ def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
     """
     if problem.prior.learned:
         raise ValueError(f"function: all hyperparameters must be known, got unknown {', '.join(problem.prior.learned)}")
-    search, known = JointSearch(problem, steps=0), problem.prior.log_hyperparameters
-    if is_linear(problem):
-        search.follow(known)
-    else:
-        begun = search.begin(known)
-        search.settle(known, *(begun.function.places, begun.function.mean.signals) if begun else (None, None))
-    return search.outcome(problem)
+    return learn_from([problem.prior.log_hyperparameters], problem, steps=0)
 
 
 def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -574,12 +561,6 @@ def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution |
     """
     theta, search = solution.posterior.prior.hyperparameters, JointSearch(problem)
     log_theta = np.log([theta[name] for name in problem.prior.learned])
-    search.settle(log_theta, _places(solution), solution.signals)
+    point = search.at(log_theta, _places(solution) or no_places(problem), solution.signals)
+    search.best = point if point and point.is_solution else None
     return search.outcome(problem)
-
-
-def _nlml(problem: ConstrainedProblem, log_theta: Array) -> float:
-    try:
-        return problem.posterior(log_theta).negative_log_marginal_likelihood()[0]
-    except IllConditioned:
-        return np.inf

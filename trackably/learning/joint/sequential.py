@@ -22,7 +22,7 @@ from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
 from trackably.learning import sqp
-from trackably.learning.constraint import Constraint, Sums, of_arguments, timed
+from trackably.learning.constraint import Constraint, of_arguments, rows_of, timed
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, PlacedBounds, Places, merge, placed_bounds
 from trackably.learning.problem import ConstrainedProblem
@@ -75,8 +75,8 @@ class FormulaProgram:
     def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Self:
         """Factor the covariance of the values. Raises IllConditioned."""
         bounds = placed_bounds(problem, places)
-        sums = Sums.of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments])
-        times = tuple(np.unique(sums.times.get(c, np.empty(0))) for c in range(len(posterior.parts)))
+        asked = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(posterior.parts))
+        times = tuple(np.unique(of.times) for of in asked.terms)
         first = list(accumulate(map(len, times), initial=0))
         terms = tuple(Terms(t, np.ones(len(t)), i + np.arange(len(t))) for t, i in zip(times, first, strict=False))
         given = RowPosterior(posterior, Rows(np.zeros(first[-1]), terms))
@@ -84,11 +84,11 @@ class FormulaProgram:
         largest = [part.prior.kernel(np.zeros(())).item() for part in posterior.parts]
         roots = [_root(given.covariance[of, of], k) for of, k in zip(blocks, largest, strict=True)]
         root = scipy.linalg.block_diag(*roots)
-        at = np.concatenate([first[c] + np.searchsorted(times[c], t) for c, t in sums.times.items()])
-        one = np.eye(1 + root.shape[1])[:1].T
-        values = np.concatenate([one, np.vstack([given.mean, root.T])[:, at]], axis=1)
-        arguments = np.asarray((values[:, sums.at] * sums.weights).sum(axis=1))
-        return cls(bounds, times, given.mean, root, arguments)
+        values, arguments = np.column_stack([given.mean, root]), np.zeros((len(asked), 1 + root.shape[1]))
+        arguments[:, 0] = asked.offsets
+        for of, own, start in zip(asked.terms, times, first, strict=False):
+            arguments += of.summed(values[start + np.searchsorted(own, of.times)], len(asked))
+        return cls(bounds, times, given.mean, root, arguments.T)
 
     def minimiser_near(self, near: Signals) -> list[KnownValues] | None:
         """Return the values of a local minimum, searched from the signals `near`; None if no feasible one is found."""

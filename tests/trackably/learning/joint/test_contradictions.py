@@ -28,7 +28,7 @@ def told(case: Case, *required: tuple[str, float, float]) -> list[tuple[str, str
     return [(bound.name, bound.side, bound.time) for bound in found.among]
 
 
-@pytest.mark.parametrize("by", [0.3, 1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("by", [0.3, 1e-5])
 @pytest.mark.parametrize(("side", "place"), [("upper", 1.0), ("lower", 0.0)])
 def test_a_pin_outside_its_bounds(side, place, by):
     outside = place + (by if side == "upper" else -by)
@@ -36,7 +36,7 @@ def test_a_pin_outside_its_bounds(side, place, by):
     assert {first, second} == {("state", "equal", 0.5), ("state", side, 0.5)}
 
 
-@pytest.mark.parametrize("by", [0.1, 1e-3, 1e-5])
+@pytest.mark.parametrize("by", [0.1, 1e-5])
 def test_two_values_at_one_time(by):
     assert told(SCALAR, ("state", 0.5, 0.3), ("state", 0.5, 0.3 + by)) == [("state", "equal", 0.5)] * 2
 

@@ -11,7 +11,7 @@ from trackably.learning.learner import JOINT
 from trackably.learning.space import SearchSpace
 
 
-@pytest.mark.parametrize("name", ["piecewise_polynomial3", "periodic", "sum", "drifts", "mixed"])
+@pytest.mark.parametrize("name", ["piecewise_polynomial3", "periodic", "mixed"])
 def test_bounds_that_cost_something_are_kept_between_all_times(name):
     case = CASES[name]
     space = SearchSpace.around(case.samples, case.prior, 4)
