@@ -40,13 +40,13 @@ from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightne
 from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
-from trackably.explanation import IgnoresSamplesWarning, ignores_samples, outlying
 from trackably.files import write_json, write_text
-from trackably.fit import Fit as TrackableFit
 from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning.problem import NoSolution, Solution
 from trackably.progress import progress_bar
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, outlying
+from trackably.reference.fit import Fit as TrackableFit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 

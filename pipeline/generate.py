@@ -12,14 +12,14 @@ from pipeline.experiments.sources import STEPS, CsvColumn, Drawn, Excerpt, McapF
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
-from trackably.condensed import MANY, condense_by_name
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.gp.samples import Samples
-from trackably.input_warnings import doubts
 from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, read_csv
 from trackably.recordings.mcap_file import Field, read_mcap
 from trackably.recordings.recording import select, thin_out
+from trackably.reference.condensed import MANY, condense_by_name
+from trackably.reference.input_warnings import doubts
 from trackably.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"

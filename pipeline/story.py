@@ -12,10 +12,10 @@ from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from pipeline.theorem import THEORY, proved_by_coq
 from trackably.files import read_json
-from trackably.fit import edges_of
 from trackably.learning.problem import ActiveBound
+from trackably.reference.fit import edges_of
+from trackably.reference.truth import Accuracy
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.truth import Accuracy
 
 UNCONSTRAINED = "unconstrained"
 _ROUNDING = 1e-9  # of the largest cost

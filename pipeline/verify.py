@@ -24,8 +24,8 @@ from trackably.certificates.prove import Outcome
 from trackably.errors import NoReferenceError
 from trackably.files import write_atomically, write_json, write_text
 from trackably.learning.problem import ActiveBound
+from trackably.reference.truth import accuracy, with_truth
 from trackably.systems.reference import Reference
-from trackably.truth import accuracy, with_truth
 
 _PERIODS = 100
 _ROWS = 300  # a plot shows no more

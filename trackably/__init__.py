@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from trackably.control.tube import TubeController as TubeController
     from trackably.errors import DoubtfulInputWarning as DoubtfulInputWarning
     from trackably.errors import InputError as InputError
-    from trackably.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
     from trackably.fleet.learn_many import Fleet as Fleet
     from trackably.fleet.learn_many import learn_many as learn_many
     from trackably.fleet.sources import Source as Source
@@ -80,7 +79,6 @@ if TYPE_CHECKING:
     from trackably.joints.messages import write_joint_trajectory as write_joint_trajectory
     from trackably.joints.repair import repair_joints as repair_joints
     from trackably.joints.trajectory import JointTrajectory as JointTrajectory
-    from trackably.learn import learn_reference as learn_reference
     from trackably.recordings.csv_file import CsvLayout as CsvLayout
     from trackably.recordings.csv_file import read_csv as read_csv
     from trackably.recordings.mcap_file import Field as Field
@@ -88,8 +86,11 @@ if TYPE_CHECKING:
     from trackably.recordings.parquet_file import read_parquet as read_parquet
     from trackably.recordings.recording import Recording as Recording
     from trackably.recordings.tables import Column as Column
-    from trackably.reference import TrackableReference as TrackableReference
-    from trackably.saved import Unchecked as Unchecked
+    from trackably.reference.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
+    from trackably.reference.learn import learn_reference as learn_reference
+    from trackably.reference.saved import Unchecked as Unchecked
+    from trackably.reference.trackable import TrackableReference as TrackableReference
+    from trackably.reference.truth import Truth as Truth
     from trackably.streams.learn import learn_stream as learn_stream
     from trackably.streams.reference import StreamReference as StreamReference
     from trackably.streams.relearner import BudgetExceeded as BudgetExceeded
@@ -108,7 +109,6 @@ if TYPE_CHECKING:
     from trackably.systems.nonlinear import NonlinearSystem as NonlinearSystem
     from trackably.systems.pieces import PolynomialPieces as PolynomialPieces
     from trackably.systems.polytopes import Polytope as Polytope
-    from trackably.truth import Truth as Truth
 
 __version__ = "0.2.0"
 
@@ -132,7 +132,7 @@ _MODULES = {
     "Fleet": "fleet.learn_many",
     "Gate": "joints.gate",
     "GateAnswer": "joints.gate",
-    "IgnoresSamplesWarning": "explanation",
+    "IgnoresSamplesWarning": "reference.explanation",
     "Impossible": "certificates.outcome",
     "Infeasible": "control.stepping",
     "InfeasibleTightening": "certificates.outcome",
@@ -168,11 +168,11 @@ _MODULES = {
     "StreamReference": "streams.reference",
     "Sum": "gp.kernels.base",
     "Table": "given.table",
-    "TrackableReference": "reference",
-    "Truth": "truth",
+    "TrackableReference": "reference.trackable",
+    "Truth": "reference.truth",
     "TubeController": "control.tube",
     "Undecided": "checker",
-    "Unchecked": "saved",
+    "Unchecked": "reference.saved",
     "Unproved": "certificates.outcome",
     "Unsolved": "control.stepping",
     "Zonotope": "systems.disturbances",
@@ -182,7 +182,7 @@ _MODULES = {
     "check": "checking",
     "kinematic_bicycle": "systems.library",
     "learn_many": "fleet.learn_many",
-    "learn_reference": "learn",
+    "learn_reference": "reference.learn",
     "learn_stream": "streams.learn",
     "mobile_robot": "systems.library",
     "parts_of_csv": "fleet.sources",

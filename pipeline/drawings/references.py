@@ -33,8 +33,8 @@ from trackably.exports.figures import (
     with_style,
 )
 from trackably.gp.samples import Samples
+from trackably.reference.truth import sides_at
 from trackably.systems.reference import Reference
-from trackably.truth import sides_at
 
 # Parts of the width between bounds: margins below the first get a logarithmic axis, which is linear below the second.
 _NARROW: Final = 0.05

@@ -25,13 +25,13 @@ from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.certificates.claim import as_claim
 from trackably.checker.certificate import Claim
-from trackably.condensed import NODES, Centres
 from trackably.gp.hyperparameter import hyperparameter
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
 from trackably.learning.space import MOST_STARTS
+from trackably.reference.condensed import NODES, Centres
 
 T = TypeVar("T")
 

@@ -35,19 +35,19 @@ from pipeline.yaml_file import Fields
 from trackably.certificates.claim import refusal
 from trackably.certificates.goal import Goal, goal_for
 from trackably.checker.certificate import AllPhases, Window
-from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.errors import DoubtfulInputWarning, InputError, NoReferenceError
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
-from trackably.request import quantities_at_rest
+from trackably.reference.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
+from trackably.reference.request import quantities_at_rest
+from trackably.reference.truth import Sought, true_signals
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.sampling import kinds_by_name, prior_for, relative_to_first
 from trackably.systems.tightening import Tightening
-from trackably.truth import Sought, true_signals
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 _RESERVED = {

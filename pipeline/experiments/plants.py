@@ -12,12 +12,12 @@ from pydantic import BeforeValidator, PlainValidator, PositiveFloat, model_valid
 
 from pipeline.experiments.fields import as_tuple
 from pipeline.yaml_file import Fields
+from trackably.reference.truth import Truth
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, ModelError, Zonotope
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import Tightening, tightening
 from trackably.systems.written import fields_of, matrix, set_of, system_of, vector
-from trackably.truth import Truth
 
 T = TypeVar("T")
 

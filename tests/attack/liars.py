@@ -42,11 +42,9 @@ from trackably import (
     Table,
     certify_joints,
     certify_table,
-    feasibility,
     learn_reference,
     repair_joints,
     stretch_joints,
-    truth,
     worst_plant,
 )
 from trackably.certificates.certificate import Certificate
@@ -59,11 +57,12 @@ from trackably.joints import certify as joints
 from trackably.joints import repair as repairing
 from trackably.joints.certify import BrokenLimit
 from trackably.learning.problem import NoSolution
+from trackably.reference import feasibility, truth
+from trackably.reference.truth import Signals, Sought, no_signal, with_truth
+from trackably.reference.waypoints import waypoints
 from trackably.systems import tightening
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
-from trackably.truth import Signals, Sought, no_signal, with_truth
-from trackably.waypoints import waypoints
 
 _SIGNALS = 4
 

@@ -34,7 +34,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
 from trackably.codec import decode
-from trackably.truth import Signals, no_signal
+from trackably.reference.truth import Signals, no_signal
 
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
 LIMIT = 0.5

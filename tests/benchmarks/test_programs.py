@@ -6,11 +6,11 @@ import pytest
 from benchmarks.programs import likeliest
 from benchmarks.recordings import on_bounds, problems
 from trackably.certificates.certified import Certified
-from trackably.fit import Fit
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.prior import Prior
 from trackably.learning.learner import FUNCTION, JOINT
+from trackably.reference.fit import Fit
 
 PROBLEMS = [(kernel, seed) for kernel in ("squared exponential", "Matérn 3/2", "Matérn 5/2") for seed in (0,)]
 

@@ -8,13 +8,13 @@ import numpy as np
 from pipeline.published.ground_truth import setpoint_change
 from tests.project import ROOT
 from tests.trackably.checker.redundant import learned as redundant
-from trackably.draws import band, draws_within_bounds
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learn import learn_reference
+from trackably.reference.draws import band, draws_within_bounds
+from trackably.reference.learn import learn_reference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem

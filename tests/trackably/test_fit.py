@@ -15,8 +15,8 @@ from trackably import (
     SquaredExponential,
     learn_reference,
 )
-from trackably.fit import Misfit
 from trackably.gp.joint import JointPosterior
+from trackably.reference.fit import Misfit
 
 SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
 LOW = ConstrainedSystem(example1.SYSTEM.system, Polytope.box([-2.0], [0.001]), example1.SYSTEM.input_set)

@@ -28,7 +28,7 @@ from trackably.checker import Contradicted, Failed, NotACertificate, Proved, che
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal, Window
 from trackably.checker.truth import extreme, places, side
-from trackably.truth import _derive, no_signal, sides_at, true_signals
+from trackably.reference.truth import _derive, no_signal, sides_at, true_signals
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(

@@ -23,9 +23,9 @@ from trackably import (
     learn_reference,
     mobile_robot,
 )
-from trackably import learn as learning
 from trackably.certificates.outcome import Counterexample
 from trackably.learning.joint.search import learn_jointly
+from trackably.reference import learn as learning
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}

@@ -29,7 +29,6 @@ from trackably.certificates.judge import NotTrackableError
 from trackably.certificates.outcome import Counterexample
 from trackably.codec import encode
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.explanation import IgnoresSamplesWarning
 from trackably.exports.table import put_parquet
 from trackably.extras import optional
 from trackably.files import path_of, read_bytes
@@ -37,10 +36,11 @@ from trackably.fleet.folder import STREAM, TABLE, FleetFolder, Row, columns, dig
 from trackably.fleet.sources import Measured, Source, sources_of
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
-from trackably.learn import learn_reference
 from trackably.progress import line_of
 from trackably.recordings.recording import Recording
-from trackably.reference import TrackableReference
+from trackably.reference.explanation import IgnoresSamplesWarning
+from trackably.reference.learn import learn_reference
+from trackably.reference.trackable import TrackableReference
 from trackably.streams.learn import learn_stream
 from trackably.streams.reference import StreamReference
 from trackably.systems.constrained import ConstrainedSystem

@@ -26,7 +26,7 @@ from trackably.checker.subject import Functional, Pieces
 from trackably.given.accepted import RepairDistance
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
 from trackably.gp.stencil import Stencil
-from trackably.proved import ProvedReference
+from trackably.reference.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import rounded_text
 from trackably.systems.linear import LinearSystem

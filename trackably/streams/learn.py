@@ -17,20 +17,22 @@ from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllTimes, Window
-from trackably.condensed import NODES, Centres
-from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
-from trackably.explanation import IgnoresSamplesWarning, ignores_samples
-from trackably.feasibility import impossible
-from trackably.fit import Fit, edges_of
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
-from trackably.input_warnings import doubts, warn_about
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
-from trackably.request import Measurements, Noise, SamplesLike, check_rest
+from trackably.reference.condensed import NODES, Centres
+from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
+from trackably.reference.feasibility import impossible
+from trackably.reference.fit import Fit, edges_of
+from trackably.reference.input_warnings import doubts, warn_about
+from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
+from trackably.reference.truth import TruthLike, true_signals, with_truth
+from trackably.reference.waypoints import Waypoints, waypoints
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
@@ -39,8 +41,6 @@ from trackably.systems.reference import Reference
 from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
-from trackably.truth import TruthLike, true_signals, with_truth
-from trackably.waypoints import Waypoints, waypoints
 
 _FEWEST = 8  # smallest number of samples in a window
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`

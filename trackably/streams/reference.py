@@ -15,14 +15,14 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, TrueSignal, Window
-from trackably.condensed import Condensation
-from trackably.explanation import given_values, kept_free, means
 from trackably.files import LEFT_OUT, new_file
-from trackably.fit import Misfit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
-from trackably.reference import LearnedReference
-from trackably.saved import Saved, SavedTightening, window_of
+from trackably.reference.condensed import Condensation
+from trackably.reference.explanation import given_values, kept_free, means
+from trackably.reference.fit import Misfit
+from trackably.reference.saved import Saved, SavedTightening, window_of
+from trackably.reference.trackable import LearnedReference
 from trackably.streams.windows import Stream
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening

@@ -16,14 +16,14 @@ from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import AllPhases, AllTimes
 from trackably.control.stepping import Plan, SteppedController, StepResult
-from trackably.fit import Fit
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
-from trackably.reference import TrackableReference
-from trackably.request import SamplesLike, names_of_each, same_states
+from trackably.reference.fit import Fit
+from trackably.reference.request import SamplesLike, names_of_each, same_states
+from trackably.reference.trackable import TrackableReference
 from trackably.systems.sampling import sampled_signals
 
 # Learn a reference again from each window of samples, starting from the result of the last window.

@@ -15,10 +15,10 @@ from pipeline.storage.results import Results
 from pipeline.verify import metrics_of
 from tests.pipeline.params import changed, recorded, written_to
 from trackably import DoubtfulInputWarning, Samples
-from trackably.condensed import condense, condensed_enough
 from trackably.errors import InputError
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
+from trackably.reference.condensed import condense, condensed_enough
 
 TIMES = np.arange(2400.0)
 LEVELS = np.random.default_rng(1).normal(1.0, 0.1, TIMES.size)

@@ -14,8 +14,8 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learn import learn_reference
 from trackably.learning.space import SearchSpace
+from trackably.reference.learn import learn_reference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope

@@ -59,8 +59,8 @@ from trackably.given import table as table_module
 from trackably.given.accepted import NotAcceptedError
 from trackably.gp.signal import KernelSum
 from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
-from trackably.proved import ProvedReference
-from trackably.reference import TrackableReference
+from trackably.reference.proved import ProvedReference
+from trackably.reference.trackable import TrackableReference
 from trackably.streams.reference import StreamReference
 
 CURVE = CubicSpline([0.0, 1.0, 2.0], [-0.9, -0.4, -0.3], bc_type="clamped")

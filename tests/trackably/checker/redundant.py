@@ -13,8 +13,8 @@ from trackably.certificates.prove import prove
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.learn import learn_reference
-from trackably.reference import TrackableReference
+from trackably.reference.learn import learn_reference
+from trackably.reference.trackable import TrackableReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope

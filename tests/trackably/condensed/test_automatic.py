@@ -17,8 +17,8 @@ from trackably import (
     learn_reference,
     learn_stream,
 )
-from trackably.condensed import condense_by_name
 from trackably.gp.joint import JointPosterior
+from trackably.reference.condensed import condense_by_name
 
 CART = ConstrainedSystem(
     LinearSystem([[1.0]], [[0.1]], states=("position",), inputs=("velocity",), sampling_time=0.1),

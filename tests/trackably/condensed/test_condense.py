@@ -10,10 +10,10 @@ import pytest
 
 from tests.trackably.gp.naive import by_log_hyperparameters
 from trackably import Samples, SquaredExponential
-from trackably.condensed import condense, condensed_enough
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.stencil import Stencil
+from trackably.reference.condensed import condense, condensed_enough
 
 RANDOM = np.random.default_rng(5)
 REGULAR = np.arange(240) / 60

@@ -10,7 +10,7 @@ import pytest
 from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably.exports.proved import html, margins_found
-from trackably.request import samples_by_name
+from trackably.reference.request import samples_by_name
 
 every = pytest.mark.parametrize("name", EVERY)
 

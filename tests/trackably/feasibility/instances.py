@@ -6,7 +6,7 @@ import numpy as np
 
 from trackably import ConstrainedSystem, LinearSystem, Polytope
 from trackably.checker.certificate import Window
-from trackably.waypoints import Waypoints
+from trackably.reference.waypoints import Waypoints
 
 
 def random_plant(rng: np.random.Generator) -> ConstrainedSystem:

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-from trackably.feasibility import Steps
+from trackably.reference.feasibility import Steps
 
 
 def states_by_unknowns(steps: Steps) -> tuple[list[np.ndarray], list[np.ndarray]]:

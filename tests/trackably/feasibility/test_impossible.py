@@ -29,14 +29,14 @@ from trackably import (
     learn_reference,
     tank,
 )
-from trackably import learn as learning
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import accepted_file
 from trackably.checker.contradiction import Value
-from trackably.feasibility import Steps, impossible, least
+from trackably.reference import learn as learning
+from trackably.reference.feasibility import Steps, impossible, least
+from trackably.reference.waypoints import Waypoints, waypoints
 from trackably.streams import learn as streams
 from trackably.systems.tightening import tightening
-from trackably.waypoints import Waypoints, waypoints
 
 WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Polytope.box([-0.1], [0.1]))
 MOVING = replace(AXIS, state_set=Polytope.box([0.3, 0.5], [1.0, 1.5]))

@@ -16,8 +16,8 @@ from trackably import (
 )
 from trackably.certificates.claim import Written, as_claim
 from trackably.checker.certificate import Window
-from trackably.feasibility import impossible
-from trackably.waypoints import Waypoints, waypoints
+from trackably.reference.feasibility import impossible
+from trackably.reference.waypoints import Waypoints, waypoints
 
 SEEDS = range(6)
 TANK = tank(5.0)  # level + 2.5 (inflow − 0.6 √level)

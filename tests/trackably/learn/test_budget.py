@@ -49,7 +49,7 @@ TASKS = {
 def counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the clock say how often it was asked."""
     pieces = count()
-    for module in ("trackably.learn", "trackably.work"):
+    for module in ("trackably.reference.learn", "trackably.work"):
         monkeypatch.setattr(f"{module}.monotonic", lambda: float(next(pieces)))
 
 

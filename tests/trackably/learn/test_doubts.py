@@ -16,7 +16,7 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.claim import Written, as_claim
-from trackably.input_warnings import doubts
+from trackably.reference.input_warnings import doubts
 
 KNOWN = SquaredExponential(0.1, 0.5)
 X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])

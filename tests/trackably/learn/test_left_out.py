@@ -23,12 +23,12 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.claim import as_claim
-from trackably.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.gp.posterior import Posterior
-from trackably.request import Measurements, quantities_at_rest
+from trackably.reference.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
+from trackably.reference.request import Measurements, quantities_at_rest
 from trackably.systems.sampling import prior_for
 
-pytestmark = pytest.mark.filterwarnings("ignore::trackably.explanation.IgnoresSamplesWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::trackably.reference.explanation.IgnoresSamplesWarning")
 NOISE = np.random.default_rng(1).standard_normal((3, 60))
 T = 0.1 * np.arange(60)
 KNOWN = SquaredExponential(0.4, 0.9)

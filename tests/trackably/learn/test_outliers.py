@@ -7,8 +7,8 @@ import pytest
 
 from tests.trackably.plants import AXIS
 from trackably import DoubtfulInputWarning, Samples, SquaredExponential, learn_reference
-from trackably.explanation import outlying
-from trackably.fit import Misfit
+from trackably.reference.explanation import outlying
+from trackably.reference.fit import Misfit
 
 TIMES = np.linspace(0, 3, 61)
 MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)

@@ -7,7 +7,7 @@ import pytest
 
 from trackably import ConstrainedSystem, Polytope, Samples, SquaredExponential, learn_reference, mobile_robot
 from trackably.learning.problem import LEAST_GAP
-from trackably.reference import TrackableReference
+from trackably.reference.trackable import TrackableReference
 
 TIMES = np.arange(0.0, 5.01, 0.25)
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")

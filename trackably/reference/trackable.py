@@ -13,8 +13,12 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
 from trackably.checker.certificate import AllTimes
-from trackably.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
-from trackably.explanation import (
+from trackably.files import new_file, path_of
+from trackably.gp.joint import JointPrior
+from trackably.gp.samples import Samples
+from trackably.learning.problem import ActiveBound, Method
+from trackably.reference.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
+from trackably.reference.explanation import (
     at_edges,
     budget_sentence,
     condensation_sentence,
@@ -27,17 +31,13 @@ from trackably.explanation import (
     longer_than_memory,
     means,
 )
-from trackably.files import new_file, path_of
-from trackably.fit import Fit, Misfit
-from trackably.gp.joint import JointPrior
-from trackably.gp.samples import Samples
-from trackably.learning.problem import ActiveBound, Method
-from trackably.proved import ProvedReference
-from trackably.saved import SavedReference, Unchecked, checked_within
+from trackably.reference.fit import Fit, Misfit
+from trackably.reference.proved import ProvedReference
+from trackably.reference.saved import SavedReference, Unchecked, checked_within
+from trackably.reference.truth import Accuracy, accuracy
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
-from trackably.truth import Accuracy, accuracy
 
 
 class LearnedReference(ProvedReference):

@@ -21,15 +21,9 @@ from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
 from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllPhases
-from trackably.condensed import Centres, Condensation
-from trackably.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
-from trackably.explanation import IgnoresSamplesWarning, given_too_narrowly, ignores_samples, noise_question, outlying
-from trackably.feasibility import impossible
-from trackably.fit import Fit
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
-from trackably.input_warnings import doubts, warn_about
 from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
@@ -37,15 +31,27 @@ from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, O
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
-from trackably.reference import TrackableReference
-from trackably.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
+from trackably.reference.condensed import Centres, Condensation
+from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
+from trackably.reference.explanation import (
+    IgnoresSamplesWarning,
+    given_too_narrowly,
+    ignores_samples,
+    noise_question,
+    outlying,
+)
+from trackably.reference.feasibility import impossible
+from trackably.reference.fit import Fit
+from trackably.reference.input_warnings import doubts, warn_about
+from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
+from trackably.reference.trackable import TrackableReference
+from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
+from trackably.reference.waypoints import Waypoints, waypoints
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
-from trackably.truth import Tolerance, TruthLike, true_signals, with_truth
-from trackably.waypoints import Waypoints, waypoints
 from trackably.work import BudgetEnded, until
 
 Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]

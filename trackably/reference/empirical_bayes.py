@@ -12,7 +12,6 @@ import numpy.typing as npt
 from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified
-from trackably.fit import edges_of
 from trackably.gp.bounded import least_norm
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
@@ -24,6 +23,7 @@ from trackably.gp.samples import ResidualStatistics, Samples
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
+from trackably.reference.fit import edges_of
 from trackably.systems.trajectories import Quantity
 
 T = TypeVar("T")

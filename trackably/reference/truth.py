@@ -38,8 +38,8 @@ from trackably.checker.truth import (
     places,
     side,
 )
-from trackably.feasibility import Courses, Steps, least, unit_rows
 from trackably.gp.samples import Samples
+from trackably.reference.feasibility import Courses, Steps, least, unit_rows
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem

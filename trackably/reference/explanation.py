@@ -7,12 +7,12 @@ import numpy as np
 
 from trackably.arrays import Array, Flags
 from trackably.certificates.waypoint import Waypoint
-from trackably.fit import Fit, Misfit
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
+from trackably.reference.fit import Fit, Misfit
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3  # most contacts that a sentence names

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from trackably.arguments import is_number, numbers, real
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
-from trackably.condensed import Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.reference.condensed import Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import ends_shown
 from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals

@@ -19,7 +19,7 @@ from trackably.certificates.waypoint import Waypoint, prove_waypoints
 from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
-from trackably.fit import Fit
+from trackably.reference.fit import Fit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
 from trackably.systems.reference import Reference
