@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import BSpline
 
-from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.curves import is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.constrained import LinearConstraint
@@ -49,8 +49,7 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
         return NotFound("failed", f"Drake's {result.get_solver_id().name()} says {result.get_solution_result().name}")
     trajectory = planned.ReconstructTrajectory(result)
     breaks = np.unique(np.clip(np.array(basis.knots()) * (end - start), start, end))
-    positions = [interpolated(lambda t, c=c: float(trajectory.value(t)[c, 0]), breaks, _ORDER - 1) for c in range(m)]
-    curve = moving(positions, problem)
+    curve = moving(lambda t: trajectory.value(t)[:, 0], breaks, _ORDER - 1, problem)
     objective = float(result.get_optimal_cost())
     says = f"{count} control points of order {_ORDER}, solved by {result.get_solver_id().name()}"
     return Found(curve, objective, "Σ (y − q)², scaled", None, says=says, last=end)

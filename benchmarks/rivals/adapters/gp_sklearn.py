@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior

@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.curves import is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 
@@ -39,12 +39,8 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     # Between two grid points its parameter accelerates evenly.
     lengths = 2 * np.diff(grid) / (speeds[1:] + speeds[:-1])
     times = np.concatenate([[0.0], np.cumsum(lengths)])
-    positions = [
-        interpolated(lambda t, c=c: float(path(_parameter(t, times, grid, speeds))[c]), times, _DEGREE)
-        for c in range(task.plant.signal_count)
-    ]
     took = float(times[-1])
-    curve = moving(positions, problem)
+    curve = moving(lambda t: path(_parameter(t, times, grid, speeds)), times, _DEGREE, problem)
     says = f"the same path at other times: {took:.3g} s instead of {last - first:.3g} s"
     return Found(curve, took, "duration [s]", points, says=says, ignores_samples=True, last=took)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from benchmarks.rivals.judge import ReferenceCurve, derivative, interpolated, tracing
+from benchmarks.rivals.judge import Curve, derivative, interpolated, tracing
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
@@ -15,7 +15,7 @@ def random_pieces(seed: int, count: int = 5, degree: int = 4) -> PolynomialPiece
     return PolynomialPieces(breaks, rng.standard_normal((count, degree + 1)))
 
 
-def bounded(of: PolynomialPieces, low: float, high: float) -> ReferenceCurve:
+def bounded(of: PolynomialPieces, low: float, high: float) -> Curve:
     return tracing([of], ["x"], Polytope.box([low], [high]))
 
 
