@@ -4,7 +4,7 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from math import nan
@@ -70,11 +70,26 @@ class Row:
 
 
 def part_of(
-    topic: str, problem: str, rival: str, own: float, other: float, target: float | None = None, note: str = ""
+    topic: str,
+    problem: str,
+    rival: str,
+    own: float,
+    other: float,
+    target: float | None = None,
+    note: str = "",
+    in_seconds: bool = False,
 ) -> Row:
-    """Return the row that says which part of another number ours is: of errors, or of anything but seconds."""
-    ratio = own / other
-    return Row(topic, problem, rival, ratio=ratio, lowest=ratio, highest=ratio, target=target, at_most=True, note=note)
+    """Return the row that says which part of another number ours is: of errors, or of times."""
+    ratio, times = own / other, (own, other) if in_seconds else (nan, nan)
+    return Row(topic, problem, rival, *times, ratio, ratio, ratio, target, at_most=True, note=note)
+
+
+def attempted(topic: str, problem: str, rival: str, rows: Callable[[], Iterable[Row]]) -> Iterator[Row]:
+    """Yield rows as they are measured; where one cannot be, a row says why."""
+    try:
+        yield from rows()
+    except FAILURES as why:
+        yield Row.failed(topic, problem, rival, why)
 
 
 def within(

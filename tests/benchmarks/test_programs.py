@@ -24,12 +24,12 @@ def _energy(found: Certified) -> float:
 
 @pytest.mark.parametrize(("kernel", "seed"), PROBLEMS)
 def test_no_function_within_the_bounds_costs_less_by_more_than_the_gap(kernel: str, seed: int) -> None:
-    problem = on_bounds(40, kernel, seed)
-    learned = problem.task.learned(JOINT)
-    known = problem.task.with_known(learned.solution.posterior.prior)
+    recording = on_bounds(40, seed)
+    task = recording.task(kernel)
+    known = task.with_known(task.learned(JOINT).solution.posterior.prior)
     found = known.learned(FUNCTION)
     fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
-    given = problem.samples, known.prior.parts[0], problem.values, problem.slopes
+    given = recording.samples, known.prior.parts[0], recording.bounds
     inside, relaxed = (likeliest(*given, by).value for by in (1e-4, 0.0))
     energy = _energy(found)
     assert energy - fit.duality_gap <= inside + 1e-6 * abs(inside)
@@ -46,12 +46,12 @@ def test_rough_functions_on_their_bounds_are_found_for_known_hyperparameters(
     speed: int, count: int, log_theta: tuple[float, ...]
 ) -> None:
     """They take more than a thousand active places: small violations are left to a larger back-off."""
-    wanted = f"breathing, |v| ≤ {speed}", "Matérn 3/2", count
-    (problem,) = (each for each in problems() if (each.name, each.kernel, len(each.samples)) == wanted)
+    wanted = f"breathing, |v| ≤ {speed}", count
+    (recording,) = (each for each in problems() if (each.name, len(each.samples)) == wanted)
     signal, length, noise = np.exp(log_theta)
-    known = problem.task.with_known(JointPrior((Prior(Matern32(signal, length), noise, 0.0),)))
+    known = recording.task("Matérn 3/2").with_known(JointPrior((Prior(Matern32(signal, length), noise, 0.0),)))
     found = known.learned(FUNCTION)
-    beside = likeliest(problem.samples, known.prior.parts[0], problem.values, problem.slopes)
+    beside = likeliest(recording.samples, known.prior.parts[0], recording.bounds)
     assert len(found.solution.active_bounds) > 1000
-    off = found.reference.state_at(problem.samples.times)[:, 0] - problem.samples.values
+    off = found.reference.state_at(recording.samples.times)[:, 0] - recording.samples.values
     assert float(np.sqrt(np.mean(off**2))) <= 1.01 * beside.misfit
