@@ -190,19 +190,16 @@ def _two_workers() -> Row:
             contents.append({path.relative_to(into): path.read_bytes() for path in files})
     if contents[0] != contents[1]:
         raise Disagreement("one worker and two: files differ")
-    topic, note = (
-        f"{_FLEET} recordings learned and proved",
-        f"{found[0].count} of {_FLEET} proved; the same table and files",
-    )
-    two, one = (of.clock for of in found)
-    return part_of(topic, "two workers", "one worker", two, one, note=note, in_seconds=True)
+    note = f"{found[0].count} of {_FLEET} proved; the same table and files"
+    names = f"{_FLEET} recordings learned and proved", "two workers", "one worker"
+    return part_of(*names, *(of.clock for of in found), note=note, in_seconds=True)
 
 
 def learn_fleet(folder: str, workers: int) -> tuple[float, int]:
     """Learn sines of some amplitude and period in noise, with jitter and gaps; some leave the bounds."""
     recordings = {f"run {i:03}": _recording(np.random.default_rng(i)) for i in range(_FLEET)}
-    learn_many(recordings, _plant(), SquaredExponential(), "recorded", folder=Path(folder), workers=workers)
-    return 0.0, Path(folder, "fleet.csv").read_bytes().count(b",proved,")
+    given = recordings, _plant(), SquaredExponential(), "recorded"
+    return 0.0, len(learn_many(*given, folder=Path(folder), workers=workers).proved)
 
 
 def _recording(draw: np.random.Generator) -> Samples:

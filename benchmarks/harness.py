@@ -6,7 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 from math import nan
 from pathlib import Path
 from statistics import median
@@ -14,13 +14,13 @@ from time import process_time
 from typing import TypeVar
 
 import numpy as np
-from threadpoolctl import threadpool_info
 
+from pipeline.environment import environment
 from trackably.arrays import Array
 
 T = TypeVar("T")
 ROOT = Path(__file__).resolve().parent.parent
-_PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "scikit-learn", "casadi", "do-mpc")
+_PARTNERS = ("scikit-learn", "casadi", "do-mpc")
 _BURST = 0.05  # seconds: shorter calls are repeated until it takes as long
 _MOST_CALLS = 200
 
@@ -196,25 +196,14 @@ def load() -> float:
 
 
 def described(load_before: float) -> dict[str, str]:
-    """The processor and what ran on it; one line each. All that brings threads must have been loaded."""
-    blas = sorted({f"{lib['internal_api']} {lib['version']}" for lib in threadpool_info() if lib["user_api"] == "blas"})
-    threads = sorted({lib["num_threads"] for lib in threadpool_info()})
+    """The processor and what ran on it; one line each."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return {
         "processor": names[0] if names else platform.machine(),
         "cores": str(os.cpu_count()),
-        "threads": ", ".join(map(str, threads)),
         "load": f"{load_before:.1f} at the start, {load():.1f} at the end (one minute, others' work included)",
-        "python": platform.python_version(),
-        "blas": ", ".join(blas),
-        **{name: _version(name) for name in _PACKAGES},
+        **environment(),
+        **{found.name: found.version for found in distributions() if found.name.replace("_", "-") in _PARTNERS},
     }
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not there"
