@@ -131,7 +131,7 @@ def duel(
     try:
         check()
         calls = [_calls(ours), _calls(theirs)]
-        times = [(_burst(ours, calls[0]), _burst(theirs, calls[1])) for _ in range(rounds)]
+        times = [(burst(ours, calls[0]), burst(theirs, calls[1])) for _ in range(rounds)]
         said = note if isinstance(note, str) else note()
     except FAILURES as why:
         return Row.failed(topic, problem, rival, why)
@@ -177,13 +177,14 @@ def in_new_process(*arguments: str, environment: dict[str, str] | None = None) -
 
 def _calls(question: Callable[[], object]) -> int:
     """How many of them fill a burst; the first call, which loads and compiles, does not count."""
-    taken = _burst(question, 1)
+    taken = burst(question, 1)
     if taken < _BURST:
-        taken = _burst(question, 3)
+        taken = burst(question, 3)
     return max(1, min(_MOST_CALLS, int(_BURST / max(taken, 1e-9))))
 
 
-def _burst(question: Callable[[], object], calls: int) -> float:
+def burst(question: Callable[[], object], calls: int) -> float:
+    """Return the processor time [s] of a call, the mean of some."""
     before = process_time()
     for _ in range(calls):
         question()

@@ -149,15 +149,18 @@ def proved(intervals: int = 240) -> Swing | NotFound:
     knots = np.arange(-_DEGREE, intervals + _DEGREE + 1) / intervals
     basis = BSpline(knots, np.eye(intervals + _DEGREE), _DEGREE)
     ends = np.arange(_PARTS * intervals + 1) / (_PARTS * intervals)
-    # Taylor coefficients of each B-spline at the beginning of each part: shape (powers, parts, B-splines).
-    x = np.array([basis(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE + 1)])
-    speed = _derivative(x)
-    w = 10 * x
-    w[:-2] += _derivative(speed)
-    speeds, ws, u = _bernstein(speed, ends[1]), _bernstein(w, ends[1]), _derivative(w)
+
+    def taylor(of: BSpline) -> Array:
+        """Return coefficients at the beginning of each part: shape (powers, parts, B-splines)."""
+        return np.array([of(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE + 1)])
+
+    x, speed = taylor(basis), taylor(basis.derivative())[:-1]
+    w = taylor(basis.derivative(2)) + 10 * x
+    speeds, ws = _bernstein(speed, ends[1]), _bernstein(w, ends[1])
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE)
-    at_nodes = np.tensordot(np.vander((1 + nodes) / 2 * ends[1], _DEGREE, increasing=True), u, 1)
-    effort = np.einsum("g,gpi,gpj->ij", weights / 2 * ends[1], at_nodes, at_nodes, optimize=True)
+    at = (ends[:-1, None] + (1 + nodes) / 2 * ends[1]).ravel()
+    u = basis(at, nu=3) + 10 * basis(at, nu=1)
+    effort = u.T @ (np.tile(weights / 2 * ends[1], len(x[0]))[:, None] * u)
     start = basis(0.0)
     E = np.array([start, basis(0.0, nu=1), basis(0.0, nu=2) + 10 * start, basis(1 / 3), basis(1.0)])
     c = cp.Variable(E.shape[1])
@@ -168,10 +171,6 @@ def proved(intervals: int = 240) -> Swing | NotFound:
         return found
     coefficients = c.value - np.linalg.lstsq(E, E @ c.value - _GIVEN)[0]
     return Swing(*(PolynomialPieces(ends, (of @ coefficients).T) for of in (x, speed, w)))
-
-
-def _derivative(c: Array) -> Array:
-    return np.arange(1.0, len(c))[:, None, None] * c[1:]
 
 
 def _bernstein(c: Array, width: float) -> Array:

@@ -53,12 +53,9 @@ def _parameter(t: float, times: Array, grid: Array, speeds: Array) -> float:
 
 def _speeds(problem: Problem) -> tuple[Array, Array]:
     """Return sums of velocities that are bounded, and the bounds: it bounds single ones, so that sums become paths."""
-    m, rows, bounds = problem.task.plant.signal_count, [], []
-    for limit in problem.task.plant.given_constraints:
-        if limit.side == "state" and not any(limit.row[:m]):
-            rows.append([float(w) for w in limit.row[m:]])
-            bounds.append((limit.bounds.lower, limit.bounds.upper))
-    return np.array(rows).reshape(-1, m), np.array(bounds).reshape(-1, 2)
+    m, bounded = problem.task.plant.signal_count, problem.task.plant.state_set
+    chosen = ~np.any(bounded.rows[:, :m], axis=1)
+    return bounded.rows[chosen, m:], np.stack([bounded.lower, bounded.upper], axis=1)[chosen]
 
 
 def _constraints(problem: Problem, speeds: Array) -> list[object]:
