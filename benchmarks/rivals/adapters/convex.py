@@ -1,4 +1,4 @@
-"""Convex programs, written in cvxpy and solved by CLARABEL with its own tolerances."""
+"""Convex programs, written in cvxpy and solved by CLARABEL with its own tolerances. A rival's time includes both."""
 
 import warnings
 from collections.abc import Sequence
