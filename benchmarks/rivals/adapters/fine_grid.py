@@ -4,9 +4,7 @@ g = m⁺ + Σ_a λ_a κ⁺(·, L_a) with the least ‖g − m⁺‖ in the poste
 rows a of the grid. With K⁺ = F Fᵀ and v = Fᵀ λ it is the program of the least |v|² with the rows in their bounds.
 """
 
-import cvxpy as cp
-
-from benchmarks.rivals.adapters.convex import minimised
+from benchmarks.rivals.adapters.convex import shortest
 from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
@@ -21,14 +19,11 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
         return NOT_LINEAR
     posterior = problem.likeliest.posterior
     given = RowPosterior(posterior, grid.rows)
-    F = root(given.covariance)
-    v = cp.Variable(F.shape[1])
-    above, below = F @ v <= grid.upper - given.mean, F @ v >= grid.lower - given.mean
-    found = minimised(cp.sum_squares(v), (above, below))
+    found = shortest(root(given.covariance), grid.lower - given.mean, grid.upper - given.mean)
     if isinstance(found, NotFound):
         return found
-    curve = curve_of(given.signals((below.dual_value - above.dual_value) / 2), problem)
-    objective = posterior.negative_log_marginal_likelihood()[0] + found
+    curve = curve_of(given.signals(found.multipliers / 2), problem)
+    objective = posterior.negative_log_marginal_likelihood()[0] + found.square
     return Found(curve, objective, "J at the likeliest θ", points, posterior.prior)
 
 

@@ -11,11 +11,10 @@ Sums of shifted hats are linear between shifted knots: bounds at all of these ho
 from dataclasses import dataclass
 from functools import partial
 
-import cvxpy as cp
 import numpy as np
 import scipy
 
-from benchmarks.rivals.adapters.convex import minimised
+from benchmarks.rivals.adapters.convex import shortest
 from benchmarks.rivals.adapters.rows import NOT_LINEAR, Grid, by_basis
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
@@ -39,10 +38,9 @@ class Truncated:
 
     def mode(self) -> Array | NotFound:
         """Return the most likely ξ within the bounds."""
-        w = cp.Variable(self.root.shape[1])
-        values = self.rows @ self.mean + (self.rows @ self.root) @ w
-        found = minimised(cp.sum_squares(w), (values <= self.upper, values >= self.lower))
-        return found if isinstance(found, NotFound) else np.asarray(self.mean + self.root @ w.value)
+        at = self.rows @ self.mean
+        found = shortest(self.rows @ self.root, self.lower - at, self.upper - at)
+        return found if isinstance(found, NotFound) else np.asarray(self.mean + self.root @ found.w)
 
     def average(self, draws: int = _DRAWS) -> Array:
         """Return the mean of as many draws within the bounds. NoRoom: there is nothing to draw from."""
