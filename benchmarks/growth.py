@@ -4,14 +4,14 @@ import json
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,11 @@ from benchmarks.harness import Disagreement, Row, agree, duel, grouped, in_new_p
 from benchmarks.problems import PRIOR, integrator, irregular, likelihood, regular, task
 from pipeline.published.scalar import scalar
 from trackably import Samples, SquaredExponential, learn_many, learn_reference
+from trackably.arrays import Array
 from trackably.gp.kernels.matern import Matern52
 from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
@@ -75,24 +77,39 @@ def rows() -> Iterator[Row]:
 
 @dataclass(frozen=True)
 class Measured:
-    """Seconds of wall clock and processor, the peak of resident memory [byte], l, and how many places were active."""
+    """Seconds of wall clock and processor, the peak of resident memory [byte], and what was found.
+
+    That is the objective and how many places were active, or nothing and how many recordings were proved.
+    """
 
     clock: float
     processor: float
     peak: int
     objective: float
-    active: int
+    count: int
+
+    @classmethod
+    def of(cls, run: Callable[..., tuple[float, int]], *arguments: Any) -> "Measured":
+        """Measure in this process. getrusage would count the memory of its parent, too."""
+        clock, processor = perf_counter(), process_time()
+        found = run(*arguments)
+        taken = perf_counter() - clock, process_time() - processor
+        lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+        peak = 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+        return cls(*taken, peak, *found)
 
 
-def _alone(*arguments: str, environment: dict[str, str] | None = None) -> Measured:
-    """Measure in a process of its own."""
-    return Measured(**json.loads(in_new_process("-m", "benchmarks.growth", *arguments, environment=environment)))
+def _alone(run: Callable[..., object], *arguments: object, environment: dict[str, str] | None = None) -> Measured:
+    """Measure a function of this module in a process of its own."""
+    call = f"growth.Measured.of(growth.{run.__name__}, *{arguments!r})"
+    code = f"import json; from benchmarks import growth; print(json.dumps(vars({call})))"
+    return Measured(**json.loads(in_new_process("-c", code, environment=environment)))
 
 
 def _large() -> Iterator[Row]:
-    found = _alone()
+    found = _alone(constrained_fit, _LARGE, _LARGE_TIMES)
     problem = f"n = {grouped(_LARGE)} regular, {grouped(_LARGE_TIMES)} instants"
-    note = f"{found.clock:.0f} s by the clock; {found.active} constraints active; l = {found.objective:.1f}"
+    note = f"{found.clock:.0f} s by the clock; {found.count} constraints active; l = {found.objective:.1f}"
     yield within("large constrained fit", problem, found.processor, 60.0, note)
     said = f"{found.peak / 2**20:.0f} MiB, libraries included"
     yield part_of("large constrained fit: peak memory", problem, "1 GiB", found.peak, 2**30, 1.0, said)
@@ -100,18 +117,17 @@ def _large() -> Iterator[Row]:
 
 def _recordings(kernel: str) -> Iterator[Row]:
     """Learn a window of ten samples a second with its proof, from signals within their bounds and beyond."""
-    seconds = {}
+    seconds, system = {}, f"double integrator, 10 Hz, {kernel}"
     for amplitude in (_WITHIN, _BEYOND):
         leaving = "" if amplitude == _WITHIN else f", amplitude {amplitude} within ±1.2"
         for n, budget in _BUDGETS[kernel].items():
-            found = _alone(kernel, str(n), str(amplitude))
+            found = _alone(learn_sine, kernel, n, amplitude)
             seconds[amplitude, n] = found.processor
-            note = f"{found.active} bounds active; J = {found.objective:.1f}; {found.peak / 2**20:.0f} MiB"
-            problem = f"double integrator, 10 Hz, {kernel}, n = {grouped(n)}{leaving}"
-            yield within(_RECORDED, problem, found.processor, budget, note)
+            note = f"{found.count} bounds active; J = {found.objective:.1f}; {found.peak / 2**20:.0f} MiB"
+            yield within(_RECORDED, f"{system}, n = {grouped(n)}{leaving}", found.processor, budget, note)
     many, few = seconds[_WITHIN, _LARGE], seconds[_WITHIN, _FEW]
-    problem, rival = f"double integrator, 10 Hz, {kernel}, n = {grouped(_LARGE)}", f"own with n = {grouped(_FEW)}"
-    yield replace(part_of(_RECORDED, problem, rival, many, few, _GROWTH), seconds=many, rival_seconds=few)
+    problem, rival = f"{system}, n = {grouped(_LARGE)}", f"own with n = {grouped(_FEW)}"
+    yield part_of(_RECORDED, problem, rival, many, few, _GROWTH, in_seconds=True)
 
 
 @contextmanager
@@ -128,80 +144,67 @@ def _others_at_work(count: int) -> Iterator[None]:
 
 def _busy() -> Row:
     """Learn with default settings while others work, beside one thread while they do not."""
-    arguments = "squared exponential", str(_ODD)
+    arguments = learn_sine, "squared exponential", _ODD, _WITHIN
     defaults = {name: value for name, value in os.environ.items() if name not in _THREADS}
     one = _alone(*arguments, environment=defaults | dict.fromkeys(_THREADS, "1")).processor
     with _others_at_work(_OTHERS):
         default = _alone(*arguments, environment=defaults).processor
     problem = f"double integrator, 10 Hz, n = {grouped(_ODD)}, default threads, {_OTHERS} other busy processes"
-    return replace(part_of(_RECORDED, problem, "one thread", default, one, _SLOWER), seconds=default, rival_seconds=one)
+    return part_of(_RECORDED, problem, "one thread", default, one, _SLOWER, in_seconds=True)
 
 
-def recorded(kernel: str, count: int, amplitude: float = _WITHIN) -> Measured:
+def learn_sine(kernel: str, count: int, amplitude: float) -> tuple[float, int]:
     """Learn from a sine in noise: with the smaller amplitude it stays within its bounds, where noise does not."""
     times = np.arange(count) / _RATE
-    noise = _NOISE * np.random.default_rng(0).standard_normal(count)
-    samples = Samples(times, amplitude * np.sin(2 * np.pi * times / _PERIOD) + noise)
-    plant = integrator(1.2, 2.0, 3.0, 1 / _RATE)
-    clock, processor = perf_counter(), process_time()
-    found = learn_reference(samples, plant, _KERNELS[kernel], (0.0, float(times[-1])), progress=False)
-    taken = perf_counter() - clock, process_time() - processor
-    return Measured(*taken, _peak(), found.objective, len(found.active_bounds))
+    samples = _noisy(times, amplitude, _PERIOD, np.random.default_rng(0))
+    found = learn_reference(samples, _plant(), _KERNELS[kernel], (0.0, float(times[-1])), progress=False)
+    return found.objective, len(found.active_bounds)
 
 
-def _peak() -> int:
-    """The most memory [byte] that this process has held; getrusage would count what its parent held, too."""
-    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
-    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+def _noisy(times: Array, amplitude: float, period: float, draw: np.random.Generator) -> Samples:
+    """Return a sine in noise."""
+    return Samples(times, amplitude * np.sin(2 * np.pi * times / period) + _NOISE * draw.standard_normal(len(times)))
 
 
-def measure(count: int, times: int) -> Measured:
-    """A constrained fit of regular samples, eight starts."""
+def _plant() -> ConstrainedSystem:
+    return integrator(1.2, 2.0, 3.0, 1 / _RATE)
+
+
+def constrained_fit(count: int, times: int) -> tuple[float, int]:
+    """Fit regular samples from eight starts, with constraints at so many times."""
     step = 0.01
     system = scalar(0.9, 0.5, state_set=Interval(-1.5, 1.0), input_set=Interval(-0.5, 0.5), sampling_time=step)
     of = replace(task("example1"), samples=(regular(count, step),), prior=PRIOR, plant=system, starts=8)
-    clock, processor = perf_counter(), process_time()
     found = kept(best_solution(of.at_instants(times, count * step / times)), Solution)
-    taken = perf_counter() - clock, process_time() - processor
-    return Measured(*taken, _peak(), found.objective, sum(len(places) for places in found.active))
+    return found.objective, sum(len(places) for places in found.active)
 
 
 def _two_workers() -> Row:
     """Two hundred recordings by one worker and by two, timed by the clock; both folders must hold the same bytes."""
+    found, contents = [], []
     with TemporaryDirectory() as folder:
-        seconds, contents = [], []
         for workers in (2, 1):
-            begun = time.perf_counter()
-            in_new_process("-m", "benchmarks.growth", "fleet", f"{folder}/{workers}", str(workers))
-            seconds.append(time.perf_counter() - begun)
-            files = {path.relative_to(f"{folder}/{workers}"): path for path in Path(folder, str(workers)).rglob("*.*")}
-            contents.append({name: path.read_bytes() for name, path in files.items() if path.is_file()})
-        if contents[0] != contents[1]:
-            raise Disagreement("one worker and two: files differ")
-        proved = contents[0][Path("fleet.csv")].count(b",proved,")
-    topic, note = f"{_FLEET} recordings learned and proved", f"{proved} of {_FLEET} proved; the same table and files"
-    row = part_of(topic, "two workers", "one worker", *seconds, note=note)
-    return replace(row, seconds=seconds[0], rival_seconds=seconds[1])
+            into = Path(folder, str(workers))
+            found.append(_alone(learn_fleet, str(into), workers))
+            files = (path for path in into.rglob("*.*") if path.is_file())
+            contents.append({path.relative_to(into): path.read_bytes() for path in files})
+    if contents[0] != contents[1]:
+        raise Disagreement("one worker and two: files differ")
+    note = f"{found[0].count} of {_FLEET} proved; the same table and files"
+    names = f"{_FLEET} recordings learned and proved", "two workers", "one worker"
+    return part_of(*names, *(of.clock for of in found), note=note, in_seconds=True)
 
 
-def _recording(seed: int) -> Samples:
-    """Return a sine of some amplitude and period in noise, with jitter and gaps; some leave the bounds."""
-    draw = np.random.default_rng(seed)
+def learn_fleet(folder: str, workers: int) -> tuple[float, int]:
+    """Learn sines of some amplitude and period in noise, with jitter and gaps; some leave the bounds."""
+    recordings = {f"run {i:03}": _recording(np.random.default_rng(i)) for i in range(_FLEET)}
+    given = recordings, _plant(), SquaredExponential(), "recorded"
+    return 0.0, len(learn_many(*given, folder=Path(folder), workers=workers).proved)
+
+
+def _recording(draw: np.random.Generator) -> Samples:
     times = np.arange(0, _SECONDS, 1 / _RATE)
     times = times[draw.random(len(times)) < _LEFT]
     times = times + draw.uniform(0, _JITTER, len(times))
     amplitude, period = draw.uniform(0.7, 1.3), draw.uniform(4.0, 6.0)
-    noise = _NOISE * draw.standard_normal(len(times))
-    return Samples(times, amplitude * np.sin(2 * np.pi * times / period) + noise)
-
-
-if __name__ == "__main__":
-    match sys.argv[1:]:
-        case ["fleet", folder, workers]:
-            recordings = {f"run {i:03}": _recording(i) for i in range(_FLEET)}
-            plant = integrator(1.2, 2.0, 3.0, 1 / _RATE)
-            learn_many(recordings, plant, SquaredExponential(), "recorded", folder=Path(folder), workers=int(workers))
-        case [kernel, count, *amplitude]:
-            print(json.dumps(vars(recorded(kernel, int(count), *map(float, amplitude)))))
-        case _:
-            print(json.dumps(vars(measure(_LARGE, _LARGE_TIMES))))
+    return _noisy(times, amplitude, period, draw)

@@ -4,9 +4,9 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import distributions
 from math import nan
 from pathlib import Path
 from statistics import median
@@ -14,13 +14,13 @@ from time import process_time
 from typing import TypeVar
 
 import numpy as np
-from threadpoolctl import threadpool_info
 
+from pipeline.environment import environment
 from trackably.arrays import Array
 
 T = TypeVar("T")
 ROOT = Path(__file__).resolve().parent.parent
-_PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "scikit-learn", "casadi", "do-mpc")
+_PARTNERS = ("scikit-learn", "casadi", "do-mpc")
 _BURST = 0.05  # seconds: shorter calls are repeated until it takes as long
 _MOST_CALLS = 200
 
@@ -70,11 +70,26 @@ class Row:
 
 
 def part_of(
-    topic: str, problem: str, rival: str, own: float, other: float, target: float | None = None, note: str = ""
+    topic: str,
+    problem: str,
+    rival: str,
+    own: float,
+    other: float,
+    target: float | None = None,
+    note: str = "",
+    in_seconds: bool = False,
 ) -> Row:
-    """Return the row that says which part of another number ours is: of errors, or of anything but seconds."""
-    ratio = own / other
-    return Row(topic, problem, rival, ratio=ratio, lowest=ratio, highest=ratio, target=target, at_most=True, note=note)
+    """Return the row that says which part of another number ours is: of errors, or of times."""
+    ratio, times = own / other, (own, other) if in_seconds else (nan, nan)
+    return Row(topic, problem, rival, *times, ratio, ratio, ratio, target, at_most=True, note=note)
+
+
+def attempted(topic: str, problem: str, rival: str, rows: Callable[[], Iterable[Row]]) -> Iterator[Row]:
+    """Yield rows as they are measured; where one cannot be, a row says why."""
+    try:
+        yield from rows()
+    except FAILURES as why:
+        yield Row.failed(topic, problem, rival, why)
 
 
 def within(
@@ -116,7 +131,7 @@ def duel(
     try:
         check()
         calls = [_calls(ours), _calls(theirs)]
-        times = [(_burst(ours, calls[0]), _burst(theirs, calls[1])) for _ in range(rounds)]
+        times = [(burst(ours, calls[0]), burst(theirs, calls[1])) for _ in range(rounds)]
         said = note if isinstance(note, str) else note()
     except FAILURES as why:
         return Row.failed(topic, problem, rival, why)
@@ -162,13 +177,14 @@ def in_new_process(*arguments: str, environment: dict[str, str] | None = None) -
 
 def _calls(question: Callable[[], object]) -> int:
     """How many of them fill a burst; the first call, which loads and compiles, does not count."""
-    taken = _burst(question, 1)
+    taken = burst(question, 1)
     if taken < _BURST:
-        taken = _burst(question, 3)
+        taken = burst(question, 3)
     return max(1, min(_MOST_CALLS, int(_BURST / max(taken, 1e-9))))
 
 
-def _burst(question: Callable[[], object], calls: int) -> float:
+def burst(question: Callable[[], object], calls: int) -> float:
+    """Return the processor time [s] of a call, the mean of some."""
     before = process_time()
     for _ in range(calls):
         question()
@@ -181,25 +197,14 @@ def load() -> float:
 
 
 def described(load_before: float) -> dict[str, str]:
-    """The processor and what ran on it; one line each. All that brings threads must have been loaded."""
-    blas = sorted({f"{lib['internal_api']} {lib['version']}" for lib in threadpool_info() if lib["user_api"] == "blas"})
-    threads = sorted({lib["num_threads"] for lib in threadpool_info()})
+    """The processor and what ran on it; one line each."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return {
         "processor": names[0] if names else platform.machine(),
         "cores": str(os.cpu_count()),
-        "threads": ", ".join(map(str, threads)),
         "load": f"{load_before:.1f} at the start, {load():.1f} at the end (one minute, others' work included)",
-        "python": platform.python_version(),
-        "blas": ", ".join(blas),
-        **{name: _version(name) for name in _PACKAGES},
+        **environment(),
+        **{found.name: found.version for found in distributions() if found.name.replace("_", "-") in _PARTNERS},
     }
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not there"

@@ -10,7 +10,7 @@ from time import process_time
 
 import numpy as np
 
-from benchmarks.harness import Row, agree, duel, kept, within
+from benchmarks.harness import Row, agree, burst, duel, kept, within
 from benchmarks.problems import box, integrator
 from pipeline.disturbed import Case, experiments, random_systems
 from pipeline.published.scalar import scalar
@@ -21,7 +21,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.checker import Proved, check
 from trackably.control.controller import Controller, scaled_controller
-from trackably.control.references import TabulatedReference, TrackedReference
+from trackably.control.references import TabulatedReference
 from trackably.control.stepping import Plan, Status
 from trackably.control.tube import TubeController
 from trackably.gp.kernels.base import Kernel
@@ -190,8 +190,9 @@ def _steps(case: Case) -> Iterator[tuple[str, list[Status], list[float]]]:
             direction = rng.standard_normal(len(nominal.Q)) / np.sqrt(np.diag(nominal.Q))
             off = rng.uniform(least, most) * _edge(tube, direction)
             state = reference.window(_FIRST, 1).states[0] + off
-            times = [[_seconds(of, state, reference) for of in (tube, nominal)] for _ in range(_ROUNDS)]
-            plans = [of.step(_FIRST, state, reference) for of in (tube, nominal)]
+            steps = [partial(of.step, _FIRST, state, reference) for of in (tube, nominal)]
+            plans = [step() for step in steps]
+            times = [[burst(step, _CALLS) for step in steps] for _ in range(_ROUNDS)]
             ended = [plan.status for plan in plans if isinstance(plan, Plan)]
             yield distance, ended, np.min(times, axis=0).tolist()
 
@@ -205,15 +206,6 @@ def _edge(tube: TubeController, direction: Array) -> Array:
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if tube.errors.contains(middle * direction) else (inside, middle)
     return inside * direction
-
-
-def _seconds(controller: Controller | TubeController, state: Array, reference: TrackedReference) -> float:
-    """Return the processor time of one step [s], the mean of some."""
-    controller.step(_FIRST, state, reference)
-    before = process_time()
-    for _ in range(_CALLS):
-        controller.step(_FIRST, state, reference)
-    return (process_time() - before) / _CALLS
 
 
 _WINDOWS, _COUNT = 100, 30

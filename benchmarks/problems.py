@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.harness import ROOT, kept, root_mean_square
-from pipeline.experiments import load_experiment
+from benchmarks.rivals.problems import experiment
 from pipeline.generate import sampled_by
 from pipeline.published.scalar import state_and_input
 from trackably.arrays import Array
@@ -109,16 +109,14 @@ class Task:
 
 @cache
 def task(name: str) -> Task:
-    """Return the experiment of this name in params.yaml."""
-    experiment = load_experiment(name, ROOT / "params.yaml")
-    samples, search = sampled_by(experiment).samples, experiment.search
-    return Task(samples, experiment.learned_prior, experiment.plant, experiment.claim, search.starts)
+    """Return the experiment of this name: of params.yaml, or one of the rivals'."""
+    of = experiment(name)
+    return Task(sampled_by(of).samples, of.learned_prior, of.plant, of.claim, of.search.starts)
 
 
 def last_step(name: str) -> int:
     """Return up to which step the experiment of this name is verified."""
-    experiment = load_experiment(name, ROOT / "params.yaml")
-    return experiment.verified(task(name).samples).last_step
+    return experiment(name).verified(task(name).samples).last_step
 
 
 def misfit(found: Certified, samples: tuple[Samples, ...]) -> float:

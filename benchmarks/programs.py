@@ -3,13 +3,15 @@
 CLARABEL solves them through cvxpy, whose own time is left out.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
 import scipy
 
+from benchmarks.harness import root_mean_square
 from trackably.arrays import Array
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -22,29 +24,32 @@ _NEGLIGIBLE = 1e-12  # of the largest eigenvalue
 _MOST_ENTRIES = 2_500_000  # of the matrix from coefficients to points
 
 
-def smoothed(samples: Samples, bounds: Mapping[int, Interval], step: float, weight: float, seen: Array) -> Array:
+Bounds = Sequence[Interval]
+"""Bounds of derivatives by their order: of values, slopes, …"""
+
+
+def _within(x: Any, step: float, level: float, bounds: Bounds, backoff: float = 0.0) -> list[Any]:
+    """Keep x + level, at times `step` [s] apart, and its differences within bounds; each is tightened by a part."""
+    found = []
+    for order, each in enumerate(bounds):
+        of, inside = cp.diff(x, order) / step**order if order else x + level, backoff * each.width
+        found += [of >= each.lower + inside, of <= each.upper - inside]
+    return found
+
+
+def smoothed(samples: Samples, bounds: Bounds, step: float, weight: float, seen: Array) -> Array:
     """Return the values at all samples of min ‖y − x‖² + weight ∫ x‴², x linear between times `step` [s] apart.
 
-    `bounds` are those of derivatives by their order; only the samples in `seen` are followed.
+    Only the samples in `seen` are followed.
     """
-    import cvxpy as cp
-
     steps = (samples.times - samples.times[0]) / step
-    before = np.floor(steps).astype(int)
-    part, rows = steps - before, np.tile(np.arange(len(steps)), 2)
-    places = rows, np.concatenate([before, before + 1])
-    shape = len(steps), int(before[-1]) + 2
-    at_samples = scipy.sparse.csr_array((np.concatenate([1 - part, part]), places), shape=shape)
+    hats = scipy.interpolate.BSpline.design_matrix(steps, np.arange(-1.0, np.floor(steps[-1]) + 3), 1)
     level = float(np.mean(samples.values))  # the program is solved about it: solvers are scaled for that
-    x, kept = cp.Variable(shape[1]), np.flatnonzero(seen)
-    constraints = []
-    for order, each in bounds.items():
-        of, by = (cp.diff(x, order) / step**order, 0.0) if order else (x, level)
-        constraints += [of >= each.lower - by, of <= each.upper - by]
-    off = at_samples[kept] @ x - (samples.values[kept] - level)
+    x, kept = cp.Variable(hats.shape[1]), np.flatnonzero(seen)
+    off = hats[kept] @ x - (samples.values[kept] - level)
     cost = cp.sum_squares(off) + weight * step * cp.sum_squares(cp.diff(x, 3) / step**3)
-    cp.Problem(cp.Minimize(cost), constraints).solve(solver="CLARABEL")
-    return np.asarray(at_samples @ x.value + level)
+    cp.Problem(cp.Minimize(cost), _within(x, step, level, bounds)).solve(solver="CLARABEL")
+    return np.asarray(hats @ x.value + level)
 
 
 @dataclass(frozen=True)
@@ -56,7 +61,7 @@ class Minimiser:
     seconds: float
 
 
-def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval, backoff: float = 0.0) -> Minimiser:
+def likeliest(samples: Samples, prior: Prior, bounds: Bounds, backoff: float = 0.0) -> Minimiser:
     """Find the likeliest function for these hyperparameters whose bounds are tightened by a part of their widths.
 
     There are ten points between samples. For Matérn kernels it is the sparse state-space form: the process and its
@@ -64,24 +69,18 @@ def likeliest(samples: Samples, prior: Prior, values: Interval, slopes: Interval
     the process noise. For others it is the low-rank form: the process at all points by a pivoted Cholesky factor of its
     covariance, whose coefficients are standard normal.
     """
-    import cvxpy as cp
-
     step = float(np.median(np.diff(samples.times))) / _BETWEEN
     at = np.rint((samples.times - samples.times[0]) / step).astype(int)
-    process, price = _process(cp, prior, int(at[-1]) + 1, step)
-    off = (process[at] + prior.mean - samples.values) / float(prior.noise_std)
-    bounds = []
-    for of, by, each in ((process, prior.mean, values), (cp.diff(process) / step, 0.0, slopes)):
-        inside = backoff * each.width
-        bounds += [of >= each.lower + inside - by, of <= each.upper - inside - by]
-    program = cp.Problem(cp.Minimize(cp.sum_squares(off) + price), bounds)
+    process, price = _process(prior, int(at[-1]) + 1, step)
+    off = process[at] + prior.mean - samples.values
+    cost = cp.sum_squares(off / float(prior.noise_std)) + price
+    program = cp.Problem(cp.Minimize(cost), _within(process, step, prior.mean, bounds, backoff))
     program.solve(solver="CLARABEL")
     assert process.value is not None, program.status
-    misses = process.value[at] + prior.mean - samples.values
-    return Minimiser(float(np.sqrt(np.mean(misses**2))), float(program.value), float(program.solver_stats.solve_time))
+    return Minimiser(root_mean_square(off.value), float(program.value), float(program.solver_stats.solve_time))
 
 
-def _process(cp: Any, prior: Prior, count: int, step: float) -> tuple[Any, Any]:
+def _process(prior: Prior, count: int, step: float) -> tuple[Any, Any]:
     """Return the process at all points, less its mean, and what it costs by its norm."""
     kernel = prior.kernel
     if isinstance(kernel, Matern32 | Matern52):

@@ -21,17 +21,14 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from benchmarks.harness import FAILURES, ROOT, Row, duel, part_of, root_mean_square, timed, within
+from benchmarks.harness import ROOT, Row, attempted, duel, part_of, root_mean_square, timed, within
 from benchmarks.problems import BREATHING, NOISE, Task, box, drive_cycle, irregular, misfit, task, tracked
 from benchmarks.programs import likeliest, smoothed
-from benchmarks.rivals.problems import experiment
-from pipeline.generate import sampled_by
 from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
 from trackably import Periodic, TrackableReference, learn_reference
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified
-from trackably.certificates.claim import Written
-from trackably.checker.certificate import Window
+from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -50,46 +47,19 @@ KERNELS: dict[str, Callable[[], Kernel]] = {
     "Matérn 3/2": Matern32,
     "Matérn 5/2": Matern52,
 }
-ALONE = "θ alone"
+ALONE, _ACTIVE = "θ alone", "active bounds"
 
 
 def rows() -> Iterator[Row]:
     """All comparisons."""
-    for problem in problems():
-        yield from _beside_program(problem)
+    for kernel in KERNELS:
+        for of in problems():
+            name = f"{of.name}, {len(of.samples)} samples, {kernel}"
+            yield from attempted(_ACTIVE, name, "program on a fine grid", partial(_beside_program, of, kernel, name))
     yield from _bending()
     yield from _jointly()
     for recording in recordings():
         yield from _defaults(recording)
-
-
-def first_order(values: Interval, slopes: Interval, sampling_time: float) -> ConstrainedSystem:
-    """Return x⁺ = x + T_s u with bounds of x and u, the mean slope of a sampling interval."""
-    system = LinearSystem.scalar(1.0, sampling_time, sampling_time=sampling_time)
-    return ConstrainedSystem(system, *(Polytope.box([of.lower], [of.upper]) for of in (values, slopes)))
-
-
-_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # times the program's
-_ON_BOUNDS = 0.7  # of the time
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Regular samples of x with bounds of x and of its slope, of which θ is learned with a `kernel`."""
-
-    name: str
-    samples: Samples
-    values: Interval
-    slopes: Interval
-    sampling_time: float
-    kernel: str
-    mean: float = 0.0
-
-    @property
-    def task(self) -> Task:
-        prior = JointPrior((Prior(KERNELS[self.kernel](), None, self.mean),))
-        window = Window(float(self.samples.times[0]), float(self.samples.times[-1]))
-        return Task((self.samples,), prior, first_order(self.values, self.slopes, self.sampling_time), window, starts=4)
 
 
 def around(size: float) -> Interval:
@@ -97,17 +67,89 @@ def around(size: float) -> Interval:
     return Interval(-size, size)
 
 
-def problems() -> Iterator[Problem]:
+_FOLDS = 5
+_DECADES = 0.1, 1.0, 10.0
+Chosen = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Samples of a signal with `bounds` of its value and derivatives, by their order; the last one is the input.
+
+    Programs on a grid have times `step` [s] apart, and the middle one of three has this `weight`. The `mean` of the
+    signal may be known. The laws are asked of `kernels`: a squared exponential has all derivatives, which a person's
+    motion has not.
+    """
+
+    name: str
+    samples: Samples
+    bounds: tuple[Interval, ...]
+    sampling_time: float
+    step: float = 0.0
+    weight: float = 0.0
+    kernels: tuple[str, ...] = ("Matérn 5/2",)
+    mean: float | None = None
+    forever: bool = False
+
+    @property
+    def plant(self) -> ConstrainedSystem:
+        """Return the chain of integrators from the input to the signal."""
+        *states, inputs = ([of.lower, of.upper] for of in self.bounds)
+        n = len(states)
+        system = LinearSystem.discretised(np.eye(n, k=1), np.eye(n, 1, k=1 - n), self.sampling_time)
+        return ConstrainedSystem(system, Polytope.box(*np.transpose(states)), Polytope.box(*np.transpose([inputs])))
+
+    @property
+    def claim(self) -> Window | AllTimes:
+        """The time of the samples, or all times."""
+        times = self.samples.times
+        return AllTimes() if self.forever else Window(float(times[0]), float(times[-1]))
+
+    def task(self, kernel: str) -> Task:
+        """Return the task to learn all hyperparameters but the mean, zero if it is not known."""
+        prior = JointPrior((Prior(KERNELS[kernel](), None, self.mean or 0.0),))
+        return Task((self.samples,), prior, self.plant, self.claim, starts=4)
+
+    @property
+    def seen(self) -> Chosen:
+        """Which samples are learned from: all but every fifth one, in the middle of five."""
+        return np.asarray(np.arange(len(self.samples)) % _FOLDS != _FOLDS // 2)
+
+    def learned(self, kernel: Kernel, seen: Chosen | None = None, **options: Any) -> TrackableReference:
+        """Return a reference learned from some of the samples, from all by default."""
+        of = self.samples
+        part = of if seen is None else Samples(of.times[seen], of.values[seen])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return learn_reference(part, self.plant, kernel, self.claim, progress=False, **options)
+
+    def misfit(self, found: TrackableReference, at: Chosen | None = None) -> float:
+        """Return the root mean square of reference minus samples, at some of them or at all."""
+        off = found.reference.state_at(self.samples.times)[:, 0] - self.samples.values
+        return root_mean_square(off if at is None else off[at])
+
+    def held_out(self, kernel: Kernel) -> float:
+        """Return the error of a reference at the samples that it has not seen."""
+        return self.misfit(self.learned(kernel, self.seen), ~self.seen)
+
+    def held_out_by_programs(self) -> float:
+        """Return the same of the best of three quadratic programs."""
+        found = (smoothed(self.samples, self.bounds, self.step, by * self.weight, self.seen) for by in _DECADES)
+        return min(root_mean_square((values - self.samples.values)[~self.seen]) for values in found)
+
+
+_ON_BOUNDS = 0.7  # of the time
+
+
+def problems() -> Iterator[Recording]:
     """Return drive cycles, breathing with less speed than recorded, and signals whose input is on its bounds."""
     table = np.loadtxt(ROOT / "benchmarks" / "rivals" / "data" / "udds.csv", delimiter=",", skiprows=1)
     urban, cycle = Samples(table[:, 0], 0.44704 * table[:, 1]), drive_cycle(1800)
-    for kernel in KERNELS:
-        yield Problem("UDDS", urban, Interval(-0.05, 26.0), around(1.5), 0.2, kernel, 8.7)
-        yield Problem("drive cycle", cycle, Interval(0.0, 40.0), around(1.2), 0.1, kernel, 15.0)
-        for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):
-            yield Problem(f"breathing, |v| ≤ {speed:g}", _breathing(count), around(20.0), around(speed), 0.01, kernel)
-        for count in (100, 300, 1000, 3000):
-            yield on_bounds(count, kernel)
+    yield Recording("UDDS", urban, (Interval(-0.05, 26.0), around(1.5)), 0.2, mean=8.7)
+    yield Recording("drive cycle", cycle, (Interval(0.0, 40.0), around(1.2)), 0.1, mean=15.0)
+    for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):
+        yield Recording(f"breathing, |v| ≤ {speed:g}", _breathing(count), (around(20.0), around(speed)), 0.01)
+    yield from map(on_bounds, (100, 300, 1000, 3000))
 
 
 def _breathing(count: int) -> Samples:
@@ -118,38 +160,41 @@ def _breathing(count: int) -> Samples:
     return Samples(times, scipy.interpolate.PchipInterpolator(recorded.times, values)(times) + noise)
 
 
-def on_bounds(count: int, kernel: str, seed: int = 0) -> Problem:
+def sines(draws: np.random.Generator, periods: Array, sizes: Array) -> Callable[[Array, int], Array]:
+    """Return derivatives of a sum of sines with random phases, as a function of time [s] and order."""
+    omega, phases = 2 * np.pi / periods, draws.uniform(0, 2 * np.pi, len(periods))
+    return lambda t, order: np.sin(np.outer(t, omega) + phases + order * np.pi / 2) @ (sizes * omega**order)
+
+
+def on_bounds(count: int, seed: int = 0) -> Recording:
     """Return noisy samples of a sum of sines whose speed is cut off, so that it is on its bounds most of the time."""
     draws, apart, fine = np.random.default_rng(seed), 0.1, 0.01
     t = fine * np.arange(round(count * apart / fine) + 1)
-    phases, periods, sizes = draws.uniform(0, 2 * np.pi, 3), np.array([7.3, 4.1, 2.6]), np.array([1.0, 0.7, 0.4])
-    speed = np.cos(2 * np.pi * np.outer(t, 1 / periods) + phases) @ (2 * np.pi * sizes / periods)
+    speed = sines(draws, np.array([7.3, 4.1, 2.6]), np.array([1.0, 0.7, 0.4]))(t, 1)
     fastest = float(np.quantile(np.abs(speed), 1 - _ON_BOUNDS))
     position = fine * np.cumsum(np.clip(speed, -fastest, fastest))
     position -= np.linspace(0.0, position[-1], len(position))
     times = apart * np.arange(count)
     noise = 0.02 * np.std(position) * draws.standard_normal(count)
     samples, width = Samples(times, np.interp(times, t, position) + noise), 3 * float(np.ptp(position))
-    return Problem("axis on its bounds", samples, around(width), around(fastest), fine, kernel)
+    return Recording("axis on its bounds", samples, (around(width), around(fastest)), fine)
 
 
-def _beside_program(problem: Problem) -> Iterator[Row]:
+_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # times the program's
+
+
+def _beside_program(recording: Recording, kernel: str, name: str) -> Iterator[Row]:
     """Yield times beside those of the program, with θ learned and for this θ, and the misfit beside its misfit."""
-    name, rival = f"{problem.name}, {len(problem.samples)} samples, {problem.kernel}", "program for this θ"
-    try:
-        joint, taken = timed(partial(problem.task.learned, JOINT))
-        known = problem.task.with_known(joint.solution.posterior.prior)
-        given, taken_given = timed(partial(known.learned, FUNCTION))
-        own, active = misfit(given, (problem.samples,)), len(given.solution.active_bounds)
-        beside = likeliest(problem.samples, known.prior.parts[0], problem.values, problem.slopes)
-    except FAILURES as why:
-        yield Row.failed("active bounds", name, "program on a fine grid", why)
-        return
+    task, rival = recording.task(kernel), "program for this θ"
+    joint, taken = timed(partial(task.learned, JOINT))
+    known = task.with_known(joint.solution.posterior.prior)
+    given, taken_given = timed(partial(known.learned, FUNCTION))
+    own, active = misfit(given, task.samples), len(given.solution.active_bounds)
+    beside = likeliest(recording.samples, known.prior.parts[0], recording.bounds)
     told = f"J = {joint.solution.objective:.6g}, back-off {joint.backoff:.1g}, {active} bounds active"
     for what, seconds, target in (("θ learned", taken, _LEARNED), ("θ given", taken_given, _GIVEN)):
-        row = part_of("active bounds", f"{name}: {what}", rival, seconds, beside.seconds, target, told)
-        yield replace(row, seconds=seconds, rival_seconds=beside.seconds)
-    yield part_of("active bounds", f"{name}: misfit", rival, own, beside.misfit, _MISFIT, f"{own:.4g}")
+        yield part_of(_ACTIVE, f"{name}: {what}", rival, seconds, beside.seconds, target, told, in_seconds=True)
+    yield part_of(_ACTIVE, f"{name}: misfit", rival, own, beside.misfit, _MISFIT, f"{own:.4g}")
 
 
 _SECONDS = 10.0
@@ -195,17 +240,17 @@ def _eased(part: Array) -> Array:
 def _bending() -> Iterator[Row]:
     """Yield the seconds of each beside ten, and how far a robot that has to move is off beside one that may stand."""
     misfits = []
-    for name, given in bending():
-        try:
-            found, taken = timed(partial(learn_reference, **given, starts=4, progress=False))
-        except FAILURES as why:
-            yield Row.failed("active bounds", name, f"{_SECONDS:g} s", why)
-            continue
-        misfits += [float(np.hypot.reduce(list(found.misfit.values())))] if name.startswith("robot") else []
+
+    def learned(name: str, given: dict[str, Any]) -> Iterator[Row]:
+        found, taken = timed(partial(learn_reference, **given, starts=4, progress=False))
+        misfits.extend([float(np.hypot.reduce(list(found.misfit.values())))] if name.startswith("robot") else [])
         told = f"J = {found.objective:.6g}, gap {found.duality_gap:.2g}, starts differ by {found.fit.spread:.2g}"
-        yield within("active bounds", name, taken, _SECONDS, told)
+        yield within(_ACTIVE, name, taken, _SECONDS, told)
+
+    for name, given in bending():
+        yield from attempted(_ACTIVE, name, f"{_SECONDS:g} s", partial(learned, name, given))
     if len(misfits) == 2:
-        yield part_of("active bounds", "robot that stops: misfit, v ≥ 0.05", "v ≥ 0", *misfits[::-1], _NOT_SLOWER)
+        yield part_of(_ACTIVE, "robot that stops: misfit, v ≥ 0.05", "v ≥ 0", *misfits[::-1], _NOT_SLOWER)
 
 
 _TIME, _OFF, _ERROR = (f"learned jointly: {what}" for what in ("time with proof", "misfit", "error"))
@@ -225,10 +270,8 @@ def _jointly() -> Iterator[Row]:
     found, taken = timed(Task((many,), prior, cut, window, starts=4).learned)
     note = f"{len(found.solution.active_bounds)} bounds active; {_told(found, (many,))}"
     yield within(_TIME, "n = 1 000 at random times", taken, 10.0, note)
-    guide = experiment("axis")
-    axis = Task(sampled_by(guide).samples, guide.learned_prior, guide.plant, guide.claim)
     for name, of, target in (
-        ("guide's axis", axis, 0.5),
+        ("guide's axis", task("axis"), 0.5),
         ("Example 2", task("example2"), 0.5),
         ("tank", task("tank"), None),
     ):
@@ -279,79 +322,18 @@ def _told(found: Certified, samples: tuple[Samples, ...]) -> str:
 
 MISFIT, HELD_OUT = 1.05, 1.1
 LEVELS = 293.15, 80.0, -1200.0
-_FOLDS = 5
-_DECADES = 0.1, 1.0, 10.0
-Chosen = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """Samples of the first state of a plant, and what programs on a grid need: `bounds` of derivatives by their order,
-    and times `step` [s] apart. `weight` is that of the middle one; `mean` is the true mean of a signal that is made up.
-    The laws are asked of `kernels`: a squared exponential has all derivatives, which a person's motion has not.
-    """
-
-    name: str
-    samples: Samples
-    plant: ConstrainedSystem
-    claim: Written
-    bounds: dict[int, Interval]
-    step: float
-    weight: float
-    kernels: tuple[str, ...] = ("Matérn 5/2",)
-    mean: float | None = None
-
-    @property
-    def seen(self) -> Chosen:
-        """Which samples are learned from: all but every fifth one, in the middle of five."""
-        return np.asarray(np.arange(len(self.samples)) % _FOLDS != _FOLDS // 2)
-
-    def learned(self, kernel: Kernel, seen: Chosen | None = None, **options: Any) -> TrackableReference:
-        """Return a reference learned from some of the samples, from all by default."""
-        of = self.samples
-        part = of if seen is None else Samples(of.times[seen], of.values[seen])
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return learn_reference(part, self.plant, kernel, self.claim, progress=False, **options)
-
-    def misfit(self, found: TrackableReference, at: Chosen | None = None) -> float:
-        """Return the root mean square of reference minus samples, at some of them or at all."""
-        off = found.reference.state_at(self.samples.times)[:, 0] - self.samples.values
-        return root_mean_square(off if at is None else off[at])
-
-    def held_out(self, kernel: Kernel) -> float:
-        """Return the error of a reference at the samples that it has not seen."""
-        return self.misfit(self.learned(kernel, self.seen), ~self.seen)
-
-    def held_out_by_programs(self) -> float:
-        """Return the same of the best of three quadratic programs."""
-        found = (smoothed(self.samples, self.bounds, self.step, by * self.weight, self.seen) for by in _DECADES)
-        return min(root_mean_square((values - self.samples.values)[~self.seen]) for values in found)
+_PROGRAMS = "the best of three quadratic programs"
 
 
 def made_up(level: float, count: int = 80, seed: int = 0) -> Recording:
     """Return a sum of three sines about a level, in noise, under bounds on value and speed; the speed's are broken."""
     draws = np.random.default_rng(seed)
     times = 0.15 * np.arange(count) + draws.uniform(-0.03, 0.03, count)
-    phases, periods, sizes = draws.uniform(0, 2 * np.pi, 3), np.array([6.3, 3.1, 1.9]), np.array([1.0, 0.5, 0.25])
-
-    def signal(t: Array, order: int = 0) -> Array:
-        omega = 2 * np.pi / periods
-        return np.asarray(np.sin(np.outer(t, omega) + phases + order * np.pi / 2) @ (sizes * omega**order))
-
-    samples = Samples(times, level + 10 * signal(times) + 0.8 * draws.standard_normal(count))
-    fastest = 0.8 * 10 * float(np.max(np.abs(signal(np.linspace(0, 0.15 * count, 4000), 1))))
-    bounds = {0: Interval(level - 22.0, level + 22.0), 1: around(fastest)}
-    plant, window = first_order(bounds[0], bounds[1], 0.05), (float(times[0]), float(times[-1]))
-    name = f"made up about {level:g}"
-    return Recording(name, samples, plant, window, bounds, 0.025, 1e-4, tuple(KERNELS), level)
-
-
-def _axis_of_robot(bounds: dict[int, Interval]) -> ConstrainedSystem:
-    """Return a double integrator, sampled at 100 Hz."""
-    system = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01)
-    states = Polytope.box(*([getattr(bounds[order], end) for order in (0, 1)] for end in ("lower", "upper")))
-    return ConstrainedSystem(system, states, Polytope.box([bounds[2].lower], [bounds[2].upper]))
+    signal = sines(draws, np.array([6.3, 3.1, 1.9]), np.array([10.0, 5.0, 2.5]))
+    samples = Samples(times, level + signal(times, 0) + 0.8 * draws.standard_normal(count))
+    fastest = 0.8 * float(np.max(np.abs(signal(np.linspace(0, 0.15 * count, 4000), 1))))
+    bounds, kernels = (Interval(level - 22.0, level + 22.0), around(fastest)), tuple(KERNELS)
+    return Recording(f"made up about {level:g}", samples, bounds, 0.05, 0.025, 1e-4, kernels, level)
 
 
 def breathing(path: Path = BREATHING, start: float = 0.0, every: int = 1) -> Recording:
@@ -361,26 +343,22 @@ def breathing(path: Path = BREATHING, start: float = 0.0, every: int = 1) -> Rec
     smooth = np.convolve(recorded.values, np.ones(5) / 5, "valid")
     fastest = 0.8 * float(np.max(np.abs(np.diff(smooth) / np.diff(recorded.times[2:-2]))))
     low, high = float(np.min(samples.values)), float(np.max(samples.values))
-    bounds = {0: Interval(low - 1.0, high + 1.0), 1: around(fastest), 2: around(40.0)}
-    name, window = f"breathing, {path.stem} from {start:g} s", (0.0, float(samples.times[-1]))
-    return Recording(name, samples, _axis_of_robot(bounds), window, bounds, 0.02, 1e-5)
+    bounds = Interval(low - 1.0, high + 1.0), around(fastest), around(40.0)
+    return Recording(f"breathing, {path.stem} from {start:g} s", samples, bounds, 0.01, 0.02, 1e-5)
 
 
 def axis() -> Recording:
     """Return the axis of the guide, which was moved by hand [m]."""
-    bounds = {0: around(0.10), 1: around(0.09), 2: around(0.3)}
-    (samples,) = sampled_by(experiment("axis")).samples
-    of = Samples(samples.times, samples.values)
-    return Recording("axis", of, _axis_of_robot(bounds), "all_times", bounds, 0.01, 1e-6)
+    (samples,) = task("axis").samples
+    of, bounds = Samples(samples.times, samples.values), (around(0.10), around(0.09), around(0.3))
+    return Recording("axis", of, bounds, 0.01, 0.01, 1e-6, forever=True)
 
 
 def hill() -> Recording:
     """Return a hill of the Urban Dynamometer Driving Schedule [m/s]."""
-    bounds = {0: Interval(-0.05, 16.3), 1: around(1.5)}
-    (samples,) = sampled_by(experiment("drive-cycle")).samples
-    of = Samples(samples.times - samples.times[0], samples.values)
-    window = (0.0, float(of.times[-1]))
-    return Recording("drive cycle", of, first_order(bounds[0], bounds[1], 0.2), window, bounds, 0.1, 0.1)
+    (samples,) = task("drive-cycle").samples
+    of, bounds = Samples(samples.times - samples.times[0], samples.values), (Interval(-0.05, 16.3), around(1.5))
+    return Recording("drive cycle", of, bounds, 0.2, 0.1, 0.1)
 
 
 def recordings() -> Iterator[Recording]:
@@ -391,25 +369,26 @@ def recordings() -> Iterator[Recording]:
     yield from (made_up(level) for level in LEVELS)
 
 
+Numbers = Callable[[], tuple[float, float]]
+
+
 def _defaults(recording: Recording) -> Iterator[Row]:
     """Yield misfits of signals whose mean is known, and errors at samples that were left out."""
     best = recording.held_out_by_programs()
     for name, kernel in KERNELS.items():
-        asked: list[tuple[str, str, Callable[[], tuple[float, float]], float | None]] = []
-        if recording.mean is not None:
-            both = partial(_with_mean_and_without, recording, kernel())
-            asked.append(("misfit", "its mean given", both, MISFIT))
-        errors = lambda kernel=kernel: (recording.held_out(kernel()), best)  # noqa: E731
         target = HELD_OUT if name in recording.kernels else None
-        asked.append(("error at samples left out", "the best of three quadratic programs", errors, target))
-        for what, rival, numbers, target in asked:
-            problem = f"{recording.name}, {name}: {what}"
-            try:
-                own, other = numbers()
-            except FAILURES as why:
-                yield Row.failed("defaults alone", problem, rival, why)
-                continue
-            yield part_of("defaults alone", problem, rival, own, other, target, f"{own:.4g} beside {other:.4g}")
+        asked: list[tuple[str, str, Numbers, float | None]] = [
+            ("misfit", "its mean given", partial(_with_mean_and_without, recording, kernel()), MISFIT),
+            ("error at samples left out", _PROGRAMS, lambda of=kernel: (recording.held_out(of()), best), target),
+        ]
+        for what, rival, numbers, target in asked[recording.mean is None :]:
+            place = "defaults alone", f"{recording.name}, {name}: {what}", rival
+            yield from attempted(*place, partial(_measured, *place, numbers, target))
+
+
+def _measured(topic: str, problem: str, rival: str, numbers: Numbers, target: float | None) -> Iterator[Row]:
+    own, other = numbers()
+    yield part_of(topic, problem, rival, own, other, target, f"{own:.4g} beside {other:.4g}")
 
 
 def _with_mean_and_without(recording: Recording, kernel: Kernel) -> tuple[float, float]:

@@ -1,10 +1,10 @@
 """What a rival is, what it is asked, and what it may answer."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from benchmarks.rivals.judge import Curve
 from pipeline.experiments import Experiment
 from pipeline.generate import sampled_by
 from pipeline.methods import Task
@@ -79,45 +79,6 @@ class Problem:
         """The signal behind the samples of each flat output, where it is known."""
         known = self.experiment.truths
         return tuple(known.get(name) for name in self.sampled.names)
-
-
-@dataclass(frozen=True)
-class Violation:
-    """By how much a bound is broken at some time of the window, as a part of the bound's width.
-
-    It is at least `least`, at `time` [s] in `quantity`, and at most `most`: both are certain. `most` is None where no
-    upper bound was found. Zero in both: all bounds are proved. With `at_steps`, there are no times between steps.
-    """
-
-    least: float
-    most: float | None
-    quantity: str = ""
-    time: float = 0.0
-    at_steps: bool = False
-
-    @property
-    def is_none(self) -> bool:
-        """Whether all bounds are proved to be kept."""
-        return self.most == 0.0
-
-
-class Curve(ABC):
-    """A trajectory that was handed out."""
-
-    @abstractmethod
-    def sampled(self, signal: int, t: Array) -> Array:
-        """Return what samples of this flat output would show at t [s]: the shape of t."""
-
-    @abstractmethod
-    def violation(self, window: tuple[float, float]) -> Violation:
-        """Return the largest violation in the window [s]."""
-
-    @abstractmethod
-    def violation_seen(self, window: tuple[float, float]) -> Violation:
-        """Return the largest violation at the times that float64 finds worst: `least` is certain, `most` is not sought.
-
-        It takes a small part of the time that `violation` takes, and is never larger.
-        """
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,14 @@ from functools import partial
 from math import factorial
 from time import process_time
 
+import cvxpy as cp
 import numpy as np
 import scipy
 from scipy.interpolate import BSpline
 
-from benchmarks.rivals.adapters.conic import Conic, Unsolved
+from benchmarks.rivals.adapters.convex import minimised
 from benchmarks.rivals.judge import tracing
+from benchmarks.rivals.model import NotFound
 from benchmarks.rivals.tables import markdown
 from trackably.arrays import Array
 from trackably.certificates.sketch import times_to_look_at
@@ -62,7 +64,7 @@ _TERMS = 12  # of Taylor's series between two grid points: what they leave out i
 _CONTROLLED = 100.0  # weight of the part of the kernel that is controlled
 
 
-def transcribed(points: int, cones: bool) -> Swing | Unsolved:
+def transcribed(points: int, cones: bool) -> Swing | NotFound:
     """Solve the published program: bounds on a grid, alone or with second-order `cones` that hold between its points.
 
     Trajectories are functions in the space with the norm ‖z‖² = |z(0)|² + ∫u²/100, as in the published study: its
@@ -76,31 +78,27 @@ def transcribed(points: int, cones: bool) -> Swing | Unsolved:
     N, steps = len(times) - 1, np.diff(times)
     flows, grown = zip(*map(_between, steps.tolist()), strict=True)
     roots = np.linalg.cholesky(np.array(grown))
-    # Unknowns: z_0 … z_N, e_0 … e_(N−1), s ≥ ‖z‖.
-    size, inner = 6 * N + 4, slice(3 * N + 3, -1)
-    unknown = scipy.sparse.eye_array(size, format="csr")
-    flow = unknown[3 : 3 * N + 3] - scipy.sparse.block_diag(flows) @ unknown[: 3 * N]
-    flow = flow - scipy.sparse.block_diag([*roots]) @ unknown[3 * N + 3 : -1]
-    third = int(np.flatnonzero(times == 1 / 3)[0])
-    E = scipy.sparse.vstack([flow, unknown[[0, 1, 2, 3 * third, 3 * N]]])
-    eta = _steepness(times[on_grid]) if cones else np.zeros((len(on_grid), 2))
-    by_speed, by_w = (scipy.sparse.csr_array(column[:, None]) @ unknown[[size - 1]] for column in eta.T)
-    speed, w = unknown[3 * on_grid + 1], unknown[3 * on_grid + 2]
-    G, count = scipy.sparse.vstack([by_speed - speed, by_w + w, by_w - w]), len(on_grid)
-    h = np.repeat([-LEAST_SPEED, MOST_W], [count, 2 * count])
-    effort, q, norm = np.zeros(size), np.zeros(size), np.zeros(size)
-    effort[inner], q[3 * N + 1] = 2 * _EFFORT, -_REWARD
-    norm[:3], norm[inner], norm[-1] = 1.0, _CONTROLLED**-0.5, 1.0
-    kept = np.flatnonzero(norm)
-    cone = scipy.sparse.csr_array(scipy.sparse.diags_array(norm))[np.roll(kept, 1)], np.zeros(len(kept))
-    equations = E, np.concatenate([np.zeros(3 * N), _GIVEN])
-    found = Conic(scipy.sparse.diags_array(effort), q, G, h, equations, (cone,) if cones else ()).solve()
-    if isinstance(found, Unsolved):
+    third, eta = (
+        int(np.flatnonzero(times == 1 / 3)[0]),
+        _steepness(times[on_grid]) if cones else np.zeros((len(on_grid), 2)),
+    )
+    z, e, size = cp.Variable((N + 1, 3)), cp.Variable((N, 3)), cp.Variable()  # size ≥ ‖z‖
+    moved = scipy.sparse.block_diag(flows) @ cp.vec(z[:-1], order="C")
+    driven = scipy.sparse.block_diag([*roots]) @ cp.vec(e, order="C")
+    norm = cp.norm(cp.hstack([z[0], cp.vec(e, order="C") / _CONTROLLED**0.5]))
+    bounds = [
+        z[on_grid, 1] >= LEAST_SPEED + eta[:, 0] * size,
+        cp.abs(z[on_grid, 2]) <= MOST_W - eta[:, 1] * size,
+        *([norm <= size] if cones else []),
+    ]
+    equations = [cp.vec(z[1:], order="C") == moved + driven, cp.hstack([z[0], z[third, 0], z[N, 0]]) == _GIVEN]
+    found = minimised(_EFFORT * cp.sum_squares(e) - _REWARD * z[N, 1], [*equations, *bounds])
+    if isinstance(found, NotFound):
         return found
-    costates = np.linalg.solve(roots.swapaxes(1, 2), found.x[inner].reshape(N, 3, 1))[..., 0]
+    costates = np.linalg.solve(roots.swapaxes(1, 2), e.value[..., None])[..., 0]
     costates = np.einsum("ikj,ik->ij", np.array(flows), costates)
     # z' = A z + B Bᵀ p and p' = −Aᵀ p: Taylor's series from the beginning of each interval.
-    M, terms = _doubled(), [np.hstack([found.x[: 3 * N].reshape(N, 3), costates])]
+    M, terms = _doubled(), [np.hstack([z.value[:-1], costates])]
     for k in range(1, _TERMS + 1):
         terms.append(terms[-1] @ M.T / k)
     return Swing(*(PolynomialPieces(times, np.array(terms)[:, :, row].T) for row in range(3)))
@@ -140,7 +138,7 @@ _PARTS = 4  # of each interval, so that Bernstein coefficients lie close to thei
 _KEPT_FREE = 1e-5  # of either bound, for the equations that are met to the last digits afterwards
 
 
-def proved(intervals: int = 240) -> Swing | Unsolved:
+def proved(intervals: int = 240) -> Swing | NotFound:
     """Return the best spline x of degree five on as many intervals, a multiple of three, within its bounds for all t.
 
     x is a flat output: w = x″ + 10 x and u = w′. The bounds of x′ and w are asked of Bernstein coefficients, which
@@ -151,28 +149,28 @@ def proved(intervals: int = 240) -> Swing | Unsolved:
     knots = np.arange(-_DEGREE, intervals + _DEGREE + 1) / intervals
     basis = BSpline(knots, np.eye(intervals + _DEGREE), _DEGREE)
     ends = np.arange(_PARTS * intervals + 1) / (_PARTS * intervals)
-    # Taylor coefficients of each B-spline at the beginning of each part: shape (powers, parts, B-splines).
-    x = np.array([basis(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE + 1)])
-    speed = _derivative(x)
-    w = 10 * x
-    w[:-2] += _derivative(speed)
-    speeds, ws, u = _bernstein(speed, ends[1]), _bernstein(w, ends[1]), _derivative(w)
+
+    def taylor(of: BSpline) -> Array:
+        """Return coefficients at the beginning of each part: shape (powers, parts, B-splines)."""
+        return np.array([of(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE + 1)])
+
+    x, speed = taylor(basis), taylor(basis.derivative())[:-1]
+    w = taylor(basis.derivative(2)) + 10 * x
+    speeds, ws = _bernstein(speed, ends[1]), _bernstein(w, ends[1])
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE)
-    at_nodes = np.tensordot(np.vander((1 + nodes) / 2 * ends[1], _DEGREE, increasing=True), u, 1)
-    effort = np.einsum("g,gpi,gpj->ij", weights / 2 * ends[1], at_nodes, at_nodes, optimize=True)
+    at = (ends[:-1, None] + (1 + nodes) / 2 * ends[1]).ravel()
+    u = basis(at, nu=3) + 10 * basis(at, nu=1)
+    effort = u.T @ (np.tile(weights / 2 * ends[1], len(x[0]))[:, None] * u)
     start = basis(0.0)
     E = np.array([start, basis(0.0, nu=1), basis(0.0, nu=2) + 10 * start, basis(1 / 3), basis(1.0)])
-    h = np.repeat([-LEAST_SPEED, MOST_W], [len(speeds), 2 * len(ws)]) - _KEPT_FREE
-    G = scipy.sparse.csr_array(np.vstack([-speeds, ws, -ws]))
-    found = Conic(2 * _EFFORT * effort, -_REWARD * basis(1.0, nu=1), G, h, (E, _GIVEN)).solve()
-    if isinstance(found, Unsolved):
+    c = cp.Variable(E.shape[1])
+    bounds = speeds @ c >= LEAST_SPEED + _KEPT_FREE, cp.abs(ws @ c) <= MOST_W - _KEPT_FREE
+    cost = _EFFORT * cp.quad_form(c, cp.psd_wrap(effort)) - _REWARD * basis(1.0, nu=1) @ c
+    found = minimised(cost, [*bounds, E @ c == _GIVEN])
+    if isinstance(found, NotFound):
         return found
-    coefficients = found.x - np.linalg.lstsq(E, E @ found.x - _GIVEN)[0]
+    coefficients = c.value - np.linalg.lstsq(E, E @ c.value - _GIVEN)[0]
     return Swing(*(PolynomialPieces(ends, (of @ coefficients).T) for of in (x, speed, w)))
-
-
-def _derivative(c: Array) -> Array:
-    return np.arange(1.0, len(c))[:, None, None] * c[1:]
 
 
 def _bernstein(c: Array, width: float) -> Array:
@@ -198,7 +196,7 @@ class Row:
     says: str = ""
 
 
-_WAYS: tuple[tuple[str, Callable[[], Swing | Unsolved], float | None], ...] = (
+_WAYS: tuple[tuple[str, Callable[[], Swing | NotFound], float | None], ...] = (
     ("bounds on 200 points", partial(transcribed, 200, cones=False), 3.21),
     ("second-order cones around 200 points", partial(transcribed, 200, cones=True), 1.49),
     ("second-order cones around 400 points", partial(transcribed, 400, cones=True), 1.81),
@@ -214,8 +212,8 @@ def rows() -> Iterator[Row]:
         started = process_time()
         found = solve()
         seconds = process_time() - started
-        if isinstance(found, Unsolved):
-            yield Row(way, seconds=seconds, printed=printed, says=f"CLARABEL says {found.status}")
+        if isinstance(found, NotFound):
+            yield Row(way, seconds=seconds, printed=printed, says=found.why)
         else:
             yield Row(way, found.final_speed, *found.violation, found.largest_w, seconds, printed)
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import root_mean_square
-from benchmarks.rivals.judge import ReferenceCurve
-from benchmarks.rivals.model import Curve, Found, NotFound, Problem, Rival
+from benchmarks.rivals.judge import Curve
+from benchmarks.rivals.model import Found, NotFound, Problem, Rival
 from benchmarks.rivals.tables import markdown, number, percent, seconds
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
@@ -61,7 +61,7 @@ def measured(problem: Problem, rival: Rival) -> Row:
         return replace(row, answer=answer.kind, says=answer.why, seconds=gone)
     start, end = problem.window
     broken = answer.curve.violation((start, end if answer.last is None else min(end, answer.last)))
-    row = replace(row, seconds=taken, least=broken.least, most=broken.most, at_steps=broken.at_steps)
+    row = replace(row, seconds=taken, least=broken.least, most=broken.most, at_steps=answer.curve.at_steps)
     where: dict[str, Any] = {"quantity": broken.quantity, "at": broken.time} if broken.least > 0 else {}
     return replace(row, **_numbers(problem, answer), **where)
 
@@ -104,7 +104,7 @@ def objective_of(problem: Problem, found: Found) -> float | None:
 
     It is l(θ) for a posterior mean. The norm is infinite for piecewise polynomials: there is nothing to compare.
     """
-    if not isinstance(found.curve, ReferenceCurve) or found.prior is None:
+    if found.prior is None:
         return None
     posterior = JointPosterior(found.prior, problem.task.samples)
     total = posterior.negative_log_marginal_likelihood()[0]

@@ -9,9 +9,10 @@ import gzip
 import json
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import reduce
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import lz4.frame
 import zstandard
@@ -27,10 +28,12 @@ from trackably.checker.__main__ import FAILED, REFUTED, UNDECIDED, UNUSABLE
 from trackably.checker.form import read_certificate
 
 Data = dict[str, Any]
+T = TypeVar("T")
 
 TINY = 5e-324
 DIGITS = "7" * 1900
-KERNEL = {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3}
+KERNEL: Data = {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3}
+_PERIODIC = KERNEL | {"type": "periodic", "period": 1e-30}
 
 
 MOST_SECONDS, MOST_MEMORY = 4.0, 1_000_000_000
@@ -63,37 +66,31 @@ print(json.dumps([done.returncode, used.ru_utime + used.ru_stime, used.ru_maxrss
 """What starts a process in a small one of its own: else the memory of who started it counts as its own."""
 
 
-def _linear(n: int, m: int, rows: int = 1, signals: int = 1, shifts: int = 1, weight: str = "0") -> Data:
+def _set(rows: list[list[Any]], dimension: int, size: float = 1) -> Data:
+    """Return a set whose rows are bounded by this size."""
+    lower, upper = ([end] * len(rows) for end in (-size, size))
+    return {"rows": rows, "lower": lower, "upper": upper, "dimension": dimension}
+
+
+def _first(n: int, count: int = 1) -> list[list[Any]]:
+    """Return rows that bound the first of n coordinates."""
+    return [[1] + [0] * (n - 1)] * count
+
+
+def _linear(n: int, m: int, rows: int = 1, signals: int = 1, shifts: int = 1) -> Data:
     """A certificate of a linear system of this size, whose numbers fit together and prove nothing."""
-    states, inputs = [f"x{i}" for i in range(n)], [f"u{i}" for i in range(m)]
-    functional = {"offset": "0", "weights": [[weight] * shifts] * signals}
-    row = [1] + [0] * (n - 1)
+    functional = {"offset": "0", "weights": [["0"] * shifts] * signals}
     bounds = ["x0", *(f"x0 ({i})" for i in range(2, rows + 1))]
-    signal = {"kernel": KERNEL, "mean": 0, "centres": [0], "weights": [1]}
+    system = {"A": [[0] * n] * n, "B": [[0] * m] * n, "c": [0] * n, "sampling_time": 0.1}
+    system |= {"states": [f"x{i}" for i in range(n)], "inputs": [f"u{i}" for i in range(m)]}
+    covers = {name: {"ends": [0, 1], "radii": [9]} for name in bounds}
     return {
         "format": "trackably certificate",
         "version": 3,
-        "claim": {
-            "kind": "window",
-            "start": 0,
-            "end": 1,
-            "covers": {name: {"ends": [0, 1], "radii": [9]} for name in bounds},
-            "terms": 8,
-        },
+        "claim": {"kind": "window", "start": 0, "end": 1, "covers": covers, "terms": 8},
         "reference": {
-            "signals": [signal] * signals,
-            "plant": {
-                "system": {
-                    "A": [[0] * n] * n,
-                    "B": [[0] * m] * n,
-                    "c": [0] * n,
-                    "states": states,
-                    "inputs": inputs,
-                    "sampling_time": 0.1,
-                },
-                "state_set": {"rows": [row] * rows, "lower": [-9] * rows, "upper": [9] * rows, "dimension": n},
-                "input_set": {"rows": [], "lower": [], "upper": [], "dimension": m},
-            },
+            "signals": [{"kernel": KERNEL, "mean": 0, "centres": [0], "weights": [1]}] * signals,
+            "plant": {"system": system, "state_set": _set(_first(n, rows), n, 9), "input_set": _set([], m)},
         },
         "trajectories": {"states": [functional] * n, "inputs": [functional] * m},
         "evaluation": {"until": 1, "errors": dict.fromkeys(bounds, 1e-3)},
@@ -110,13 +107,17 @@ def _named(data: Data) -> Data:
     return data
 
 
+def balanced(terms: Sequence[T], join: Callable[[T, T], T]) -> T:
+    """Join all terms by twos, so that what comes out is not deep."""
+    while len(terms) > 1:
+        pairs = (terms[i : i + 2] for i in range(0, len(terms), 2))
+        terms = [join(*pair) if len(pair) > 1 else pair[0] for pair in pairs]
+    return terms[0]
+
+
 def _system(data: Data) -> Data:
     found: Data = data["reference"]["plant"]["system"]
     return found
-
-
-def _many_weights() -> Data:
-    return _linear(1, 1, rows=5_000, signals=100, shifts=100)
 
 
 def _large_system() -> Data:
@@ -139,27 +140,20 @@ def _long_weights() -> Data:
 
 def _wide_floats() -> Data:
     """The null space of a matrix of numbers from 1e-300 to 1e300."""
-    data = _linear(100, 100)
+    data, of = _linear(100, 100), range(100)
     _system(data)["B"] = [
-        [f"{(i * 37 + j * 61) % 97 + 1}e{(i * 7 + j * 13) % 600 - 300}" for j in range(100)] for i in range(100)
+        [float(f"{(i * 37 + j * 61) % 97 + 1}e{(i * 7 + j * 13) % 600 - 300}") for j in of] for i in of
     ]
-    _system(data)["B"] = [[float(x) for x in row] for row in _system(data)["B"]]
     data["attainable"] = [{"row": ["1"] * 100, "lower": -1, "upper": 1}]
-    data["reference"]["plant"]["input_set"] = {"rows": [[1] * 100], "lower": [-1], "upper": [1], "dimension": 100}
+    data["reference"]["plant"]["input_set"] = _set([[1] * 100], 100)
     return _named(data)
 
 
 def _attainable() -> Data:
     """Each of many rows of U is compared with each of many attainable rows."""
     data = _linear(1, 2)
-    rows = [[1, i + 1] for i in range(10_000)]
     _system(data)["B"] = [[1, TINY]]
-    data["reference"]["plant"]["input_set"] = {
-        "rows": rows[:140],
-        "lower": [-1] * 140,
-        "upper": [1] * 140,
-        "dimension": 2,
-    }
+    data["reference"]["plant"]["input_set"] = _set([[1, i + 1] for i in range(140)], 2)
     data["attainable"] = [{"row": ["1", str(i)], "lower": -1, "upper": 1} for i in range(1, 8_000)]
     return _named(data)
 
@@ -184,35 +178,15 @@ def _robust(n: int, vector: Callable[[int], list[str]], count: int, power: int, 
     return data
 
 
-def _powers() -> Data:
-    return _robust(30, lambda i: ["1/3"] * 30, 3, 10_000)
-
-
 def _steep_powers() -> Data:
     data = _robust(100, lambda i: ["1/3"] * 100, 3, 400)
     _system(data)["A"] = [[TINY] * 100] * 100
     return data
 
 
-def _long_disturbances() -> Data:
-    return _robust(2, lambda i: [f"1/{DIGITS}{2 * i + 1}", "1"], 200, 10)
-
-
-def _longest_disturbances() -> Data:
-    return _robust(2, lambda i: [f"1/{'7' * 19_000}{2 * i + 1}", "1"], 40, 10)
-
-
-def _many_disturbances() -> Data:
-    return _robust(2, lambda i: ["1", f"1/{DIGITS}{i}" if i < 40 else "1"], 10_000, 10)
-
-
-def _much_noise() -> Data:
-    return _robust(40, lambda i: ["1"] * 40, 2_000, 10, noise=True)
-
-
-def _changed_robust(make: Callable[[], Data], **fields: Any) -> Data:
-    data = copy.deepcopy(make())
-    data["disturbance"].update(fields)
+def _many_steps(name: str) -> Data:
+    data = copy.deepcopy(robust_data(name))
+    data["disturbance"].update(head=10_000, terms=10_000)
     return data
 
 
@@ -226,24 +200,11 @@ def _pieces(count: int, coefficients: list[float], first: float, beyond: str, cl
     return data
 
 
-def _endless_periods() -> Data:
-    return _pieces(1, [0.0], 0.0, "period", {"kind": "window", "start": 0, "end": 1e30})
-
-
-def _fine_pieces() -> Data:
-    return _pieces(5_000, [1] * 50, TINY, "rest", {"kind": "all_times", "tail_start": 1e4})
-
-
 def _fine_counterexample() -> Data:
     data = _pieces(3_000, [1] * 100, TINY, "rest", {"kind": "all_times"})
     (name, *_) = data.pop("evaluation")["errors"]
-    return data | {
-        "format": "trackably counterexample",
-        "version": 1,
-        "quantity": name,
-        "at": {"time": 0.5},
-        "violation": 1e9,
-    }
+    at = {"quantity": name, "at": {"time": 0.5}, "violation": 1e9}
+    return data | {"format": "trackably counterexample", "version": 1} | at
 
 
 def _high_pieces() -> Data:
@@ -269,21 +230,7 @@ def _with_kernel(kernel: Data, centres: list[float], terms: int = 64, boxes: int
 
 
 def _nested(kernel: Data, count: int, kind: str = "product") -> Data:
-    kernels = [kernel] * count
-    while len(kernels) > 1:
-        kernels = [
-            {"type": kind, "left": kernels[i], "right": kernels[i + 1]} if i + 1 < len(kernels) else kernels[i]
-            for i in range(0, len(kernels), 2)
-        ]
-    return kernels[0]
-
-
-def _products() -> Data:
-    return _with_kernel(_nested(KERNEL, 100), [0] * 200_000)
-
-
-def _periodic_products() -> Data:
-    return _with_kernel(_nested(KERNEL | {"type": "periodic", "period": 1e-30}, 100), [0] * 200_000)
+    return balanced([kernel] * count, lambda left, right: {"type": kind, "left": left, "right": right})
 
 
 def _matern() -> Data:
@@ -308,10 +255,6 @@ def _shifted_boxes() -> Data:
     return data
 
 
-def _instants() -> Data:
-    return _shifted_boxes() | {"claim": {"kind": "instants", "last_step": 500_000}}
-
-
 def _angles(law: object, count: int = 100) -> Data:
     """A flat form whose states are angles."""
     data = copy.deepcopy(hostile.tank())
@@ -323,8 +266,7 @@ def _angles(law: object, count: int = 100) -> Data:
         "inputs": ["u"],
         "flat": {"states": ["z1[0]"] * count, "inputs": ["z1[1]"], "angles": names},
     }
-    for side, size in (("state_set", count), ("input_set", 1)):
-        plant[side] = {"rows": [[1] + [0] * (size - 1)], "lower": [-1], "upper": [1], "dimension": size}
+    plant |= {"state_set": _set(_first(count), count), "input_set": _set([[1]], 1)}
     return _named(data)
 
 
@@ -349,27 +291,12 @@ def _tower(base: object, height: int, exponent: float = 16) -> object:
     return base
 
 
-def _flat_tower() -> Data:
-    """0.1^16^16…: seven powers have as many digits as there is memory."""
-    return _flat(["+", "u", ["*", 0, _tower(0.1, 12)]])
-
-
-def _flat_variable_tower() -> Data:
-    return _flat(["+", "u", ["/", ["-", _tower("a0", 20), 1], ["-", "a0", 1]]])
-
-
-def _flat_roots() -> Data:
-    return _flat(["+", "u", _tower(["sqrt", ["*", 0, "a0"]], 20)])
-
-
 def _flat_names() -> Data:
     """100 signals with 100 shifts, all in one formula."""
 
     def added(later: int) -> object:
-        terms: list[object] = [f"z{s}[{j + later}]" for s in range(1, 100) for j in range(0, 98, 2)]
-        while len(terms) > 1:
-            terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
-        return terms[0]
+        terms = [f"z{s}[{j + later}]" for s in range(1, 100) for j in range(0, 98, 2)]
+        return balanced(terms, lambda left, right: ["+", left, right])
 
     data = _flat("u", added(1), added(0))
     data["reference"]["signals"] *= 99
@@ -388,9 +315,7 @@ def _gains() -> Data:
     """Sums of all inputs, times a state, over and over: each product has a part for each input."""
     data = hostile.chain(100)
     system = _system(data)
-    sums: object = "u0"
-    for i in range(1, 50):
-        sums = ["+", sums, f"u{i}"]
+    sums: object = reduce(lambda left, right: ["+", left, right], (f"u{i}" for i in range(50)))
     for _ in range(45):
         sums = ["*", "x0", sums]
     system["f"] = [sums] * 100
@@ -398,15 +323,13 @@ def _gains() -> Data:
 
 
 def _table(rows: int, steps: int) -> Data:
+    system = {"A": [[0]], "B": [[0]], "c": [0], "states": ["x"], "inputs": ["u"], "sampling_time": 1}
+    bounded = _set([[1]] * rows, 1)
     return {
         "format": "trackably table",
         "version": 1,
         "table": {"first_step": 0, "states": [[0]] * steps, "inputs": [[0]] * steps},
-        "plant": {
-            "system": {"A": [[0]], "B": [[0]], "c": [0], "states": ["x"], "inputs": ["u"], "sampling_time": 1},
-            "state_set": {"rows": [[1]] * rows, "lower": [-1] * rows, "upper": [1] * rows, "dimension": 1},
-            "input_set": {"rows": [[1]] * rows, "lower": [-1] * rows, "upper": [1] * rows, "dimension": 1},
-        },
+        "plant": {"system": system, "state_set": bounded, "input_set": bounded},
         "tolerance": 1,
     }
 
@@ -432,45 +355,46 @@ def _steps_of_a_large_system() -> Data:
         "states": [f"s{i}" for i in range(n)],
         "inputs": ["u"],
     }
-    state_set = {"rows": [[1] + [0] * (n - 1)], "lower": [-1], "upper": [1], "dimension": n}
-    plant = {
-        "system": system,
-        "state_set": state_set,
-        "input_set": {"rows": [[1]], "lower": [-1], "upper": [1], "dimension": 1},
-    }
+    plant = {"system": system, "state_set": _set(_first(n), n), "input_set": _set([[1]], 1)}
     proof = {"kind": "multipliers", "states": [[0.3]] * steps, "inputs": [[1]] * steps, "values": []}
     about = {"format": "trackably contradiction", "version": 1, "plant": plant, "start": 0, "steps": steps}
     return about | {"values": [], "missing": 0.1, "proof": proof}
 
 
+_ALL_TIMES, _INSTANTS = {"kind": "all_times", "tail_start": 1e4}, {"kind": "instants", "last_step": 500_000}
+_ROOT: object = ["sqrt", ["*", 0, "a0"]]
+
 HUGE: dict[str, Callable[[], Data]] = {
-    "many rows of many weights": _many_weights,
+    "many rows of many weights": lambda: _linear(1, 1, rows=5_000, signals=100, shifts=100),
     "a large system": _large_system,
     "long rational weights": _long_weights,
     "floats of all sizes in B": _wide_floats,
     "many attainable rows": _attainable,
-    "powers of A + B K": _powers,
+    "powers of A + B K": lambda: _robust(30, lambda i: ["1/3"] * 30, 3, 10_000),
     "powers of a tiny A + B K": _steep_powers,
-    "long disturbances": _long_disturbances,
-    "disturbances of 19,000 digits": _longest_disturbances,
-    "many disturbances": _many_disturbances,
-    "much noise": _much_noise,
-    "N and s of a cart": lambda: _changed_robust(lambda: robust_data("pushed cart"), head=10_000, terms=10_000),
-    "N and s with noise": lambda: _changed_robust(lambda: robust_data("noisy cart"), head=10_000, terms=10_000),
-    "endless periods": _endless_periods,
-    "pieces with a tiny breakpoint": _fine_pieces,
+    "long disturbances": lambda: _robust(2, lambda i: [f"1/{DIGITS}{2 * i + 1}", "1"], 200, 10),
+    "disturbances of 19,000 digits": lambda: _robust(2, lambda i: [f"1/{'7' * 19_000}{2 * i + 1}", "1"], 40, 10),
+    "many disturbances": lambda: _robust(2, lambda i: ["1", f"1/{DIGITS}{i}" if i < 40 else "1"], 10_000, 10),
+    "much noise": lambda: _robust(40, lambda i: ["1"] * 40, 2_000, 10, noise=True),
+    "N and s of a cart": lambda: _many_steps("pushed cart"),
+    "N and s with noise": lambda: _many_steps("noisy cart"),
+    "endless periods": lambda: _pieces(1, [0.0], 0.0, "period", {"kind": "window", "start": 0, "end": 1e30}),
+    "pieces with a tiny breakpoint": lambda: _pieces(5_000, [1] * 50, TINY, "rest", _ALL_TIMES),
     "a counterexample of such pieces": _fine_counterexample,
     "pieces of degree 49": _high_pieces,
-    "a product of 100 kernels": _products,
-    "a product of 100 periodic kernels": _periodic_products,
+    "a product of 100 kernels": lambda: _with_kernel(_nested(KERNEL, 100), [0] * 200_000),
+    "a product of 100 periodic kernels": lambda: _with_kernel(_nested(_PERIODIC, 100), [0] * 200_000),
     "Matérn kernels in many boxes": _matern,
     "10,000 kernels": _many_kernels,
     "10,000 shifted signals in boxes": _shifted_boxes,
-    "10,000 shifted signals at instants": _instants,
+    "10,000 shifted signals at instants": lambda: (
+        _shifted_boxes() | {"claim": {"kind": "instants", "last_step": 500_000}}
+    ),
     "100 angles": _turns,
-    "a tower of a number": _flat_tower,
-    "a tower of a signal": _flat_variable_tower,
-    "a tower of a root of zero": _flat_roots,
+    # 0.1^16^16…: seven powers have as many digits as there is memory.
+    "a tower of a number": lambda: _flat(["+", "u", ["*", 0, _tower(0.1, 12)]]),
+    "a tower of a signal": lambda: _flat(["+", "u", ["/", ["-", _tower("a0", 20), 1], ["-", "a0", 1]]]),
+    "a tower of a root of zero": lambda: _flat(["+", "u", _tower(_ROOT, 20)]),
     "5,000 shifted signals in a flat form": _flat_names,
     "sines of huge numbers": _sines,
     "products of many inputs": _gains,
@@ -495,50 +419,50 @@ def write(data: Data, path: Path) -> Path:
     return path
 
 
+Write = Callable[[Path], object]
+Pack = tuple[Callable[[bytes], bytes], str]
+"""How data are packed, and what that is called."""
+
+
 def _gzip(path: Path) -> None:
     member = gzip.compress(b"0.0,1.0\n" * 1_000_000, 9)
     path.write_bytes(gzip.compress(b"t,x\n") + member * 70)
 
 
-def _mcap(path: Path, chunks: list[Chunk]) -> None:
-    """Write a file of these chunks, which is whole in all that a reader can see before it unpacks them."""
-    builder = RecordBuilder()
-    Header("", "").write(builder)
-    for chunk in chunks:
-        chunk.write(builder)
-    DataEnd(0).write(builder)
-    Footer(0, 0, 0).write(builder)
-    path.write_bytes(MCAP0_MAGIC + builder.end() + MCAP0_MAGIC)
+def _mcap(size: int, pack: Pack = (bytes, ""), count: int = 1, says: int | None = None, times: int = 1) -> Write:
+    """Write a file of messages of this size, in chunks that are packed and `say` another size than they have.
+
+    It is whole in all that a reader can see before it unpacks the chunks.
+    """
+    return _messages([b"1" * size] * count, pack, says, times)
 
 
-def _chunk(pack: Callable[[bytes], bytes], name: str, size: int, count: int = 1, says: int | None = None) -> Chunk:
-    """Return a chunk of messages of this size on the topic /x, which `says` another size than it has."""
-    builder = RecordBuilder()
-    Channel(1, "/x", "json", {}, 0).write(builder)
-    for i in range(count):
-        Message(1, i, b"1" * size, i, i).write(builder)
-    data = builder.end()
-    return Chunk(name, pack(data), 0, 0, 0, len(data) if says is None else says)
-
-
-def _message(text: str) -> Callable[[Path], None]:
-    data = f'{{"t": 1, "x": {text}}}'.encode()
-
+def _messages(data: Sequence[bytes], pack: Pack = (bytes, ""), says: int | None = None, times: int = 1) -> Write:
     def write(path: Path) -> None:
-        builder = RecordBuilder()
-        Channel(1, "/x", "json", {}, 0).write(builder)
-        Message(1, 0, data, 0, 0).write(builder)
-        content = builder.end()
-        _mcap(path, [Chunk("", content, 0, 0, 0, len(content))])
+        inner, outer = RecordBuilder(), RecordBuilder()
+        Channel(1, "/x", "json", {}, 0).write(inner)
+        for i, each in enumerate(data):
+            Message(1, i, each, i, i).write(inner)
+        content, (packed, name) = inner.end(), pack
+        Header("", "").write(outer)
+        for _ in range(times):
+            Chunk(name, packed(content), 0, 0, 0, len(content) if says is None else says).write(outer)
+        DataEnd(0).write(outer)
+        Footer(0, 0, 0).write(outer)
+        path.write_bytes(MCAP0_MAGIC + outer.end() + MCAP0_MAGIC)
 
     return write
+
+
+def _message(text: str) -> Write:
+    return _messages([f'{{"t": 1, "x": {text}}}'.encode()])
 
 
 class Packed(NamedTuple):
     """A recording, or the file of a system: its `name`, what writes it, and what its refusal `says`."""
 
     name: str
-    write: Callable[[Path], object]
+    write: Write
     says: str
 
     def written(self, folder: Path) -> Path:
@@ -547,8 +471,8 @@ class Packed(NamedTuple):
         return folder / self.name
 
 
-_ZSTD: Callable[[bytes], bytes] = zstandard.ZstdCompressor(level=19).compress
-_LZ4: Callable[[bytes], bytes] = lz4.frame.compress
+_ZSTD: Pack = (zstandard.ZstdCompressor(level=19).compress, "zstd")
+_LZ4: Pack = (lz4.frame.compress, "lz4")
 
 _YAML = "system: {A: [[0]], B: [[1]], sampling_time: 1, c: *l%d}\nstate_set: null\ninput_set: null\n"
 _LAUGHS = "l0: &l0 [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n" + "".join(
@@ -557,23 +481,15 @@ _LAUGHS = "l0: &l0 [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n" + "".join(
 
 RECORDINGS: dict[str, Packed] = {
     "gzip": Packed("x.csv.gz", _gzip, "unpacks to more than"),
-    "a zstd chunk": Packed("x.mcap", lambda p: _mcap(p, [_chunk(_ZSTD, "zstd", 200_000_000)]), "a chunk of 20"),
-    "an lz4 chunk": Packed("x.mcap", lambda p: _mcap(p, [_chunk(_LZ4, "lz4", 120_000_000)]), "a chunk of 12"),
+    "a zstd chunk": Packed("x.mcap", _mcap(200_000_000, _ZSTD), "a chunk of 20"),
+    "an lz4 chunk": Packed("x.mcap", _mcap(120_000_000, _LZ4), "a chunk of 12"),
     "a zstd chunk that lies": Packed(
-        "x.mcap",
-        lambda p: _mcap(p, [_chunk(_ZSTD, "zstd", 200_000_000, says=1000)]),
-        "does not unpack to the 1000 bytes",
+        "x.mcap", _mcap(200_000_000, _ZSTD, says=1000), "does not unpack to the 1000 bytes"
     ),
     "an lz4 chunk that lies": Packed(
-        "x.mcap",
-        lambda p: _mcap(p, [_chunk(_LZ4, "lz4", 120_000_000, says=1000)]),
-        "does not unpack to the 1000 bytes",
+        "x.mcap", _mcap(120_000_000, _LZ4, says=1000), "does not unpack to the 1000 bytes"
     ),
-    "many zstd chunks": Packed(
-        "x.mcap",
-        lambda p: _mcap(p, [_chunk(_ZSTD, "zstd", 100_000, count=100)] * 60),
-        "take more than",
-    ),
+    "many zstd chunks": Packed("x.mcap", _mcap(100_000, _ZSTD, count=100, times=60), "take more than"),
     "a value 1e99999999": Packed("x.mcap", _message("1e99999999"), "expected a finite number, got 1E+99999999"),
     "a value 1e999999": Packed("x.mcap", _message("1e999999"), "expected a finite number, got 1E+999999"),
     "a value of many digits": Packed("x.mcap", _message("0." + "1" * 500_000), "expected a finite number, got 0.111"),

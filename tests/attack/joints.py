@@ -5,17 +5,17 @@ Chunks jump, come late, leave gaps, or are out of reach; what runs is looked at 
 own polynomials where these are not needed. Exit code 1 if anything false passed.
 """
 
-import argparse
 import sys
 import time
 from collections import Counter
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tests.trackably.joints.trajectories import ORDERS, extreme
+from tests.attack.command import run
+from tests.attack.truth import largest
+from tests.trackably.joints.trajectories import ORDERS
 from trackably import BrokenLimits, CertifiedTrajectory, Gate, Joints, JointTrajectory, certify_joints
 
 _NAMES = ("a", "b", "c")
@@ -45,10 +45,7 @@ def attack_trajectory(rng: np.random.Generator, counts: Counter[str]) -> str | N
     how = str(rng.choice(_INTERPOLATIONS))
     given = random_trajectory(rng, how)
     order = int(rng.integers(0, {"linear": 2, "cubic": 3, "quintic": 4}.get(how, 4)))
-    content: dict[str, Any] = {
-        "trajectory": {"breakpoints": given.breakpoints.tolist(), "coefficients": given.coefficients.tolist()}
-    }
-    most = extreme(content, 0, order)
+    most = largest(given, order)
     part = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-12, -6))
     upper = float(most) + part * max(abs(float(most)), 1e-3)
     limit = {ORDERS[order]: [(-1e12, upper)]}
@@ -130,34 +127,30 @@ class Stream:
         return found
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.attack.joints")
-    parser.add_argument("--trajectories", type=int, default=2_000)
-    parser.add_argument("--chunks", type=int, default=10_000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args(arguments)
-    counts: Counter[str] = Counter()
-    false: list[str] = []
-    seconds: list[float] = []
-    rng = np.random.default_rng(given.seed)
-    for _ in range(given.trajectories):
-        if why := attack_trajectory(rng, counts):
-            false.append(why)
-    for number in range(given.chunks // 50):
-        stream = Stream(1000 * given.seed + number)
+def attack_trajectories(count: int, seed: int) -> tuple[str, list[str]]:
+    """Ask about random trajectories, one after the other."""
+    counts, rng = Counter[str](), np.random.default_rng(seed)
+    false = [why for _ in range(count) if (why := attack_trajectory(rng, counts))]
+    return _told(counts), false
+
+
+def attack_gates(chunks: int, seed: int) -> tuple[str, list[str]]:
+    """Let fifty chunks come to each gate."""
+    streams = [Stream(1000 * seed + number) for number in range(chunks // 50)]
+    for stream in streams:
         for _ in range(50):
             stream.step()
-        counts += stream.kinds
-        false += stream.false
-        seconds += stream.seconds
-    for what, count in sorted(counts.items()):
-        print(f"{count:6d}  {what}")
-    if seconds:
-        print(f"gate: median {1e3 * np.median(seconds):.1f} ms, 99 % {1e3 * np.quantile(seconds, 0.99):.1f} ms")
-    print(f"false: {len(false)}")
-    print(*false, sep="\n", file=sys.stderr)
-    return 1 if false else 0
+    seconds = 1e3 * np.array([taken for stream in streams for taken in stream.seconds])
+    said = _told(sum((stream.kinds for stream in streams), Counter[str]()))
+    said += f"\ngate: median {np.median(seconds):.1f} ms, 99 % {np.quantile(seconds, 0.99):.1f} ms"
+    return said, [why for stream in streams for why in stream.false]
 
+
+def _told(counts: Counter[str]) -> str:
+    return "".join(f"\n{count:6d}  {what}" for what, count in sorted(counts.items()))
+
+
+ATTACKS = {"trajectories": (2_000, attack_trajectories), "chunks": (10_000, attack_gates)}
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run("joints", ATTACKS, sys.argv[1:]))

@@ -5,7 +5,6 @@ and at random. What is handed out all the same has to be true: extremes are soug
 are driven to their ends.
 """
 
-import argparse
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -19,13 +18,15 @@ from unittest.mock import patch
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from tests.attack.command import run
 from tests.attack.signals import WIDE
+from tests.attack.truth import distance, distances, largest
 from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, general_case
 from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.feasibility.instances import trajectory
-from tests.trackably.joints.trajectories import ORDERS, extreme
+from tests.trackably.joints.trajectories import ORDERS
 from tests.trackably.plants import AXIS
 from tests.trackably.test_model_error import PLANT, W, gain
 from tests.trackably.test_truth import NOISE, BangBang
@@ -58,7 +59,7 @@ from trackably.joints import repair as repairing
 from trackably.joints.certify import BrokenLimit
 from trackably.learning.problem import NoSolution
 from trackably.reference import feasibility, truth
-from trackably.reference.truth import Signals, Sought, no_signal, with_truth
+from trackably.reference.truth import Sought, no_signal, with_truth
 from trackably.reference.waypoints import waypoints
 from trackably.systems import tightening
 from trackably.systems.reference import Reference
@@ -128,18 +129,10 @@ def _random_trajectory(rng: np.random.Generator) -> JointTrajectory:
     return JointTrajectory.of(CubicSpline(t, 0.3 * rng.normal(size=(len(t), 1)), bc_type="clamped"), rests=False)
 
 
-def _content(given: JointTrajectory) -> dict[str, Any]:
-    return {"trajectory": {"breakpoints": given.breakpoints.tolist(), "coefficients": given.coefficients.tolist()}}
-
-
-def _mirrored(given: JointTrajectory) -> JointTrajectory:
-    return replace(given, coefficients=-given.coefficients)
-
-
 def of_joints(rng: np.random.Generator) -> Found:
     """A limit is next to an extreme of a random spline, or cuts a part of it off."""
     given, order = _random_trajectory(rng), int(rng.integers(0, 3))
-    most = max(float(extreme(_content(of), 0, order)) for of in (given, _mirrored(given)))
+    most = max(float(largest(given, order, side)) for side in (1, -1))
     by = [10.0 ** rng.uniform(-12, -6) * rng.choice([-1, 1]), rng.uniform(-0.3, 0.1)][int(rng.integers(2))]
     limits: dict[str, Any] = {ORDERS[0]: [(-1e6, 1e6)]}
     limits[ORDERS[order]] = [(-most * (1 + by), most * (1 + by))]
@@ -157,19 +150,15 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
     if isinstance(found, CertifiedTrajectory):
         for r in range(bounded.order + 1):
             low, high = bounded.limits[r, 0].tolist()
-            for end, of in ((high, found.trajectory), (-low, _mirrored(found.trajectory))):
-                if np.isfinite(end) and extreme(_content(of), 0, r) > end:
+            for side, end in ((1, high), (-1, -low)):
+                if np.isfinite(end) and largest(found.trajectory, r, side) > end:
                     return f"the {ORDERS[r]} is beyond {end}"
     if isinstance(found, BrokenLimits):
         for broken in found.broken:
             if broken.jumps or broken.limits is None:
                 continue
-            r = ORDERS.index(broken.order)
-            past = [
-                extreme(_content(of), 0, r) - Fraction(end)
-                for end, of in ((broken.limits[1], found.trajectory), (-broken.limits[0], _mirrored(found.trajectory)))
-            ]
-            if max(past) < broken.violation:
+            r, (low, high) = ORDERS.index(broken.order), map(Fraction, broken.limits)
+            if max(largest(found.trajectory, r) - high, largest(found.trajectory, r, -1) + low) < broken.violation:
                 return f"the {broken.order} is not beyond {broken.limits} by {broken.violation}"
     return None
 
@@ -263,14 +252,12 @@ def of_truth(rng: np.random.Generator) -> Found:
 
 def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
     (claimed,) = found.truth
-    t = np.linspace(claimed.ends[0], claimed.ends[-1], 2001)
-    x, cell = found.reference.state_at(t)[:, 0], np.searchsorted(claimed.ends, t, side="right") - 1
-    errors = np.array([*claimed.errors, claimed.errors[-1]])
-    if np.any(np.abs(x - f(t)) > errors[cell] + 1e-12):
+    t, apart, errors = distances(found, claimed, f)
+    if np.any(apart > errors + 1e-12):
         return "the signal is further away"
-    for k in np.argsort(np.abs(x - f(t)) - errors[cell])[-3:].tolist():
-        ends = Signals.of(claimed.of, (float(t[k]),)).ends_at(float(t[k]))
-        if ends and max(abs(end - x[k]) for end in ends) > errors[cell[k]] * (1 + 1e-6):
+    for k in np.argsort(apart - errors)[-3:].tolist():
+        x = float(found.reference.state_at(t[k : k + 1])[0, 0])
+        if distance(claimed.of, x, float(t[k])) > errors[k] * (1 + 1e-6):
             return f"a signal of the class is further away at {t[k]} s"
     return None
 
@@ -429,25 +416,16 @@ def attack(kind: str, seed: int) -> tuple[Counter[str], list[str]]:
     return counts, false
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.attack.liars")
-    parser.add_argument("--problems", type=int, default=2000)
-    parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=KINDS)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args(arguments)
-    counts: dict[str, Counter[str]] = {kind: Counter() for kind in given.kinds}
-    false: list[str] = []
-    for number in range(given.problems):
-        kind = given.kinds[number % len(given.kinds)]
-        found, wrong = attack(kind, given.seed + number // len(given.kinds))
+def attack_in_turn(problems: int, seed: int) -> tuple[str, list[str]]:
+    """Ask about problems of all kinds in turn."""
+    counts, false, kinds = {kind: Counter[str]() for kind in KINDS}, list[str](), list(KINDS)
+    for number in range(problems):
+        kind = kinds[number % len(kinds)]
+        found, wrong = attack(kind, seed + number // len(kinds))
         counts[kind] += found + Counter(problems=1)
         false += wrong
-    for kind, found in counts.items():
-        print(f"{kind}: {dict(sorted(found.items()))}")
-    print(f"false: {len(false)}")
-    print(*false, sep="\n", file=sys.stderr)
-    return 1 if false else 0
+    return "".join(f"\n{kind}: {dict(sorted(found.items()))}" for kind, found in counts.items()), false
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run("liars", {"problems": (2000, attack_in_turn)}, sys.argv[1:]))

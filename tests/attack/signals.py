@@ -5,7 +5,6 @@ a linear program. Plants switch between vertices of their hull such that it hurt
 and what the checker still accepts is compared with what signals and plants do.
 """
 
-import argparse
 import copy
 import sys
 from collections import Counter
@@ -14,6 +13,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from tests.attack.command import run
+from tests.attack.truth import distance, distances
 from tests.trackably.test_model_error import PLANT, SYSTEM, A, B, W, gain
 from tests.trackably.test_truth import NOISE, BangBang, measured
 from trackably import (
@@ -34,7 +35,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
 from trackably.codec import decode
-from trackably.reference.truth import Signals, no_signal
+from trackably.reference.truth import no_signal
 
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
 LIMIT = 0.5
@@ -53,34 +54,28 @@ def learn_signal(seed: int, plant: ConstrainedSystem = WIDE, **more: object) -> 
     return found, f
 
 
-def attack_signals(count: int, seed: int) -> dict[str, object]:
-    false, drawn, adversarial = 0, [], []
+def attack_signals(count: int, seed: int) -> tuple[object, list[str]]:
+    """Compare what is said with what was drawn, and with adversarial signals."""
+    false, drawn, adversarial = list[str](), [], []
     for i in range(count):
         found, f = learn_signal(seed + i)
         (truth,) = found.certificate.truth
-        t = np.linspace(truth.ends[0], truth.ends[-1], 2001)
-        x = found.reference.state_at(t)[:, 0]
-        apart, cell = np.abs(x - f(t)), np.clip(np.searchsorted(truth.ends, t, side="right") - 1, 0, None)
-        errors = np.array([*truth.errors, truth.errors[-1]])
-        false += bool(np.any(apart > errors[cell] + 1e-12))
+        _, apart, errors = distances(found, truth, f)
         drawn.append(float(np.max(apart)) / truth.error)
         reached = 0.0
         for at in _worst_times(truth):
-            ends = Signals.of(truth.of, (at,), cells=6).ends_at(at)
-            if ends:
-                there = float(found.reference.state_at(np.array([at]))[0, 0])
-                reached = max(reached, abs(ends[0] - there), abs(ends[1] - there))
+            x = float(found.reference.state_at(np.array([at]))[0, 0])
+            reached = max(reached, distance(truth.of, x, at, cells=6))
             if reached > _NEAR * truth.error:
                 break
-        false += reached > truth.error * (1 + 1e-6)
         adversarial.append(reached / truth.error)
+        if np.any(apart > errors + 1e-12) or reached > truth.error * (1 + 1e-6):
+            false.append(f"signal {seed + i} is further away than is said")
     return {
-        "signals": count,
-        "false": false,
         "largest of drawn / ε": max(drawn),
         "adversarial / ε: least, median, largest": [*np.percentile(adversarial, [0, 50, 100]).round(4).tolist()],
         "adversarial within 10 %": int(np.sum(np.array(adversarial) > _NEAR)),
-    }
+    }, false
 
 
 _NEAR, _ASKED = 0.9, 6
@@ -94,26 +89,27 @@ def _worst_times(truth: TrueSignal) -> list[float]:
     return list(dict.fromkeys(t for a, b in cells for t in (a, b, (a + b) / 2)))
 
 
-def attack_contradictions(count: int, seed: int) -> dict[str, object]:
-    found, wrong, sizes, false = 0, 0, Counter[int](), 0
+def attack_contradictions(count: int, seed: int) -> tuple[object, list[str]]:
+    """Look for contradictions among samples of a signal, and after one is planted there."""
+    false, sizes = list[str](), Counter[int]()
     for i in range(count):
         draw, f = np.random.default_rng([seed, i]), BangBang(seed + i)
         of = measured(f, draw, 20)
         kinds = [replace(of, slope=None), replace(of, slope=None, rates=None), of]
         of = [*kinds, replace(of, second_derivative=None, rates=None)][i % 4]
-        wrong += no_signal("position", of) is not None
+        false += [f"{i}: a signal is contradicted"] if no_signal("position", of) is not None else []
         values = list(of.samples.values)
         k = int(draw.integers(1, len(values) - 1))
         values[k] += float(draw.choice([-1.0, 1.0])) * (0.5 if of.second_derivative is None else 0.3) * 4
         answer = no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
-        found += answer is not None
         if answer:
             sizes[len(answer.among)] += 1
-            false += not isinstance(check(answer.contradiction), Contradicted)
-    return {"planted": count, "found": found, "found in others": wrong, "refused": false, "sizes": dict(sizes)}
+            false += [] if isinstance(check(answer.contradiction), Contradicted) else [f"{i}: it is refused"]
+    return {"found": sizes.total(), "sizes": dict(sizes)}, false
 
 
-def attack_models(steps: int, seed: int) -> dict[str, object]:
+def attack_models(steps: int, seed: int) -> tuple[object, list[str]]:
+    """Let plants switch such that it hurts."""
     t = np.arange(0.0, 4.0, 0.1)
     samples = Samples(t, 0.05 * np.sin(1.8 * t) * np.exp(-0.3 * t))
     broken, taken, least = 0, 0, np.inf
@@ -132,7 +128,7 @@ def attack_models(steps: int, seed: int) -> dict[str, object]:
             broken += worst.breaks
             least, count = min(least, -worst.violation), count + length * policies
         taken += count
-    return {"steps": taken, "broken": broken, "least that is left": least}
+    return {"steps": taken, "least that is left": least}, [f"{broken} bounds are broken"] * bool(broken)
 
 
 def _both() -> object:
@@ -141,7 +137,7 @@ def _both() -> object:
     return type(gain(0.1)).intervals(system, entries)
 
 
-def attack_end_to_end(runs: int, seed: int) -> dict[str, object]:
+def attack_end_to_end(runs: int, seed: int) -> tuple[object, list[str]]:
     """Feed back noisy states of plants at vertices, and every twentieth run by the tube controller."""
     noise = np.array([2e-4, 5e-4])
     further, without_plan, largest, bounds = 0, 0, 0.0, []
@@ -162,13 +158,13 @@ def attack_end_to_end(runs: int, seed: int) -> dict[str, object]:
         window = found.window(first, last - first)
         times = 0.02 * np.arange(first, last + 1)
         tube = TubeController(found.tightening, 6)
-        for run in range(every):
-            x, kind = window.states[0], run % 4
+        for number in range(every):
+            x, kind = window.states[0], number % 4
             for k in range(last - first):
                 side = np.sign(x - window.states[k]) + (x == window.states[k])
                 v = -noise * side if kind == 0 else noise * draw.choice([-1.0, 1.0], 2)
                 seen = x + v
-                if run == 0 and k < last - first - 7:
+                if number == 0 and k < last - first - 7:
                     plan = tube.step(first + k, seen, found)
                     if not isinstance(plan, Plan):
                         without_plan += 1
@@ -182,13 +178,11 @@ def attack_end_to_end(runs: int, seed: int) -> dict[str, object]:
                 apart = abs(x[0] - f(times[k + 1 : k + 2])[0])
                 largest = max(largest, apart / truth.plant)
                 further += apart > truth.plant
-    return {
-        "runs": runs, "further than said": further, "without a plan": without_plan,
-        "largest distance / δ": largest, "δ from, to": [min(bounds), max(bounds)],
-    }  # fmt: skip
+    said = {"without a plan": without_plan, "largest distance / δ": largest, "δ from, to": [min(bounds), max(bounds)]}
+    return said, [f"{further} times further than is said"] * bool(further)
 
 
-def attack_tamperings(count: int, seed: int) -> dict[str, object]:
+def attack_tamperings(count: int, seed: int) -> tuple[object, list[str]]:
     """Change numbers of truths and of models; what is accepted has to be true."""
     found, _ = learn_signal(seed)
     whole = encode_certificate(found.certificate)
@@ -212,8 +206,8 @@ def attack_tamperings(count: int, seed: int) -> dict[str, object]:
         if isinstance(verdict, Proved):
             is_false = _truth_is_false(content, found) if i % 2 else _model_is_false(content, robust)
             if is_false:
-                false.append(i)
-    return {"tamperings": count, **dict(sorted(counts.items())), "false": false}
+                false.append(f"tampering {i} is accepted")
+    return dict(sorted(counts.items())), false
 
 
 def _moved(content: dict, kind: str, draw: np.random.Generator) -> str:
@@ -272,16 +266,14 @@ def _change(value: object, draw: np.random.Generator) -> None:
 
 
 def _truth_is_false(content: dict, found: TrackableReference) -> bool:
-    truth = content["truth"][0]
+    (truth,) = content["truth"]
     of = truth["of"]
-    (Measured(**{k: tuple(v) if isinstance(v, list) else v for k, v in of["rates"].items()}) if "rates" in of else None)
     samples = Measured(tuple(of["samples"]["times"]), tuple(of["samples"]["values"]), of["samples"]["noise"])
     signals = SignalClass(samples, None, of.get("slope"), of.get("second_derivative"))
     for k in np.argsort(truth["errors"])[-2:]:
         at = (truth["ends"][k] + truth["ends"][k + 1]) / 2
-        ends = Signals.of(signals, (at,)).ends_at(at)
-        there = float(found.reference.state_at(np.array([at]))[0, 0])
-        if ends and max(abs(ends[0] - there), abs(ends[1] - there)) > truth["errors"][k] * (1 + 1e-6):
+        x = float(found.reference.state_at(np.array([at]))[0, 0])
+        if distance(signals, x, at) > truth["errors"][k] * (1 + 1e-6):
             return True
     return False
 
@@ -302,28 +294,13 @@ def _fractions(texts: list[str]) -> list[Fraction]:
     return [Fraction(text) for text in texts]
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.attack.signals")
-    for name, default in (("signals", 500), ("planted", 200), ("steps", 10**6), ("runs", 1000), ("tamperings", 2000)):
-        parser.add_argument(f"--{name}", type=int, default=default)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args(arguments)
-    wrong = 0
-    for name, attack, count in (
-        ("models", attack_models, given.steps),
-        ("contradictions", attack_contradictions, given.planted),
-        ("tamperings", attack_tamperings, given.tamperings),
-        ("end to end", attack_end_to_end, given.runs),
-        ("signals", attack_signals, given.signals),
-    ):
-        if count:
-            said = attack(count, given.seed)
-            print(f"{name}: {said}", flush=True)
-            wrong += any(
-                said.get(key) for key in ("false", "broken", "found in others", "refused", "further than said")
-            )
-    return 1 if wrong else 0
-
+ATTACKS = {
+    "steps": (10**6, attack_models),
+    "planted": (200, attack_contradictions),
+    "tamperings": (2000, attack_tamperings),
+    "runs": (1000, attack_end_to_end),
+    "signals": (500, attack_signals),
+}
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run("signals", ATTACKS, sys.argv[1:]))

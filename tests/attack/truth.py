@@ -1,5 +1,9 @@
 """Whether what a file says is true, by searches that look at nothing that the checker looks at."""
 
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
 import numpy as np
 import scipy
 from mpmath import mp
@@ -7,7 +11,12 @@ from mpmath import mp
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.truth import as_stored, is_true, statement
+from tests.trackably.joints.trajectories import extreme
+from trackably.arrays import Array
+from trackably.checker.certificate import SignalClass, TrueSignal
 from trackably.codec import decode
+from trackably.joints.trajectory import JointTrajectory
+from trackably.reference.truth import Signals
 from trackably.systems.reference import Reference
 
 _TOLERANCE = 1e-9
@@ -72,3 +81,21 @@ def _widened(reference: dict) -> dict:
         count = len(plant[side]["rows"])
         plant[side] = {**plant[side], "lower": [-1e9] * count, "upper": [1e9] * count}
     return {**reference, "plant": plant}
+
+
+def largest(given: JointTrajectory, order: int, side: int = 1) -> Fraction:
+    """Return the largest value of a derivative of one joint, or of what is opposite to it (`side` −1), in 80 digits."""
+    rows = side * given.coefficients
+    return extreme({"trajectory": {"breakpoints": given.breakpoints.tolist(), "coefficients": rows.tolist()}}, 0, order)
+
+
+def distance(of: SignalClass, x: float, at: float, cells: int = 4) -> float:
+    """Return how far from x a signal of the class is at a time [s], by a linear program; 0 if it finds none."""
+    return max((abs(end - x) for end in Signals.of(of, (at,), cells).ends_at(at) or ()), default=0.0)
+
+
+def distances(found: Any, truth: TrueSignal, f: Callable[[Array], Array]) -> tuple[Array, Array, Array]:
+    """Return times [s] of what is claimed, the distance of the position from f there, and the distance that is said."""
+    t = np.linspace(truth.ends[0], truth.ends[-1], 2001)
+    cell = np.searchsorted(truth.ends, t, side="right") - 1
+    return t, np.abs(found.reference.state_at(t)[:, 0] - f(t)), np.array([*truth.errors, truth.errors[-1]])[cell]

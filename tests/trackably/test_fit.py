@@ -75,16 +75,19 @@ def test_both_misfits_are_those_of_the_states(joint):
 
 def test_a_reference_that_ignores_its_samples_is_announced_first(tmp_path):
     """Example 1 with an upper bound far below the noise: hyperparameters alone collapse, the function does not."""
-    given = (example1.SAMPLES, LOW, SquaredExponential(), "all_times")
+    given, known = (
+        (example1.SAMPLES, LOW, SquaredExponential(), "all_times"),
+        {"noise_std": 0.01, "mean": 0.0, "starts": 2},
+    )
     with pytest.warns(IgnoresSamplesWarning) as caught:
-        collapsed = learn_reference(*given, noise_std=0.01, mean=0.0, method="hyperparameters")
+        collapsed = learn_reference(*given, **known, method="hyperparameters")
     sentence = str(caught[0].message)
     assert caught[0].filename == __file__
     assert collapsed.explanation.startswith(sentence.removesuffix(', or method="joint"'))
     assert sentence.startswith("the reference keeps its bounds but does not follow its samples: it is 0.")
     assert sentence.endswith('a longer sampling time or another prior mean may help, or method="joint"')
     assert collapsed.misfit["state"] > 20 * 0.01
-    followed = learn_reference(*given, noise_std=0.01, mean=0.0)
+    followed = learn_reference(*given, **known)
     assert followed.misfit["state"] < 0.01
     assert followed.explanation.startswith("proved")
 

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import BSpline
 
-from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.curves import is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
-from trackably.systems.constrained import LinearConstraint
+from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
+from trackably.systems.intervals import Interval
 
 _ORDER = 6
 _FEWEST, _MOST = 24, 60
@@ -26,10 +27,10 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
     count = count or int(np.clip(max(len(samples) for samples in task.samples), _FEWEST, _MOST))
     planned = KinematicTrajectoryOptimization(m, count, _ORDER, end - start)
     planned.AddDurationConstraint(end - start, end - start)
-    boxes = {name: _box(problem, side, part) for name, (side, part) in _BOXES.items()}
-    planned.AddPositionBounds(*boxes["position"])
-    planned.AddVelocityBounds(*boxes["velocity"])
-    planned.AddAccelerationBounds(*boxes["acceleration"])
+    positions, velocities, accelerations = _boxes(task.plant)
+    planned.AddPositionBounds(*positions)
+    planned.AddVelocityBounds(*velocities)
+    planned.AddAccelerationBounds(*accelerations)
     program = planned.get_mutable_prog()
     points = planned.control_points()
     basis = planned.basis()
@@ -49,26 +50,20 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
         return NotFound("failed", f"Drake's {result.get_solver_id().name()} says {result.get_solution_result().name}")
     trajectory = planned.ReconstructTrajectory(result)
     breaks = np.unique(np.clip(np.array(basis.knots()) * (end - start), start, end))
-    positions = [interpolated(lambda t, c=c: float(trajectory.value(t)[c, 0]), breaks, _ORDER - 1) for c in range(m)]
-    curve = moving(positions, problem)
+    curve = moving(lambda t: trajectory.value(t)[:, 0], breaks, _ORDER - 1, problem)
     objective = float(result.get_optimal_cost())
     says = f"{count} control points of order {_ORDER}, solved by {result.get_solver_id().name()}"
     return Found(curve, objective, "Σ (y − q)², scaled", None, says=says, last=end)
 
 
-_BOXES = {"position": ("state", 0), "velocity": ("state", 1), "acceleration": ("input", 0)}
 _FAR = 1e3
 
 
-def _box(problem: Problem, side: str, part: int) -> tuple[Array, Array]:
-    """Return the bounds of single positions, velocities or accelerations; far ones where there are none."""
-    m = problem.task.plant.signal_count
-    lower, upper = np.full(m, -_FAR), np.full(m, _FAR)
-    for limit in problem.task.plant.given_constraints:
-        touched = [i for i, w in enumerate(limit.row) if w]
-        if limit.side == side and len(touched) == 1 and touched[0] // m == part and limit.row[touched[0]] == 1:
-            lower[touched[0] % m], upper[touched[0] % m] = limit.bounds.lower, limit.bounds.upper
-    return lower, upper
+def _boxes(plant: ConstrainedSystem) -> list[Array]:
+    """Return bounds (2, m) of positions, velocities and accelerations; far ones where there are none."""
+    sets = (plant.state_set, plant.input_set)
+    extents = [bounded.extent(i) or Interval(-_FAR, _FAR) for bounded in sets for i in range(bounded.dimension)]
+    return np.split(np.array([[of.lower, of.upper] for of in extents]).T, 3, axis=1)
 
 
 def _add_row(program: Any, points: Any, limit: LinearConstraint, derivatives: list[Array], m: int) -> None:

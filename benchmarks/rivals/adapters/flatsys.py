@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rivals.adapters.rows import POINTS
-from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving, of_states_and_inputs
+from benchmarks.rivals.curves import is_driven_by_accelerations, moving, of_states_and_inputs
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.reference import Reference
@@ -42,9 +42,8 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
         minimize_options={"maxiter": 200},
     )
     breaks = np.linspace(start, end, _PIECES + 1)
-    positions = [interpolated(_position(trajectory, c, start), breaks, _DEGREE) for c in range(m)]
     says = "from the first state to rest; it takes no samples"
-    curve = moving(positions, problem)
+    curve = moving(lambda t: trajectory.eval(np.array([max(t - start, 0.0)]))[0][:, 0], breaks, _DEGREE, problem)
     return Found(curve, None, "", points, says=says, ignores_samples=True, last=end)
 
 
@@ -55,10 +54,6 @@ def _flag(x: Array, u: Array, params: Any = None) -> list[Array]:
 def _states(flag: list[Array], params: Any = None) -> tuple[Array, Array]:
     positions, velocities, accelerations = np.array(flag).T
     return np.concatenate([positions, velocities]), accelerations
-
-
-def _position(trajectory: Any, c: int, start: float) -> Any:
-    return lambda t: float(trajectory.eval(np.array([max(t - start, 0.0)]))[0][c, 0])
 
 
 def _state(problem: Problem, t: float) -> Array:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from benchmarks.rivals.judge import StepCurve
+from benchmarks.rivals.curves import stepping
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
@@ -18,8 +18,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-_AHEAD = 300  # steps at most
-_SETTLED = 1e-12  # of an error: later steps bound the command alone
+_AHEAD = 300  # steps
 _INSIDE = 1e-9  # of each width: for rounding, which may take half of it
 _UNSEEN = 1e-6
 _EFFORTS = (1e-6, 1e-3, 1e-2, 1e-1)  # weights of the input
@@ -28,52 +27,55 @@ _LEADS = (0, 16, 32)  # steps by which commands come earlier: of all, those are 
 
 @dataclass(frozen=True, eq=False)
 class _Loop:
-    """The bounds of the next steps: `by_error` (x − x_v) + `by_command` v ≤ `limits`, up to `rounding`."""
+    """The loop with the command held: z = (x, v) moves as z⁺ = `moves` z, with the input `acts` z.
 
-    plant: ConstrainedSystem
-    gain: Array
-    at_rest: Array
-    input_at_rest: Array
-    by_error: Array
-    by_command: Array
+    Its bounds at the next steps are `rows` z ≤ `limits`, up to `rounding`; a command v at `rest` has the state
+    `rest` v.
+    """
+
+    moves: Array
+    acts: Array
+    rest: Array
+    rows: Array
     limits: Array
     rounding: Array
 
     @classmethod
-    def of(cls, plant: ConstrainedSystem, effort: float, shown: tuple[int, ...]) -> "_Loop":
+    def of(cls, plant: ConstrainedSystem, effort: float, shown: int) -> "_Loop":
         system = plant.linear
         n, m = system.B.shape
         # Unit costs in units of the sets.
-        Q = np.diag([1.0 if i in shown else _UNSEEN for i in range(n)]) * _scales(plant.state_set, n)
-        R = _scales(plant.input_set, m)
-        P = scipy.linalg.solve_discrete_are(system.A, system.B, Q, effort * R)
-        gain = -np.linalg.solve(effort * R + system.B.T @ P @ system.B, system.B.T @ P @ system.A)
-        levels = np.eye(plant.signal_count)
-        zero = np.zeros(plant.signal_count)
-        rest = np.array([[f.at_rest(v) - f.at_rest(zero) for v in levels] for f in plant.flatness.states])
-        input_rest = np.array([[f.at_rest(v) - f.at_rest(zero) for v in levels] for f in plant.flatness.inputs])
-        H, h = plant.state_set.inequalities
-        G, g = plant.input_set.inequalities
-        widths = [bounded.upper - bounded.lower for bounded in (plant.state_set, plant.input_set)]
-        inside = _INSIDE * np.concatenate([np.tile(w, 2) for w in widths])
-        closed, rows, commands, power = system.A + system.B @ gain, [], [], np.eye(n)
+        Q = np.diag(np.where(np.arange(n) < shown, 1.0, _UNSEEN)) * _scales(plant.state_set, n)
+        R = effort * _scales(plant.input_set, m)
+        P = scipy.linalg.solve_discrete_are(system.A, system.B, Q, R)
+        gain = -np.linalg.solve(R + system.B.T @ P @ system.B, system.B.T @ P @ system.A)
+        rest, input_rest = (
+            np.array([[float(sum(weights)) for weights in f.weights] for f in of])
+            for of in (plant.flatness.states, plant.flatness.inputs)
+        )
+        acts = np.hstack([gain, input_rest - gain @ rest])
+        moves = np.eye(n + plant.signal_count)
+        moves[:n] = np.hstack([system.A, np.zeros_like(rest)]) + system.B @ acts
+        (H, h), (G, g) = plant.state_set.inequalities, plant.input_set.inequalities
+        now, after = np.vstack([np.pad(H, ((0, 0), (0, plant.signal_count))), G @ acts]), []
         for _ in range(_AHEAD):
-            power = power * (np.max(np.abs(power)) > _SETTLED)
-            rows += [H @ power, G @ gain @ power]
-            commands += [H @ rest, G @ input_rest]
-            if not np.any(power):
-                break
-            power = closed @ power
-        limits, rounding = np.tile([np.concatenate([h, g]) - inside, inside / 2], len(rows) // 2)
-        return cls(plant, gain, rest, input_rest, np.vstack(rows), np.vstack(commands), limits, rounding)
+            after.append(now)
+            now = now @ moves
+        widths = [np.tile(bounded.upper - bounded.lower, 2) for bounded in (plant.state_set, plant.input_set)]
+        inside = _INSIDE * np.concatenate(widths)
+        limits, rounding = np.tile([np.concatenate([h, g]) - inside, inside / 2], _AHEAD)
+        return cls(moves, acts, rest, np.vstack(after), limits, rounding)
 
-    def shares(self, x: Array, v: Array, wanted: Array) -> Array:
-        """Return the largest κ with v + κ (wanted − v) admissible from x, one for each row; zero if not even v is."""
-        here = (x - v @ self.at_rest.T) @ self.by_error.T + v @ self.by_command.T
-        more = (wanted - v) @ (self.by_command - self.by_error @ self.at_rest).T
-        room = self.limits - here
-        allowed = np.divide(room, more, out=np.ones_like(room), where=more > 0)
-        return np.where(np.any(room < -self.rounding, axis=1), 0.0, np.clip(np.min(allowed, axis=1), 0.0, 1.0))
+    def shares(self, z: Array, more: Array) -> tuple[Array, Array]:
+        """Return the least and the largest κ in [0, 1] with z + κ more admissible, one for each row.
+
+        Where there is none, the largest is less than the least.
+        """
+        room, growth = self.limits - z @ self.rows.T, more @ self.rows.T
+        never = np.where(room < -self.rounding, -np.inf, np.inf)
+        ends = np.divide(room, growth, out=never, where=growth != 0)
+        least = np.max(np.where(growth < 0, ends, 0.0), axis=1, initial=0.0)
+        return least, np.min(np.where(growth < 0, np.inf, ends), axis=1, initial=1.0)
 
 
 def _scales(bounded: Polytope, n: int) -> Array:
@@ -88,13 +90,12 @@ def solve(problem: Problem) -> Answer:
     plant = problem.task.plant
     if not isinstance(plant.system, LinearSystem) or np.any(plant.system.c):
         return NotFound("does not apply", "is for linear systems here")
-    names = problem.sampled.names
-    if any(name not in plant.system.states for name in names):
-        return NotFound("does not apply", "samples show no state")
+    shown = plant.signal_count
+    if problem.sampled.names != plant.system.states[:shown]:
+        return NotFound("does not apply", "samples show other quantities than the first states")
     reference = Reference(problem.likeliest.posterior.signals, plant)
     steps = np.arange(round(problem.window[1] / plant.sampling_time) + 1)
     wanted = np.stack([signal(steps * plant.sampling_time) for signal in reference.signals], axis=1)
-    shown = tuple(plant.system.states.index(name) for name in names)
     loops = [_Loop.of(plant, effort, shown) for effort in _EFFORTS]
     ahead = [np.vstack([wanted[lead:], np.tile(wanted[-1:], (lead, 1))]) for lead in _LEADS]
     tries = [found for loop in loops for found in _followed(problem, loop, np.stack(ahead))]
@@ -105,28 +106,25 @@ def solve(problem: Problem) -> Answer:
 
 def _followed(problem: Problem, loop: _Loop, wanted: Array) -> list[Found]:
     """Follow several sequences of commands at once: shape (sequences, K + 1, m)."""
-    plant = loop.plant
+    at_rest = np.vstack([loop.rest, np.eye(wanted.shape[2])])
     rest = np.array([part.mean for part in problem.task.prior.parts])
-    begun = [(first, _admissible(loop, rest, first)) for first in wanted[:, 0]]
-    kept = [i for i, (_, part) in enumerate(begun) if part is not None]
-    if not kept:
-        return []
-    wanted = wanted[kept]
-    v = np.array([rest + part * (first - rest) for first, part in begun if part is not None])
-    x = v @ loop.at_rest.T
-    states, inputs, held = [x], [], np.zeros(len(wanted), dtype=int)
-    for r in wanted.swapaxes(0, 1)[1:]:
-        share = loop.shares(x, v, r)
+    # Begin at the equilibrium that is nearest to the first command, on the way there from rest.
+    least, most = loop.shares(np.tile(at_rest @ rest, (len(wanted), 1)), (wanted[:, 0] - rest) @ at_rest.T)
+    wanted, most = wanted[least <= most], most[least <= most]
+    z = (rest + most[:, None] * (wanted[:, 0] - rest)) @ at_rest.T
+    n = len(loop.rest)
+    states, inputs, held = [z[:, :n]], [], np.zeros(len(wanted), dtype=int)
+    for command in wanted.swapaxes(0, 1)[1:]:
+        more = np.hstack([np.zeros((len(z), n)), command - z[:, n:]])
+        share = np.maximum(loop.shares(z, more)[1], 0.0)
         held += share < 1
-        v = v + share[:, None] * (r - v)
-        u = v @ loop.input_at_rest.T + (x - v @ loop.at_rest.T) @ loop.gain.T
-        x = x @ plant.linear.A.T + u @ plant.linear.B.T
-        inputs.append(u)
-        states.append(x)
-    shown = tuple(plant.system.states.index(name) for name in problem.sampled.names)
+        z = z + share[:, None] * more
+        inputs.append(z @ loop.acts.T)
+        z = z @ loop.moves.T
+        states.append(z[:, :n])
     return [
         Found(
-            StepCurve(plant, of, moved, shown),
+            stepping(of, moved, problem),
             places=wanted.shape[1],
             says=f"the command was held back at {count} of {len(moved)} steps; between steps nothing is said",
         )
@@ -139,16 +137,6 @@ def _misfit(problem: Problem, found: Found) -> float:
     return max(
         float(np.sum((found.curve.sampled(i, s.times) - s.values) ** 2) / np.ptp(s.values) ** 2) for i, s in pairs
     )
-
-
-def _admissible(loop: _Loop, rest: Array, wanted: Array) -> float | None:
-    """Return how far the first equilibrium may be from rest towards what is wanted; None: none is admissible."""
-    here, more = loop.limits - loop.by_command @ rest, loop.by_command @ (wanted - rest)
-    if np.any(here[more == 0] < 0):
-        return None
-    least = max(0.0, np.max(here[more < 0] / more[more < 0], initial=0.0))
-    most = min(1.0, np.min(here[more > 0] / more[more > 0], initial=1.0))
-    return float(most) if least <= most else None
 
 
 GOVERNOR = Rival(

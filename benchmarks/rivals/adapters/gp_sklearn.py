@@ -5,11 +5,12 @@ agree at the samples.
 """
 
 import warnings
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
@@ -25,7 +26,6 @@ Bounds = tuple[float, float]
 
 _RESTARTS = 8
 _WIDE = 1e8
-_PLACES = {"signal_std": "k1__constant_value", "lengthscale": "k2__length_scale", "period": "k2__periodicity"}
 _SAME = 1e-3  # of the samples' spread: a sample of a state is half a step beside its flat output
 
 
@@ -70,12 +70,11 @@ def _fitted(prior: Prior, bounds: dict[str, Bounds], samples: Samples) -> tuple[
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import WhiteKernel
 
-    kernel, places = _kernel(prior.kernel, bounds)
+    given = prior.kernel.hyperparameters
+    kernel = _kernel(prior.kernel, lambda name: _start(name, float(given[name]), bounds))
     alpha: Any = 1e-10
     if NOISE in bounds:
-        low, high = bounds[NOISE]
-        kernel = kernel + WhiteKernel(low * high, (low**2, high**2))
-        places = {name: f"k1__{place}" for name, place in places.items()} | {NOISE: "k2__noise_level"}
+        kernel = kernel + WhiteKernel(*_squared(*_start(NOISE, 1.0, bounds)))
     else:
         alpha = (float(prior.noise_std) * samples.relative_noise) ** 2
     level = samples.stencil.at_rest(prior.mean)
@@ -83,47 +82,44 @@ def _fitted(prior: Prior, bounds: dict[str, Bounds], samples: Samples) -> tuple[
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
         regressor.fit(samples.times[:, None], samples.values - level)
-    found = regressor.kernel_.get_params()
-    values = {name: float(found[place]) for name, place in places.items()}
-    squared = {name for name in values if name == NOISE or name.endswith("signal_std")}
-    values = {name: value**0.5 if name in squared else value for name, value in values.items()}
-    return regressor.predict(samples.times[:, None]) + level, values
+    # Both have what is learned in the same order; theirs are logarithms, of squares where ours are deviations.
+    names = [name for name in (*given, NOISE) if name in bounds]
+    halves = [0.5 if name == NOISE or name.endswith("signal_std") else 1.0 for name in names]
+    values = np.exp(regressor.kernel_.theta * halves).tolist()
+    return regressor.predict(samples.times[:, None]) + level, dict(zip(names, values, strict=True))
 
 
-def _kernel(kernel: Kernel, bounds: dict[str, Bounds]) -> tuple[Any, dict[str, str]]:
-    """Return scikit-learn's kernel, and where it keeps each learned hyperparameter."""
+Start = tuple[float, Bounds | Literal["fixed"]]
+"""Where a hyperparameter is sought first, and in which interval."""
+
+
+def _start(name: str, given: float, bounds: dict[str, Bounds]) -> Start:
+    return (float(np.sqrt(np.prod(bounds[name]))), bounds[name]) if name in bounds else (given, "fixed")
+
+
+def _squared(value: float, bounds: Bounds | Literal["fixed"]) -> Start:
+    return value**2, bounds if bounds == "fixed" else (bounds[0] ** 2, bounds[1] ** 2)
+
+
+def _kernel(kernel: Kernel, start: Callable[[str], Start]) -> Any:
+    """Return scikit-learn's kernel."""
     from sklearn.gaussian_process.kernels import RBF, ConstantKernel, ExpSineSquared, Matern
 
     if isinstance(kernel, Product):
-        left, of_left = _kernel(kernel.left, _part("left", bounds))
-        right, of_right = _kernel(kernel.right, _part("right", bounds))
-        places = {f"left.{name}": f"k1__{place}" for name, place in of_left.items()}
-        return left * right, places | {f"right.{name}": f"k2__{place}" for name, place in of_right.items()}
-    given = kernel.hyperparameters
-
-    def value(name: str) -> tuple[float, Any]:
-        if name not in bounds:
-            return float(given[name]), "fixed"
-        return float(np.sqrt(bounds[name][0] * bounds[name][1])), bounds[name]
-
-    std, range_ = value("signal_std")
-    amplitude = ConstantKernel(std**2, range_ if range_ == "fixed" else (range_[0] ** 2, range_[1] ** 2))
-    length, lengths = value("lengthscale")
+        left, right = kernel.left, kernel.right
+        return _kernel(left, lambda name: start(f"left.{name}")) * _kernel(right, lambda name: start(f"right.{name}"))
+    length, lengths = start("lengthscale")
     match kernel:
         case SquaredExponential():
             shape: Any = RBF(length, lengths)
         case Matern52():
             shape = Matern(length, lengths, nu=2.5)
         case Periodic():
-            period, periods = value("period")
+            period, periods = start("period")
             shape = ExpSineSquared(length, period, lengths, periods)
         case _:
             raise NotImplementedError(type(kernel).__name__)
-    return amplitude * shape, {name: place for name, place in _PLACES.items() if name in bounds}
-
-
-def _part(side: str, bounds: dict[str, Bounds]) -> dict[str, Bounds]:
-    return {name.removeprefix(f"{side}."): b for name, b in bounds.items() if name.startswith(f"{side}.")}
+    return ConstantKernel(*_squared(*start("signal_std"))) * shape
 
 
 SKLEARN = Rival(

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from pipeline.methods import AS_PUBLISHED, Failed
 from trackably.certificates.certificate import Certificate

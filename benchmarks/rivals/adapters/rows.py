@@ -5,38 +5,45 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.rivals.model import Problem
+from benchmarks.rivals.model import NotFound, Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms, row_kernel
-from trackably.gp.samples import Samples
 from trackably.systems.trajectories import Functional
 
 POINTS = 200
 """Times of the grid, if nothing else is said: as many as the published study of (c) begins with."""
 
 
+NOT_LINEAR = NotFound("does not apply", "is for weighted sums of the signal; an input is none")
+
+
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """All bounded quantities at all `times` [s]: `rows` with `lower` and `upper` bounds, quantity after quantity."""
+    """All bounded quantities at some times: `rows` with `lower` and `upper` bounds, quantity after quantity."""
 
-    times: Array
     rows: Rows
     lower: Array
     upper: Array
     functionals: tuple[Functional, ...]
 
     @classmethod
-    def of(cls, problem: Problem, points: int) -> "Grid | None":
-        """Return as many times, evenly over the window; None where a quantity is no weighted sum of the signals."""
-        times, quantities = np.linspace(*problem.window, points), problem.task.plant.quantities
-        functionals = [q.functional for q in quantities]
-        if any(functional is None for functional in functionals):
+    def of(cls, problem: Problem, times: Array) -> "Grid | None":
+        """Return the bounds at these times [s]; None where a quantity is no weighted sum of the signals."""
+        quantities = problem.task.plant.quantities
+        known = tuple(q.functional for q in quantities if q.functional is not None)
+        if len(known) < len(quantities):
             return None
-        known = tuple(f for f in functionals if f is not None)
         rows = Rows.joined([rows_of(f, times) for f in known], problem.task.plant.signal_count)
-        lower = np.repeat([q.bounds.lower for q in quantities], points)
-        return cls(times, rows, lower, np.repeat([q.bounds.upper for q in quantities], points), known)
+        lower, upper = (
+            np.repeat([getattr(q.bounds, end) for q in quantities], len(times)) for end in ("lower", "upper")
+        )
+        return cls(rows, lower, upper, known)
+
+
+def evenly(problem: Problem, points: int) -> Array:
+    """Return as many times [s], evenly over the window."""
+    return np.linspace(*problem.window, points)
 
 
 def rows_of(functional: Functional, times: Array) -> Rows:
@@ -54,12 +61,11 @@ def sample_rows(problem: Problem) -> Rows:
     count = problem.task.plant.signal_count
     parts = []
     for c, samples in enumerate(problem.task.samples):
-        places = np.arange(len(samples))
+        stencil, n = samples.stencil, len(samples)
         terms = [Terms.joined([]) for _ in range(count)]
-        weights, step = samples.stencil.weights, samples.stencil.step
-        shifted = np.concatenate([samples.times + j * step for j in range(len(weights))])
-        terms[c] = Terms(shifted, np.repeat(weights, len(samples)), np.tile(places, len(weights)))
-        parts.append(Rows(np.full(len(samples), samples.stencil.offset), tuple(terms)))
+        places = np.tile(np.arange(n), len(stencil.weights))
+        terms[c] = Terms(stencil.centres(samples.times), stencil.spread(np.ones(n)), places)
+        parts.append(Rows(np.full(n, stencil.offset), tuple(terms)))
     return Rows.joined(parts, count)
 
 
@@ -74,26 +80,6 @@ Basis = Callable[[Array], Array]
 """Functions at times (n,) [s], one column each: a signal is a sum of them."""
 
 
-def bounds_by_basis(problem: Problem, times: Array, basis: Basis) -> tuple[Array, Array, Array]:
-    """Return rows with lower and upper bounds of coefficients: all quantities at these times, quantity after quantity.
-
-    A row has the coefficients of all signals, signal after signal.
-    """
-    plant, rows, lower, upper = problem.task.plant, [], [], []
-    for q in plant.quantities:
-        assert q.functional is not None, "asked for weighted sums"
-        parts = [np.zeros_like(basis(times)) for _ in range(plant.signal_count)]
-        for c, weights in q.functional.rounded:
-            for j, w in enumerate(weights):
-                parts[c] += w * basis(times + j * plant.sampling_time)
-        offset = float(q.functional.offset)
-        rows.append(np.hstack(parts))
-        lower.append(np.full(len(times), q.bounds.lower - offset))
-        upper.append(np.full(len(times), q.bounds.upper - offset))
-    return np.vstack(rows), np.concatenate(lower), np.concatenate(upper)
-
-
-def samples_by_basis(samples: Samples, basis: Basis) -> Array:
-    """Return what samples show of each function, without their offset: shape (samples, functions)."""
-    stencil = samples.stencil
-    return np.asarray(sum(w * basis(samples.times + j * stencil.step) for j, w in enumerate(stencil.weights)))
+def by_basis(rows: Rows, basis: Basis) -> Array:
+    """Return rows (n, m · functions), less their offsets, of the coefficients of m signals, signal after signal."""
+    return np.hstack([terms.summed(basis(terms.times), len(rows)) for terms in rows.terms])

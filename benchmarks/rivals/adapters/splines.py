@@ -2,13 +2,14 @@
 
 from functools import partial
 
+import cvxpy as cp
 import numpy as np
 import scipy
 from scipy.interpolate import BSpline
 
-from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import POINTS, bounds_by_basis, samples_by_basis
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.adapters.convex import minimised
+from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, by_basis, evenly
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.systems.pieces import PolynomialPieces, pieces_of_spline
@@ -21,32 +22,28 @@ _SMOOTHINGS = np.logspace(-4, 8, 61)  # times the third power of the spacing: be
 def solve(problem: Problem, points: int = POINTS) -> Answer:
     """Solve min Σ (y − s)² + λ ∫ s″² with bounds at as many times."""
     plant, task = problem.task.plant, problem.task
-    if any(q.functional is None for q in plant.quantities):
-        return NotFound("does not apply", "the program is not convex: an input is no weighted sum of the signal")
+    grid = Grid.of(problem, evenly(problem, points))
+    if grid is None:
+        return NOT_LINEAR
     step, longest = plant.sampling_time, max(plant.flatness.orders)
     start, end = problem.window[0], problem.window[1] + longest * step
     inner = np.linspace(start, end, _PIECES + 1)
     knots = np.concatenate([[start] * _DEGREE, inner, [end] * _DEGREE])
     bending, basis = _bending(knots, inner), partial(_values, knots)
-    blocks, right, smoothings = [], [], []
-    for samples in task.samples:
-        S, y = samples_by_basis(samples, basis), samples.values - samples.stencil.offset
+    costs, smoothings = [], []
+    c = cp.Variable((plant.signal_count, len(knots) - _DEGREE - 1))
+    for coefficients, samples in zip(c, task.samples, strict=True):
+        y = samples.values - samples.stencil.offset
+        S = samples.stencil.measured(basis, samples.times) - samples.stencil.offset
         spacing = float(np.ptp(samples.times)) / (len(samples) - 1)
         smoothing = _cross_validated(S, y, bending, _SMOOTHINGS * spacing**3)
-        blocks.append(2 * (S.T @ S + smoothing * bending))
-        right.append(-2 * S.T @ y)
+        costs += [cp.sum_squares(S @ coefficients - y), smoothing * cp.quad_form(coefficients, cp.psd_wrap(bending))]
         smoothings.append(smoothing)
-    rows, lower, upper = bounds_by_basis(problem, np.linspace(*problem.window, points), basis)
-    found = Conic(
-        scipy.linalg.block_diag(*blocks),
-        np.concatenate(right),
-        np.vstack([rows, -rows]),
-        np.concatenate([upper, -lower]),
-    ).solve()
-    if isinstance(found, Unsolved):
-        return found.answer
-    signals = [_pieces(knots, c) for c in np.split(found.x, plant.signal_count)]
-    objective = found.objective + sum(float(np.sum((s.values - s.stencil.offset) ** 2)) for s in task.samples)
+    values = by_basis(grid.rows, basis) @ cp.vec(c, order="C") + grid.rows.offsets
+    objective = minimised(cp.sum(costs), (values <= grid.upper, values >= grid.lower))
+    if isinstance(objective, NotFound):
+        return objective
+    signals = [_pieces(knots, of) for of in c.value]
     says = f"λ = {', '.join(f'{smoothing:.2g}' for smoothing in smoothings)} by cross-validation"
     return Found(curve_of(signals, problem), objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
 
@@ -58,11 +55,12 @@ def _values(knots: Array, t: Array) -> Array:
 def _bending(knots: Array, inner: Array) -> Array:
     """Return the matrix of ∫ s″², exactly: s″ is linear between knots."""
     size = len(knots) - _DEGREE - 1
-    second = BSpline(knots, np.eye(size), _DEGREE).derivative(2)
-    low, high = second(inner[:-1]), second(np.nextafter(inner[1:], inner[0]))
-    width = np.diff(inner)[:, None]
-    cross = low.T @ (width * high)
-    return np.asarray((low.T @ (width * low) + high.T @ (width * high) + (cross + cross.T) / 2) / 3)
+    half, middle = np.diff(inner) / 2, (inner[1:] + inner[:-1]) / 2
+    # Gauss's rule with two nodes is exact for squares of lines.
+    second = BSpline(knots, np.eye(size), _DEGREE)(
+        np.concatenate([middle - half / 3**0.5, middle + half / 3**0.5]), nu=2
+    )
+    return np.asarray(second.T @ (np.tile(half, 2)[:, None] * second))
 
 
 def _cross_validated(S: Array, y: Array, bending: Array, smoothings: Array) -> float:

@@ -8,12 +8,12 @@ SDP shape constraints in RKHSs (JMLR 2022): L g ≤ b holds for all times within
 as |L_t g − L_m g| ≤ ‖L_t κ − L_m κ‖ ‖g − m‖. For a stationary kernel η does not depend on t_m.
 """
 
+import cvxpy as cp
 import numpy as np
-import scipy
 
-from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import POINTS, Grid, prior_covariance, rows_of, sample_rows
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.adapters.convex import minimised
+from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly, prior_covariance, rows_of, sample_rows
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.bounded import root
@@ -27,9 +27,10 @@ _LAGS = 16  # in which the supremum is sought; it is at the longest one where co
 
 def solve(problem: Problem, points: int = POINTS) -> Answer:
     """Solve min ‖y − S g‖²/σ² + ‖g − m‖² under the cones around as many times, at the likeliest hyperparameters."""
-    grid = Grid.of(problem, points)
+    times = evenly(problem, points)
+    grid = Grid.of(problem, times)
     if grid is None:
-        return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
+        return NOT_LINEAR
     posterior, seen = problem.likeliest.posterior, sample_rows(problem)
     rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
     F = root(prior_covariance(posterior, rows))
@@ -38,23 +39,18 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     before = rows.values([lambda t, level=level: np.full(np.shape(t), level) for level in levels])
     noise = _noise(posterior)
     target = (np.concatenate([s.values for s in posterior.samples]) - before[:n]) / noise
-    half = (grid.times[1] - grid.times[0]) / 2
+    half = (times[1] - times[0]) / 2
     eta = np.repeat([steepness(posterior, f, half) for f in grid.functionals], points)
-    # Unknowns: v with ‖g − m‖ = |v|, and s ≥ |v|.
-    S = F[:n] / noise[:, None]
-    P = scipy.linalg.block_diag(2 * (S.T @ S + np.eye(r)), 0.0)
-    q = np.append(-2 * S.T @ target, 0.0)
-    G = np.block([[F[n:], eta[:, None]], [-F[n:], eta[:, None]]])
-    h = np.concatenate([grid.upper - before[n:], before[n:] - grid.lower])
-    cone = np.roll(np.eye(r + 1), 1, axis=0), np.zeros(r + 1)
-    found = Conic(P, q, G, h, cones=(cone,)).solve()
-    if isinstance(found, Unsolved):
-        return found.answer
-    v, objective = found.x[:-1], found.objective + float(target @ target)
-    above, below = np.split(found.dual[: 2 * len(eta)], 2)
+    S, v, size = F[:n] / noise[:, None], cp.Variable(r), cp.Variable()
+    tight = eta * size
+    above = F[n:] @ v + tight <= grid.upper - before[n:]
+    below = F[n:] @ v - tight >= grid.lower - before[n:]
+    objective = minimised(cp.sum_squares(S @ v - target) + cp.sum_squares(v), (above, below, cp.norm(v) <= size))
+    if isinstance(objective, NotFound):
+        return objective
     # Stationarity: v (1 + Σ η μ/(2|v|)) = Fᵀ [(y − S g)/σ² ; (μ_below − μ_above)/2].
-    shrink = 1 + float(eta @ (above + below)) / (2 * float(np.linalg.norm(v)))
-    multipliers = np.concatenate([(target - S @ v) / noise, (below - above) / 2]) / shrink
+    shrink = 1 + float(eta @ (above.dual_value + below.dual_value)) / (2 * float(np.linalg.norm(v.value)))
+    multipliers = np.concatenate([(target - S @ v.value) / noise, (below.dual_value - above.dual_value) / 2]) / shrink
     curve = curve_of(_signals(posterior, rows, multipliers), problem)
     return Found(curve, objective, "‖y − Sg‖²/σ² + ‖g − m‖²", points, posterior.prior)
 
@@ -95,6 +91,6 @@ TIGHTENED = Rival(
         "bounds on the whole compact set",
     ),
     solve,
-    needs=("clarabel",),
+    needs=("cvxpy", "clarabel"),
     licence="Apache-2.0",
 )

@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 
-from benchmarks.rivals.judge import interpolated, is_driven_by_accelerations, moving
+from benchmarks.rivals.curves import is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 
@@ -39,12 +39,8 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     # Between two grid points its parameter accelerates evenly.
     lengths = 2 * np.diff(grid) / (speeds[1:] + speeds[:-1])
     times = np.concatenate([[0.0], np.cumsum(lengths)])
-    positions = [
-        interpolated(lambda t, c=c: float(path(_parameter(t, times, grid, speeds))[c]), times, _DEGREE)
-        for c in range(task.plant.signal_count)
-    ]
     took = float(times[-1])
-    curve = moving(positions, problem)
+    curve = moving(lambda t: path(_parameter(t, times, grid, speeds)), times, _DEGREE, problem)
     says = f"the same path at other times: {took:.3g} s instead of {last - first:.3g} s"
     return Found(curve, took, "duration [s]", points, says=says, ignores_samples=True, last=took)
 
@@ -57,12 +53,9 @@ def _parameter(t: float, times: Array, grid: Array, speeds: Array) -> float:
 
 def _speeds(problem: Problem) -> tuple[Array, Array]:
     """Return sums of velocities that are bounded, and the bounds: it bounds single ones, so that sums become paths."""
-    m, rows, bounds = problem.task.plant.signal_count, [], []
-    for limit in problem.task.plant.given_constraints:
-        if limit.side == "state" and not any(limit.row[:m]):
-            rows.append([float(w) for w in limit.row[m:]])
-            bounds.append((limit.bounds.lower, limit.bounds.upper))
-    return np.array(rows).reshape(-1, m), np.array(bounds).reshape(-1, 2)
+    m, bounded = problem.task.plant.signal_count, problem.task.plant.state_set
+    chosen = ~np.any(bounded.rows[:, :m], axis=1)
+    return bounded.rows[chosen, m:], np.stack([bounded.lower, bounded.upper], axis=1)[chosen]
 
 
 def _constraints(problem: Problem, speeds: Array) -> list[object]:

@@ -14,9 +14,9 @@ from functools import partial
 import numpy as np
 import scipy
 
-from benchmarks.rivals.adapters.conic import Conic, Unsolved
-from benchmarks.rivals.adapters.rows import bounds_by_basis, samples_by_basis
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.adapters.convex import shortest
+from benchmarks.rivals.adapters.rows import NOT_LINEAR, Grid, by_basis
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
 from trackably.gp.bounded import BoundedNormal, NoRoom, root
@@ -36,13 +36,11 @@ class Truncated:
     lower: Array
     upper: Array
 
-    def mode(self) -> Array | Unsolved:
+    def mode(self) -> Array | NotFound:
         """Return the most likely ξ within the bounds."""
-        D, r = self.rows @ self.root, self.root.shape[1]
         at = self.rows @ self.mean
-        h = np.concatenate([self.upper - at, at - self.lower])
-        found = Conic(2 * np.eye(r), np.zeros(r), np.vstack([D, -D]), h).solve_by_exchange()
-        return found if isinstance(found, Unsolved) else self.mean + self.root @ found.x
+        found = shortest(self.rows @ self.root, self.lower - at, self.upper - at)
+        return found if isinstance(found, NotFound) else np.asarray(self.mean + self.root @ found.w)
 
     def average(self, draws: int = _DRAWS) -> Array:
         """Return the mean of as many draws within the bounds. NoRoom: there is nothing to draw from."""
@@ -63,30 +61,32 @@ def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array,
 def solve(problem: Problem, of: str) -> Answer:
     """Return the "mode" or the "mean", with a knot at every sampling instant."""
     task = problem.task
-    quantities, step = task.plant.quantities, task.plant.sampling_time
+    step = task.plant.sampling_time
     longest = max(task.plant.flatness.orders)
     knots = step * np.arange(round(problem.window[1] / step) + longest + 1)
-    if any(q.functional is None for q in quantities):
-        return NotFound("does not apply", "is for weighted sums of the signal; an input is none")
+    grid = Grid.of(problem, knots[: len(knots) - longest])
+    if grid is None:
+        return NOT_LINEAR
     if len(knots) > _MOST_KNOTS:
         return NotFound("does not apply", f"{len(knots)} knots, one for each sampling instant, are too many here")
     posterior, basis = problem.likeliest.posterior, partial(hats, knots=knots)
     parts = []
     for part in posterior.parts:
-        seen, noise = samples_by_basis(part.samples, basis), float(part.prior.noise_std) * part.samples.relative_noise
-        values = part.samples.values - part.samples.stencil.offset
+        samples, stencil = part.samples, part.samples.stencil
+        seen = stencil.measured(basis, samples.times) - stencil.offset
+        noise, values = float(part.prior.noise_std) * samples.relative_noise, samples.values - stencil.offset
         level = np.full(len(knots), part.prior.mean)
         covariance = np.asarray(part.prior.kernel(knots[:, None] - knots))
         parts.append(conditioned(covariance, level, seen, noise, values))
     means, roots = zip(*parts, strict=True)
-    bounded = bounds_by_basis(problem, knots[: len(knots) - longest], basis)
-    whole = Truncated(np.concatenate(means), scipy.linalg.block_diag(*roots), *bounded)
+    lower, upper = (ends - grid.rows.offsets for ends in (grid.lower, grid.upper))
+    whole = Truncated(np.concatenate(means), scipy.linalg.block_diag(*roots), by_basis(grid.rows, basis), lower, upper)
     try:
         found = whole.mode() if of == "mode" else whole.average()
     except NoRoom as why:
         return NotFound("failed", f"no draws: {why}")
-    if isinstance(found, Unsolved):
-        return found.answer
+    if isinstance(found, NotFound):
+        return found
     lines = (dict(zip(knots.tolist(), values.tolist(), strict=True)) for values in np.split(found, len(parts)))
     curve = curve_of([PolynomialPieces.lines(values) for values in lines], problem)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")

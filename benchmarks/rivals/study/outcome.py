@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.harness import root_mean_square
 from benchmarks.rivals.adapters import fine_grid, governor, splines, tightened, truncated
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem
 from benchmarks.rivals.study import learners
 from benchmarks.rivals.study.draws import Run

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from benchmarks.rivals.judge import ReferenceCurve, derivative, interpolated, tracing
+from benchmarks.rivals.curves import stepping
+from benchmarks.rivals.judge import Curve, derivative, interpolated, tracing
+from benchmarks.rivals.problems import problem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
@@ -15,7 +17,7 @@ def random_pieces(seed: int, count: int = 5, degree: int = 4) -> PolynomialPiece
     return PolynomialPieces(breaks, rng.standard_normal((count, degree + 1)))
 
 
-def bounded(of: PolynomialPieces, low: float, high: float) -> ReferenceCurve:
+def bounded(of: PolynomialPieces, low: float, high: float) -> Curve:
     return tracing([of], ["x"], Polytope.box([low], [high]))
 
 
@@ -44,6 +46,17 @@ def test_a_curve_says_by_how_much_and_where_a_bound_is_broken():
     assert broken.least <= broken.most
     assert (broken.quantity, broken.time) == ("x", pytest.approx(0.5, abs=1e-6))
     assert bounded(half, -1.0, 0.375).violation((0.0, 1.0)).is_none
+
+
+def test_a_sequence_is_broken_by_what_its_worst_step_breaks():
+    of = problem("example1")
+    plant, states, inputs = of.task.plant, np.zeros((301, 1)), np.zeros((300, 1))
+    assert stepping(states, inputs, of).violation(of.window).is_none
+    states[70] = plant.state_set.upper + 0.1
+    broken = stepping(states, inputs, of).violation(of.window)
+    assert broken.least == pytest.approx(0.1 / (plant.state_set.upper - plant.state_set.lower).item(), rel=1e-6)
+    assert broken.least <= broken.most
+    assert (broken.quantity, broken.time) == ("state", pytest.approx(0.7))
 
 
 def test_derivatives_and_interpolated_polynomials_are_those_of_the_polynomials():

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.rivals import page, table
 from benchmarks.rivals.adapters import fine_grid, ours, tightened
-from benchmarks.rivals.adapters.rows import Grid
-from benchmarks.rivals.judge import curve_of
+from benchmarks.rivals.adapters.rows import Grid, evenly
+from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, NotFound, Promise, Rival
 from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.problems import problem, problems
@@ -51,7 +51,7 @@ def test_a_fine_grid_leaves_a_violation_between_its_times_and_the_joint_referenc
 
 def test_the_fine_grid_has_the_minimum_that_the_dual_program_has():
     of = problem("example1")
-    answer, posterior, grid = found(fine_grid.solve), of.likeliest.posterior, Grid.of(of, 200)
+    answer, posterior, grid = found(fine_grid.solve), of.likeliest.posterior, Grid.of(of, evenly(of, 200))
     given = RowPosterior(posterior, grid.rows)
     rows = np.vstack([np.eye(len(grid.rows)), -np.eye(len(grid.rows))])
     demand = np.concatenate([grid.lower - given.mean, given.mean - grid.upper])

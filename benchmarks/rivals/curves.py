@@ -1,0 +1,64 @@
+"""What rivals find, as curves of a problem's plant, which the judge reads.
+
+Rivals that know no sampled systems are judged as they see the system: x = (p, ṗ), u = p̈ at all times. Sequences are
+judged at their steps: between them there are straight lines, which keep the bounds where their ends do.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import scipy
+
+from benchmarks.rivals.judge import Curve, derivative, interpolated, tracing
+from benchmarks.rivals.model import Problem
+from trackably.arrays import Array
+from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.pieces import PolynomialPieces, Signal
+from trackably.systems.polytopes import Polytope
+from trackably.systems.reference import Reference
+
+
+def curve_of(signals: Sequence[Signal], problem: Problem) -> Curve:
+    """Return the curve of a problem's flat outputs."""
+    stencils = tuple(samples.stencil for samples in problem.task.samples)
+    return Curve(Reference(tuple(signals), problem.task.plant), stencils)
+
+
+def is_driven_by_accelerations(problem: Problem) -> bool:
+    """Whether the system is ṗ = v, v̇ = u with as many inputs as positions."""
+    if problem.continuous is None:
+        return False
+    A, B = problem.continuous
+    m = B.shape[1]
+    return np.array_equal(A, np.eye(2 * m, k=m)) and np.array_equal(B, np.eye(2 * m, m, k=-m))
+
+
+def moving(position: Callable[[float], Array], breaks: Array, degree: int, problem: Problem) -> Curve:
+    """Return the curve of positions (m,), polynomials between their breaks, with their speeds and accelerations."""
+    m = problem.task.plant.signal_count
+    positions = [interpolated(lambda t, c=c: float(position(t)[c]), breaks, degree) for c in range(m)]
+    speeds = [derivative(p) for p in positions]
+    return _of_states_and_inputs([*positions, *speeds, *map(derivative, speeds)], problem.task.plant)
+
+
+def stepping(states: Array, inputs: Array, problem: Problem) -> Curve:
+    """Return the curve of states (K + 1, n) and inputs (K, m) at steps; samples show the first states."""
+    plant = problem.task.plant
+    steps = (plant.sampling_time * np.arange(len(states))).tolist()
+    values = np.hstack([states, np.vstack([inputs, inputs[-1:]])]).T.tolist()
+    lines = [PolynomialPieces.lines(dict(zip(steps, of, strict=True))) for of in values]
+    return _of_states_and_inputs(lines, plant, at_steps=True)
+
+
+def _of_states_and_inputs(
+    signals: Sequence[PolynomialPieces], plant: ConstrainedSystem, at_steps: bool = False
+) -> Curve:
+    return tracing(signals, (*plant.system.states, *plant.system.inputs), of_states_and_inputs(plant), at_steps)
+
+
+def of_states_and_inputs(plant: ConstrainedSystem) -> Polytope:
+    """Return both sets as one, of (x, u)."""
+    bounded = plant.state_set, plant.input_set
+    rows = scipy.linalg.block_diag(*(of.rows for of in bounded))
+    ends = (np.concatenate([getattr(of, end) for of in bounded]) for end in ("lower", "upper"))
+    return Polytope(rows, *ends, rows.shape[1])

@@ -1,0 +1,28 @@
+"""Pages are what was measured: from the committed numbers come the committed pages, byte by byte."""
+
+import json
+
+from benchmarks import report
+from benchmarks.harness import Row
+from benchmarks.rivals import page, pendulum, table
+from benchmarks.rivals.tables import read
+
+
+def test_the_page_of_costs_comes_from_its_numbers(tmp_path, monkeypatch):
+    written = json.loads(report.RESULTS.read_text(encoding="utf-8"))
+    rows = [Row(**{name: value for name, value in row.items() if name != "verdict"}) for row in written["rows"]]
+    assert report.table(rows, written["machine"]).encode() == report.TABLE.read_bytes()
+    again = tmp_path / "results.json"
+    before = report.RESULTS.read_bytes()
+    monkeypatch.setattr(report, "RESULTS", again)
+    report.write_rows(rows, written["machine"])
+    assert again.read_bytes() == before
+
+
+def test_the_page_of_rivals_comes_from_its_numbers(tmp_path, monkeypatch):
+    before = page.PAGE.read_bytes()
+    monkeypatch.setattr(page, "PAGE", tmp_path / "README.md")
+    monkeypatch.setattr(page, "FIGURES", tmp_path)
+    page.write(read(table.Row, page.RESULTS), read(pendulum.Row, page.PENDULUM), read(table.Row, page.SWEEP))
+    assert page.PAGE.read_bytes() == before
+    assert {path.name for path in tmp_path.glob("*.svg")} == {"violations.svg", "tightness.svg", "study.svg"}
