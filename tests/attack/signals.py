@@ -15,8 +15,8 @@ import numpy as np
 
 from tests.attack.command import run
 from tests.attack.truth import distance, distances
+from tests.trackably.reference.test_truth import NOISE, BangBang, measured
 from tests.trackably.test_model_error import PLANT, SYSTEM, A, B, W, gain
-from tests.trackably.test_truth import NOISE, BangBang, measured
 from trackably import (
     ConstrainedSystem,
     LinearSystem,

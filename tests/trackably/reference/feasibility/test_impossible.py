@@ -9,9 +9,9 @@ import pytest
 
 from tests.attack.liars import OF_CONTRADICTIONS
 from tests.trackably.certificates.liars import plant as put_lie
-from tests.trackably.feasibility import naive
-from tests.trackably.feasibility.instances import random_plant, trajectory
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
+from tests.trackably.reference.feasibility import naive
+from tests.trackably.reference.feasibility.instances import random_plant, trajectory
 from trackably import (
     ConstrainedSystem,
     Impossible,
