@@ -288,9 +288,9 @@ class _Learning:
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
-    """Return the violation of the plant's own bounds in place of that of the tightened bounds.
+    """Return the violation of the plant's own bounds instead of that of the tightened bounds.
 
-    If the plant's own bounds are kept, the tightened ones remain: then only the slack for a proof is missing.
+    Where the plant's own bounds are kept, return that of the tightened ones: only the slack for a proof is missing.
     """
     given = {quantity.name: quantity for quantity in plant.quantities}
     means = [part.mean for part in found.best.prior.parts]

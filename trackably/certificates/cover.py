@@ -103,7 +103,7 @@ def _hopeless(
         for q, margin in zip(draft.quantities, of, strict=True):
             if q.name in names and (margin <= draft.errors[q.name] or not box.start < middle < box.end):
                 return q.name, box
-    # If narrow boxes without kinks are refused nearly everywhere, rounding errors exceed the margins.
+    # If nearly all narrow boxes without kinks are refused, rounding errors exceed the margins: halving does not help.
     in_vain = sum(not kinks.are_in(box) for box in refused)
     is_in_vain = halvings >= _NARROW_ENOUGH and in_vain > max(_MOST_EXACT, 0.875 * smooth)
     most = _MOST_BOXES + _MOST_BY_CENTRE * sum(len(signal.centres) for signal in draft.subject.signals)

@@ -96,9 +96,10 @@ class Draft:
 
     @classmethod
     def of(cls, reference: Reference, until: float, times: Array) -> Self:
-        """Return a draft whose float64 values are claimed up to `until` [s].
+        """Return a draft with the errors of float64 evaluation up to `until` [s].
 
-        The errors of formulas depend on the values of the signals: they are estimated at some `times` [s].
+        The errors of formulas depend on the values of the signals: they are estimated from these values at some
+        `times` [s].
         """
         subject, (free, known) = as_subject(reference), _linear_errors(reference, until)
         errors = {**known}
@@ -136,7 +137,7 @@ class Draft:
 
     @property
     def unbounded(self) -> str | None:
-        """The name of a quantity whose error is not bounded; None if all errors are."""
+        """The name of a quantity whose error is not bounded; None if all errors are bounded."""
         return next((name for name, error in self.errors.items() if not np.isfinite(error)), None)
 
     @property
@@ -153,7 +154,8 @@ class Draft:
     def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.
 
-        What float64 intervals do not decide is refused, or enclosed in mpmath if `exactly`, which takes long.
+        `held` has the quantities to check in each box. Those that float64 intervals do not decide are refused without a
+        reason, or if `exactly`, checked again in mpmath, which takes long.
         """
         needs = FormulaNeeds.of(self.certificate, list(self.quantities))
         for box, rest in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
@@ -199,7 +201,7 @@ def _errors_of_formulas(
         for q in formulas:
             try:
                 largest[q.name] = max(largest[q.name], _round_up(values.error(q, at)))
-            except UndefinedError:  # it may be defined at other times
+            except UndefinedError:  # the formula may be defined at other times
                 continue
     return {name: _FORMULA_ERROR * error or np.inf for name, error in largest.items()}
 

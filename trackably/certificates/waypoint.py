@@ -23,7 +23,7 @@ from trackably.systems.trajectories import Trajectory
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
 
-_NOTHING = 1e-12  # rounding error of a tolerance that was a decimal number, relative to it
+_NOTHING = 1e-12  # a tolerance is printed rounded up, but not for a rounding error of this relative size
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,7 @@ class _Weighted:
 
 
 def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
-    """Yield each row of the sets at each step, and each given value, with its bounds and its multiplier."""
+    """Yield each row of both sets at each step, then each given value, with its bounds and its multiplier."""
     d, system = Fraction(of.missing), of.system
     for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
         for k, multipliers in enumerate(stored):

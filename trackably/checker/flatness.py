@@ -119,9 +119,9 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b is shown when the formula of one state or input is used, and all others may have any value.
+    """Return whether a = b follows from the formula of one state or input, with any values in place of all others.
 
-    Each state and input is tried as this one.
+    Each state and input is tried in turn as the one whose formula is used.
     """
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}

@@ -558,7 +558,7 @@ _sets: dict[str, Reader[Zonotope | Hull]] = {
 def _robust(**found: Any) -> Robust:
     disturbance, noise = found.pop("set"), found.pop("noise", None)
     if isinstance(noise, Hull) or (noise and isinstance(disturbance, Hull)):
-        raise UnreadableError("disturbance: with noise both sets must be zonotopes")
+        raise UnreadableError("disturbance: if noise is given, both sets must be zonotopes, not hulls")
     return Robust(**found, disturbance=disturbance, noise=noise)
 
 

@@ -143,14 +143,14 @@ def sqrt(x: Real) -> Real:
 
 @_of_many
 def cos(x: Real) -> Real:
-    """Return the cosine; for huge numbers, which decide nothing, [−1, 1]."""
+    """Return the cosine; [−1, 1] if |x| may be `_HUGE` or more."""
     found: Real = iv.cos(x) + GUARD if abs(x).b < _HUGE else SIGN
     return found
 
 
 @_of_many
 def sin(x: Real) -> Real:
-    """Return the sine; for huge numbers, which decide nothing, [−1, 1]."""
+    """Return the sine; [−1, 1] if |x| may be `_HUGE` or more."""
     found: Real = iv.sin(x) + GUARD if abs(x).b < _HUGE else SIGN
     return found
 

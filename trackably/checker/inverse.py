@@ -12,10 +12,11 @@ every part of f is in the formula of some input, and every input is in some boun
 shown to be defined (no divisor is zero; arguments of log, sqrt and fractional powers are positive), f is defined, and
 u exists and is unique.
 
-In boxes, formulas of polynomials are again polynomials with a bound of what they miss (`models`). In the tail, by the
+In boxes, formulas of polynomials are again polynomials with a bound of their error (`models`). In the tail, by the
 mean-value theorem, a formula differs from its value at rest by a weighted sum of e(t + j T), whose weights are the
 slopes of the formula at some point between. Rounding errors are propagated from operation to operation where the
-signals are (`rounding`), as those of flat forms: nothing is demanded of f elsewhere in X. A missing part is None.
+signals are (`rounding`), as those of flat forms: nothing is demanded of f elsewhere in X. In the code, None stands for
+a formula that is zero.
 """
 
 from collections.abc import Callable, Sequence

@@ -90,7 +90,7 @@ def whole_sum(subject: Subject, q: Functional, bits: int, bounds: Sequence[Fract
 
 
 def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list[Fraction]:
-    """Return the values of rows of shifted signals at a time [s]."""
+    """Return the value of each of the `rows`, weighted sums of shifted signals, at the time t [s]."""
     step, known = Fraction(subject.system.sampling_time), dict[tuple[int, int], Fraction]()
     for s, j in {term for row in rows for term in shifts_of(row)}:
         z = subject.pieces[s]

@@ -1,10 +1,11 @@
 """Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors.
 
-Assumed of formulas: + − · / are rounded once; functions and powers are off by 4 units in the last place at most, 8
-roundings. Before, all numbers are shown to have sizes for which this analysis holds.
+In formulas, + − · / are assumed to be rounded once, and functions and powers to be off by at most 4 units in the last
+place, which counts as 8 roundings. Before this step, all numbers are shown to have sizes for which this analysis
+holds.
 
-Of formulas, rounding errors depend on where the signals are. They are propagated from operation to operation there: in
-each box, at each instant and in the tail, with what the formulas need to have values.
+The rounding errors of a formula depend on the values of the signals. So they are propagated from operation to
+operation in each box, at each instant and in the tail, where the formula is also shown to be defined.
 """
 
 from collections.abc import Mapping, Sequence

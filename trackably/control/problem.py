@@ -32,7 +32,7 @@ class LocalModel:
 class Formulation:
     """The parts of the problem that all steps share, for a `horizon` N and weights Q (n, n), R (m, m).
 
-    Computed on first use.
+    Each part is computed on first use.
     """
 
     plant: ConstrainedSystem
@@ -159,7 +159,7 @@ class StepProblem:
 
     @property
     def free_start(self) -> Array | None:
-        """e(0) (n,) of the plan of least cost without active bounds; None if it is not known."""
+        """The error e(0) (n,) at the start of the optimal plan if no bound is active; None if it is not known."""
         return self.off
 
     def without_bounds(self) -> Plan | None:
@@ -247,7 +247,7 @@ class StepProblem:
         return bool(missed <= TOLERANCE + _ULPS * np.max(np.abs(plan.states) / scales))
 
     def plan(self, v: Array, status: Status, start: Array | None = None) -> Plan:
-        """Return the plan with input errors v (N, m) from e(0) = `start` (n,), by default from the measured state."""
+        """Return the plan with input errors v (N, m) from e(0) = `start` (n,), by default the measured error."""
         f, start = self.formulation, self.off if start is None else start
         e = np.vstack([start, self.model.error_model.errors(start, v, self.model.defects)])
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)

@@ -66,7 +66,7 @@ _UNDEFINED = 1e3
 
 
 def missed_by(formulation: Formulation, at: Window) -> float:
-    """Return the sum of the defects Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ in scales; infinite if f is undefined."""
+    """Return Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ with states divided by their scales; infinite if f is undefined."""
     missed = float(np.sum(np.abs(reference_defects(formulation.plant.system, at) / formulation.scales.states)))
     return missed if np.isfinite(missed) else np.inf
 

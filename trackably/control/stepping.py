@@ -203,7 +203,7 @@ def answer_step(
             check_window(window, (N, n, m))
             safe = (*safe, window.inputs[0])
             if not all(np.all(np.isfinite(values)) for values in window):
-                raise ArithmeticError("the reference is not defined")
+                raise ArithmeticError("the reference has states or inputs in the horizon that are not finite")
             return solve(k, x, window, guess)
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         return Unsolved(k, str(error), _first_admissible(plant.input_set.at(k * plant.sampling_time), safe))

@@ -315,5 +315,5 @@ class TubeController:
 
     @cached_property
     def formulation(self) -> TubeFormulation:
-        """The programs, built once for all steps."""
+        """The parts of the problem that all steps share, each computed on first use."""
         return TubeFormulation(self.tightening.plant, self.horizon, self.Q, self.R, self.tightening)

@@ -63,7 +63,7 @@ def proved_steps(proved: Proved, first: int, count: int) -> Array:
     return k
 
 
-_MOST = 2000  # times at which margins are computed
+_MOST = 2000  # margins are computed at up to so many times
 _TINY = 1e-9  # sampling times by which an end may be rounded past a step
 
 

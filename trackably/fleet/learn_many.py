@@ -172,7 +172,7 @@ def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
 
 @contextmanager
 def _questions() -> Iterator[list[str]]:
-    """Collect the sentences of the library's warnings; issue other warnings as usual."""
+    """Collect the texts of the library's own warnings in the yielded list; issue other warnings as usual."""
     asked: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         for ours in _OURS:

@@ -82,7 +82,7 @@ def read_plant(path: Path) -> ConstrainedSystem:
     with errors_of(path):
         content = fields_of(_content(path), _PARTS)
         if missing := [name for name in _PARTS if name not in content]:
-            raise ValueError(f"lacks {missing[0]} (null as a set says that nothing is bounded)")
+            raise ValueError(f"lacks {missing[0]} (give null for a set that bounds nothing)")
         system = read_part(content, "system", system_of)
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
         sets = (
@@ -130,8 +130,8 @@ class Columns:
         system = plant.system
         if missing := [name for name in (*system.states, *system.inputs) if name not in self.values]:
             raise ValueError(
-                f"there is no column {missing[0]}: a table at the steps needs all states and inputs; give "
-                "an interpolation for curves of some states"
+                f"there is no column {missing[0]}: a table at the steps has a column for each state and input; for "
+                "curves of some states only, give an --interpolation"
             )
         steps = self.times(plant.sampling_time) / plant.sampling_time
         whole = np.round(steps)

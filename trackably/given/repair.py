@@ -59,7 +59,7 @@ class Splines:
         return np.concatenate([inner[-1 - k : -1] - period, inner, inner[1 : k + 1] + period])
 
     def basis(self, t: Array) -> sparse.csr_array:
-        """Return the values of the basis splines at t [s], as rows for coefficients: shape (len(t), count)."""
+        """Return the matrix (len(t), count) that maps the coefficients of a spline to its values at t [s]."""
         first, last = self.knots[0], self.knots[-1]
         if self.repeats:
             t = first + np.mod(t - first, last - first)

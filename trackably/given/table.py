@@ -155,7 +155,7 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
         if (over := defect - Fraction(tolerance)) > 0:
             return unproved(0, float(over), "a difference is too close to the tolerance to decide which is larger")
         shown, above = tolerance, nextafter(float(defect), inf) if defect else 0.0
-        with suppress(NotAcceptedError):  # only a defect that the checker accepts as a tolerance is reported
+        with suppress(NotAcceptedError):  # report the defect if the checker accepts it as a tolerance
             shown = CertifiedTable(table, plant, above or _SMALLEST, above).defect
         return CertifiedTable(table, plant, tolerance, shown)
     except NotAcceptedError as refused:

@@ -117,7 +117,7 @@ class Parametrized(ABC):
     @property
     @abstractmethod
     def hyperparameters(self) -> dict[str, float]:
-        """Names and values of the hyperparameters, in natural units, in the order of every gradient."""
+        """Names and values of the hyperparameters (not logarithms of values), in the order of every gradient."""
 
     @abstractmethod
     def map_values(self, change: Callable[[str, float], float]) -> Self:
@@ -155,30 +155,30 @@ class Parametrized(ABC):
 
 
 def amplitude(scales: Scales) -> Search:
-    """Search for a standard deviation of the signal, down to very small ones; others may be infeasible."""
+    """Return where to search for a standard deviation of the signal: down to tiny ones, as others may be infeasible."""
     size = scales.amplitude
     return Search((1e-12 * size, 1e3 * size), (0.1 * size, 10.0 * size))
 
 
 def noise(scales: Scales) -> Search:
-    """Search for the standard deviation of noise."""
+    """Return where to search for the standard deviation of noise."""
     size = scales.amplitude
     return Search((1e-4 * size, 1e1 * size), (1e-2 * size, size))
 
 
 def duration(scales: Scales) -> Search:
-    """Search for a time [s] over which the signal changes."""
+    """Return where to search for a time [s] over which the signal changes."""
     most = 100 * scales.span
     return Search((min(max(scales.spacing / 10, scales.shortest), most), most))
 
 
 def fraction_of_period(_: Scales) -> Search:
-    """Search for a length scale in units of the period."""
+    """Return where to search for a length scale in units of the period."""
     return Search((0.1, 10.0))
 
 
 def repetition(scales: Scales) -> Search:
-    """Search for a time [s] after which the signal repeats.
+    """Return where to search for a time [s] after which the signal repeats.
 
     The samples cover at least one period, and each period has at least three of them, as with two it may be an alias.
     The likelihood has local minima in the whole interval, so searches start in all of it.
@@ -188,7 +188,7 @@ def repetition(scales: Scales) -> Search:
 
 
 def tail_weight(_: Scales) -> Search:
-    """Search for the shape of a rational quadratic kernel, which has no unit."""
+    """Return where to search for the shape of a rational quadratic kernel, which has no unit."""
     return Search((0.1, 1e4), (0.3, 30.0))
 
 

@@ -140,7 +140,10 @@ class Posterior:
 
     @property
     def information_about_mean(self) -> float:
-        """dᵀA⁻¹d, half the second derivative of l by the mean m; a process at rest at m has the samples o + d m."""
+        """dᵀ A⁻¹ d, half the second derivative of l by the prior mean m, with A = K + σ_n² I.
+
+        A process that rests at m has the samples o + d m, with o for m = 0.
+        """
         weighted, d = self._of_level
         return float(weighted @ d)
 

@@ -1,8 +1,8 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold.
 
-A linear functional is a weighted sum of values of the signals at some times; at a place, it is a row. All rows are
-evaluated together, with gradients. A formula is a nonlinear function of functionals, which are its arguments. The
-back-off of a bound tightens it, so that a proof has room.
+A linear functional is a weighted sum of values of the signals at some times. For each place it gives one row: the
+weights, and the times there. All rows are evaluated together, with gradients. A formula is a nonlinear function of
+functionals, which are its arguments. Each bound is tightened by its back-off, to leave room for a proof.
 """
 
 from abc import ABC, abstractmethod

@@ -15,7 +15,7 @@ from trackably.learning.problem import LEAST_GAP
 from trackably.reference.fit import Fit, Misfit
 from trackably.systems.tightening import Tightening
 
-_DEAREST = 3  # most contacts that a sentence names
+_DEAREST = 3  # most contacts (times during which a bound is active) that a sentence names: the most expensive ones
 _SHOWN = 4  # given values that a sentence names if there are many
 _OF_NOISE = 0.5  # largest relative difference of noise learned with the bounds from that learned without them
 

@@ -165,12 +165,12 @@ def _alone(outside: Array) -> Array:
 
 
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:
-    """Return the distance of each sample from what its neighbours predict, shape (n,); 0 where this is not far.
+    """Return the distance of each sample from what its neighbours predict, shape (n,); 0 if the sample is not far off.
 
-    Predicted are the values before and after it, and the lines through two neighbours: the value beside a step is on
-    one of these lines. The nearest prediction counts. Far is more than the noise, than the usual distance, and than the
-    moves between the neighbours, each times a factor. The first and the last sample are never far, because they may be
-    all that is seen of a step.
+    Predictions are the values before and after the sample, and the lines through two neighbours: a value beside a step
+    lies on one of these lines. The distance is that from the nearest prediction. A sample is far off if its distance
+    exceeds the noise, the usual distance, and the moves between neighbours, each times a factor. The first and the last
+    sample are never far off, because they may be all that is seen of a step.
     """
     noise, n = noise_std * samples.relative_noise, len(samples)
     t, y = (np.pad(of, 3, constant_values=np.nan) for of in (samples.times, samples.values))

@@ -86,7 +86,7 @@ class Saved(ABC):
 
         content = read_bytes(path)
         if re.search(rb'"format": "track(ably|able) certificate"', content):
-            raise InputError(f"{path}: holds a certificate; what can be loaded is the reference, as `save` writes it")
+            raise InputError(f"{path}: holds a certificate; expected a reference, as `save` writes it")
         try:
             return loads(cls, content)
         except CodecError as error:
@@ -99,7 +99,7 @@ class Saved(ABC):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
         _ = self.computed_tightening  # computed here, so that it raises its errors here
         if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
-            raise ValueError(f"proved_from and proved_until: expected a window, got {ends[0]} and {ends[1]}")
+            raise ValueError(f"proved_from and proved_until: expected start < end, got {ends[0]} and {ends[1]}")
 
     @cached_property
     def computed_tightening(self) -> Tightening | None:

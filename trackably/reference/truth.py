@@ -127,7 +127,7 @@ def true_signals(
     if tolerance is None:
         return plant, found
     if not found or isinstance(claim, AllPhases):
-        raise ValueError("tolerance: needs truth= of a sampled state, and a claim of a window or of all times")
+        raise ValueError("tolerance: give truth= of a sampled state too, and claim a window or all times")
     for name, given in (tolerance if isinstance(tolerance, Mapping) else dict.fromkeys(found, tolerance)).items():
         if name not in found:
             raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
@@ -401,7 +401,7 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     return float_above(Fraction(proved.error) + max(sides))
 
 
-# Linear programs over signals with piecewise constant highest derivatives: each of their signals is in the class.
+# Linear programs over signals whose highest derivative is piecewise constant. Each feasible signal is in the class.
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 
-_FEWEST = 8  # smallest number of samples in a window
+_FEWEST = 8  # a window shorter than so many intervals between samples is refused, unless it spans all samples
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
     "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",

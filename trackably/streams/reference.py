@@ -51,7 +51,8 @@ class SavedStream(Saved):
         counts = {len(self.samples), len(self.prior.parts), len(self.learned.kernel_sums)}
         if len(counts) > 1 or self.prior.learned or not self.length > 0:
             raise ValueError(
-                "stream: expected samples, known hyperparameters and a signal for each flat output, and length > 0"
+                "stream: expected as many samples as priors and learned signals (one of each for each flat output), "
+                "no learned hyperparameters, and length > 0"
             )
 
     @property

@@ -51,7 +51,7 @@ LearningResult = Certified | NoSolution | Counterexample | Unproved | BudgetExce
 
 
 def holds_for_all_times(learned: Certified) -> bool:
-    """Whether the certificate covers all steps of a loop, whenever the loop begins."""
+    """Whether the certificate covers every step of a loop, at whatever step the loop begins."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)
 
 

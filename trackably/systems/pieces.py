@@ -228,7 +228,8 @@ class PolynomialPieces:
         given = written.get(kind, written)
         if others or not isinstance(given, Mapping) or (given is not written and written.keys() - {kind, "period"}):
             raise ValueError(
-                f"expected values by their times [s], or steps or lines with such values and a period, got {written}"
+                "expected values by their times [s], or such values under steps or lines, with a period if they "
+                f"repeat, got {written}"
             )
         period = written.get("period") if given is not written else None
         try:

@@ -87,7 +87,7 @@ class Polytope:
         found: list[tuple[Array, Interval]] = vars(self)["_intervals"]
         return found
 
-    if not TYPE_CHECKING:  # type checkers would accept any name
+    if not TYPE_CHECKING:  # hidden from type checkers, which would then accept any attribute
 
         def __getattr__(self, name):
             if name in {"lower", "upper"}:

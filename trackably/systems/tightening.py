@@ -88,7 +88,7 @@ INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
 RATES = (1.0, 0.95, 0.9, 0.8)
 _SPARED = 0.05  # slack, in widths, that may be given up for an error that decays faster
 _FREE = 1e-6  # weight of the identity, which makes a weight definite where no row bounds
-_BITS = 20  # binary digits of an entry of K
+_BITS = 20  # entries of K are rounded to so many binary digits, so that rational numbers stay short
 _NOTHING = 1e-10  # relative to the largest entry, in units of the sets: smaller entries are rounding errors
 
 

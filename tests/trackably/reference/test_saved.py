@@ -41,7 +41,7 @@ BROKEN = {
     ),
     "a reversed window": (
         lambda content: tampered(content, ("proved_until",), -1.0),
-        r"proved_from and proved_until: expected a window, got 0\.0",
+        r"proved_from and proved_until: expected start < end, got 0\.0",
     ),
 }
 

@@ -27,7 +27,7 @@ from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, p
 from trackably.gp.kernels.base import SpectralDensity
 
 _STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling
-_LOWEST = -13  # the lowest rung: a period about 10 % longer than the span, which serves all short reaches
+_LOWEST = -13  # the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches too
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
 _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
 

@@ -329,8 +329,8 @@ class _Pair(Kernel):
 class Sum(_Pair):
     """κ = κ_left + κ_right.
 
-    For |r| beyond both ζ, the two derivatives have the same sign (both kernels fall) and each decreases in magnitude.
-    So does their sum.
+    For |r| beyond the decay distances ζ of both kernels, both fall, so that their derivatives have the same sign, and
+    each derivative decreases in magnitude. So does the sum of the derivatives.
     """
 
     def extent(self, exponent: float) -> float:
@@ -365,8 +365,9 @@ class Sum(_Pair):
 class Product(_Pair):
     """κ = κ_left κ_right.
 
-    Beyond both ζ, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|. These are products of positive decreasing functions, so
-    they decrease too. Only the product of the two signal_std matters, so give one of them as known.
+    For |r| beyond the decay distances ζ of both kernels, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|. These are
+    products of positive decreasing functions, so they decrease too. Only the product of the two signal_std matters, so
+    give one of them as known.
     """
 
     def extent(self, exponent: float) -> float:

@@ -144,10 +144,10 @@ def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: A
 
 
 def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
-    """Return the multipliers for a positive definite K; None if it has no Cholesky factor in float64."""
+    """Return the multipliers for a positive definite K; None if they are not found in float64."""
     try:
         return _eliminate(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
-    except (np.linalg.LinAlgError, RuntimeError):  # no factor; or too many steps, where rows are nearly dependent
+    except (np.linalg.LinAlgError, RuntimeError):  # no Cholesky factor, or no minimum found
         return None
 
 

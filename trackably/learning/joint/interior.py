@@ -14,8 +14,9 @@ from trackably.arrays import Array
 from trackably.gp.row_system import RowSystem
 
 _MOST_STEPS = 60
-_SMALL = 1e-13  # the method ends when μ is smaller than this, relative to its value at the start,
-_EXACT = 1e-10  # and K λ − d − s is smaller than this, relative to the largest demand
+# The method ends when both are small enough:
+_SMALL = 1e-13  # μ, relative to its value at the start,
+_EXACT = 1e-10  # and each entry of |K λ − d − s|, relative to the largest demand.
 _JITTER = 1e-13  # added to the diagonal of K, relative to the variance of a row
 _BACK = 0.995  # part of the longest step that keeps λ and s positive
 

@@ -149,7 +149,7 @@ def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBou
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
-    """Return the demands of all places, then those of the required values, one row of signals for each.
+    """Return one row and its limit for each place of a bound, then one for each required value.
 
     Formulas are linearised at the signals `near`.
     """
