@@ -34,6 +34,7 @@ from trackably import (
     BrokenLimits,
     CertifiedTable,
     CertifiedTrajectory,
+    ConstrainedSystem,
     Joints,
     JointTrajectory,
     ModelError,
@@ -41,6 +42,7 @@ from trackably import (
     Samples,
     SquaredExponential,
     Table,
+    Zonotope,
     certify_joints,
     certify_table,
     learn_reference,
@@ -75,11 +77,6 @@ Found = Iterator[tuple[str, str | None]]
 def _scaled(low: float, high: float) -> Lie:
     """Return the lie that a number, or an array of numbers, is 10^low to 10^high times what it is."""
     return lambda rng, honest: lambda *a, **k: honest(*a, **k) * 10 ** rng.uniform(low, high)
-
-
-def _some(rng: np.random.Generator, honest: Any) -> Any:
-    """Say half of what is there to be said."""
-    return lambda *a, **k: [each for each in honest(*a, **k) if rng.random() < 0.5]
 
 
 # Kernel sums, pieces and tables.
@@ -331,9 +328,17 @@ def _smaller_set(rng: np.random.Generator, honest: Any) -> Any:
     return smaller
 
 
+def _part(rng: np.random.Generator, honest: Any) -> Any:
+    def added(self: ModelError, W: Zonotope, plant: ConstrainedSystem) -> Zonotope:
+        D = honest(self, W, plant).generators[len(W.generators) :]
+        return Zonotope(W.centre, [*W.generators, *(each for each in D if rng.random() < 0.5)])
+
+    return added
+
+
 OF_MODELS: Lies = {
     "the model adds nothing": (ModelError, "added_to", lambda rng, honest: lambda self, W, *a: W),
-    "the model adds a part": (ModelError, "generators", _some),
+    "the model adds a part": (ModelError, "added_to", _part),
     "nothing is taken": (Tightening, "_of_row", lambda rng, honest: lambda *a: (Fraction(0), Fraction(0))),
     "less is taken": (
         Tightening,

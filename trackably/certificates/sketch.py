@@ -1,18 +1,20 @@
 """Approximate margins in float64, and jumps of headings: they guide the proposals, and prove nothing."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
-from trackably.checker.formulas import Angle, parts
+from trackably.checker.formulas import Angle, Formula, parts
 from trackably.gp.signal import EvaluationCache
+from trackably.systems.formulas import evaluate_floats
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Quantities
+from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
@@ -137,25 +139,24 @@ _HALVINGS = 50
 def jump_of(reference: Reference, times: Array) -> Unproved | None:
     """Return a failure if a heading jumps between some increasing `times` [s]; None if no jump is seen.
 
-    The heading atan2(y, x) jumps by a whole turn: it then still changes by more than half a turn between two times that
-    are as near to each other as float64 allows.
+    The heading atan2(y, x) jumps by a whole turn where y changes its sign while x < 0.
     """
     signals = [signal.summed for signal in reference.signals]
     for quantity in reference.quantities:
-        if not any(isinstance(node, Angle) for node in parts(quantity.trajectory.formula)):
-            continue
-        values = quantity(signals, times)
-        with np.errstate(invalid="ignore"):  # values may be infinite
-            places = np.flatnonzero(np.abs(np.diff(values)) > np.pi)
-        for i in places.tolist():
-            (left, low), (right, high) = zip(times[i : i + 2].tolist(), values[i : i + 2].tolist(), strict=True)
-            for _ in range(_HALVINGS):
-                middle = left + (right - left) / 2
-                at = float(quantity(signals, np.array(middle)))
-                if abs(at - low) < abs(at - high):
-                    left, low = middle, at
-                else:
-                    right, high = middle, at
-            if abs(high - low) > np.pi:
-                return Unproved(quantity.name, quantity.bounds, (left, left), np.inf, JUMP)
+        for node in parts(quantity.trajectory.formula):
+            if isinstance(node, Angle):
+                y, x = (_along(part, quantity.trajectory, signals) for part in (node.y, node.x))
+                above, behind = (np.broadcast_to(part, times.shape) for part in (y(times) > 0, x(times) < 0))
+                for i in np.flatnonzero((above[1:] != above[:-1]) & behind[1:]).tolist():
+                    left, right = times[i], times[i + 1]
+                    for _ in range(_HALVINGS):
+                        middle = left + (right - left) / 2
+                        left, right = (middle, right) if (y(middle) > 0) == above[i] else (left, middle)
+                    if x(left) < 0:
+                        return Unproved(quantity.name, quantity.bounds, (float(left), float(left)), np.inf, JUMP)
     return None
+
+
+def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Any], Any]:
+    """Return a part of a trajectory's formula as a function of a time [s] or an array of times."""
+    return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})

@@ -73,10 +73,10 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
     first = next(iter(joints))
     for joint, of in joints.items():
         text("joints: name", joint)
-        if not of or {*of} - {*FIELDS}:
-            raise ValueError(
-                f"joints: {joint} must have some of {', '.join(FIELDS)}, got {', '.join(map(str, of)) or 'none'}"
-            )
+        if unknown := [name for name in of if name not in FIELDS]:
+            raise ValueError(f"joints: {joint} has no field {unknown[0]}, only {', '.join(FIELDS)}")
+        if not joints[first]:
+            raise ValueError(f"joints: {first} has no field; expected some of {', '.join(FIELDS)}")
         if {*of} != {*joints[first]}:
             raise ValueError(f"joints: {joint} must have the fields of {first}: {', '.join(joints[first])}")
         require_known(f"joints: {joint}", of.values(), proved)

@@ -16,7 +16,7 @@ from trackably.files import new_file, write_atomically, write_text
 Units = Mapping[str, str]
 """Units of states and inputs, by name."""
 
-_UNIT = re.compile(r"\[(.+)\]$")
+_UNIT = re.compile(r" \[([^\[\]]+)\]$")
 
 
 def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:

@@ -111,7 +111,9 @@ def _scales(plant: ConstrainedSystem) -> Array:
     """Return `Steps.scales`; cached, as every program about some of the values needs them."""
     hulls = plant.state_set.hull, plant.input_set.hull
     extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
-    return np.array([of.width if of else 1.0 for of in extents])
+    scales = np.array([of.width if of else 1.0 for of in extents])
+    scales.flags.writeable = False
+    return scales
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:

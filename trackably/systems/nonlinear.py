@@ -39,6 +39,8 @@ class NonlinearSystem(subject.NonlinearSystem):
 
     flat: FlatForm | None = None
 
+    __eq__, __hash__ = object.__eq__, object.__hash__  # the parent class compares by value
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "sampling_time", positive("system: sampling_time", self.sampling_time))
         n = len(self.states)

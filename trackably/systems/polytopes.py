@@ -126,7 +126,11 @@ class Polytope:
             raise ValueError(f"set: lower and upper need the same shape (n,), got {np.shape(low)} and {np.shape(high)}")
         both = list(zip(low, high, strict=True))
         for i, (a, b) in enumerate(both):
-            if not _any_moves(a, b) and np.isinf(a) != np.isinf(b):
+            if _any_moves(a, b):
+                continue
+            if not a < b:
+                raise ValueError(f"set: must have an interior, got [{a:g}, {b:g}] for coordinate {i + 1}")
+            if np.isinf(a) != np.isinf(b):
                 raise ValueError(
                     f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]; give two finite bounds or none; if one "
                     "side does not matter, give a bound that is never reached"

@@ -8,6 +8,7 @@ formulas differ, or the values do, it is refused. The numbers are drawn at rando
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import partial
 from typing import Any, NoReturn
 
@@ -30,17 +31,21 @@ SUPPORTED = (
 )
 
 
+_REASONS: ContextVar[list[str]] = ContextVar("_REASONS", default=[])  # noqa: B039  used while nothing is traced
+"""Reasons why the traced function has no formula; stored, because the function may catch every exception."""
+
+
 class Refusal(BaseException):
     """A computation that cannot be written as a formula.
 
-    A BaseException, so that `except Exception` does not catch it. A function that catches it all the same is compared
-    with its formulas at numbers.
+    A BaseException, so that `except Exception` does not catch it.
     """
 
 
 def refuse(why: str) -> NoReturn:
-    """Stop the traced function by raising Refusal; the message begins with what the function must do or be."""
-    raise Refusal(f"must {why}")
+    """Store the reason, which begins with what the traced function must do or be, and stop it by raising Refusal."""
+    _REASONS.get().append(said := f"must {why}")
+    raise Refusal(said)
 
 
 def as_formula(value: object) -> Formula | None:
@@ -280,13 +285,19 @@ def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> 
 @contextmanager
 def _symbols_in(what: str) -> Iterator[None]:
     """Raise ValueError, which begins with `what`, if a call with symbols raises, or does what symbols refuse."""
+    reasons: list[str] = []
+    token = _REASONS.set(reasons)
     try:
         yield
-    except Refusal as error:
-        raise ValueError(f"{what} {error}") from None
+    except Refusal as error:  # of another thread, which has a context of its own
+        reasons.append(str(error))
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""
-        raise ValueError(f"{what} must be written in {SUPPORTED}: {error}{instead}") from None
+        reasons.append(f"must be written in {SUPPORTED}: {error}{instead}")
+    finally:
+        _REASONS.reset(token)
+    if reasons:
+        raise ValueError(f"{what} {reasons[0]}")
 
 
 def _formula_of(value: object) -> Formula:

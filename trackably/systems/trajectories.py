@@ -108,8 +108,7 @@ class Trajectory:
         """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
         if any(map(names, self.derivatives.values())):
             return None
-        zero = {name: np.zeros(()) for name, _ in self.arguments}
-        signals = self._weights({name: float(slope) for name, slope in self.slopes(zero).items()})
+        signals = self.weights_at([np.zeros_like] * len(self.arguments[0][1].weights), np.zeros(()))
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals

@@ -50,7 +50,7 @@ class _Loop:
         P = scipy.linalg.solve_discrete_are(system.A, system.B, Q, R)
         gain = -np.linalg.solve(R + system.B.T @ P @ system.B, system.B.T @ P @ system.A)
         rest, input_rest = (
-            np.array([[float(sum(weights)) for weights in f.weights] for f in of])
+            np.array([q.rates_at_rest([0.0] * plant.signal_count) for q in of])
             for of in (plant.flatness.states, plant.flatness.inputs)
         )
         acts = np.hstack([gain, input_rest - gain @ rest])

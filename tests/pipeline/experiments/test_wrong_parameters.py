@@ -76,7 +76,7 @@ WRONG = [
     ),
     ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
     ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
-    ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: the errors, largest for vertex 2"),
+    ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
     (
         "vehicle",
         "ground_truth: docking_x",

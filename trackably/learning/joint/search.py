@@ -328,6 +328,11 @@ class JointSearch:
                 found.append((point, search.problem))
         return found
 
+    def settle(self, log_theta: Array, places: Places, near: Signals | None) -> None:
+        """Find the function for these hyperparameters that satisfies all bounds, without any step in θ."""
+        point = self.at(log_theta, places, near)
+        self.best = point if point and point.is_solution else None
+
     def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
         """Take steps in θ as long as they can lower J by more than `least_gain`, relative to 1 + |J|.
 
@@ -551,7 +556,13 @@ def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
     """
     if problem.prior.learned:
         raise ValueError(f"function: all hyperparameters must be known, got unknown {', '.join(problem.prior.learned)}")
-    return learn_from([problem.prior.log_hyperparameters], problem, steps=0)
+    known = problem.prior.log_hyperparameters
+    if is_linear(problem):
+        return learn_from([known], problem, steps=0)
+    search = JointSearch(problem, steps=0)
+    begun = search.begin(known)
+    search.settle(known, *(begun.function.places, begun.function.mean.signals) if begun else (no_places(problem), None))
+    return search.outcome(problem)
 
 
 def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
@@ -561,6 +572,5 @@ def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution |
     """
     theta, search = solution.posterior.prior.hyperparameters, JointSearch(problem)
     log_theta = np.log([theta[name] for name in problem.prior.learned])
-    point = search.at(log_theta, _places(solution) or no_places(problem), solution.signals)
-    search.best = point if point and point.is_solution else None
+    search.settle(log_theta, _places(solution) or no_places(problem), solution.signals)
     return search.outcome(problem)
