@@ -10,7 +10,7 @@ The public names, by task:
 - trajectories from elsewhere: `certify`, `repair`, `certify_table`
 - trajectories of robots: `Joints`, `JointTrajectory`, `certify_joints`, `repair_joints`, `stretch_joints`, `Gate`
 - a plant that is not known exactly: `ModelError`, and `worst_plant` to search for one that breaks a bound
-- proofs of others: `check`
+- proofs that others hand over: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
 A name is loaded when it is first used. Where a package is missing, the error names the extra that installs it.

@@ -28,7 +28,7 @@ from trackably.systems.formulas import is_float64, to_lists
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
-_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields of systems and samples, left out by default
+_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields that are not written with their default value
 
 T = TypeVar("T")
 
@@ -77,7 +77,7 @@ def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each
             return sorted(map(encode_unverified, value))
         case tuple() | list():
             return [encode_unverified(of) for of in value]
-        case Polytope():  # an end that moves in time is written as an object, not as a number
+        case Polytope():  # a bound that moves in time is written as an object, not as a number
             low, high = map(encode_unverified, value.ends)
             return {"rows": value.rows.tolist(), "lower": low, "upper": high, "dimension": value.dimension}
     if isinstance(value, Formula):
@@ -119,7 +119,7 @@ def loads(wanted: type[T], data: bytes) -> T:
 
 
 def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form for each type
-    """Return `data` as a value of the type `wanted`; messages name its place `where`. CodecError: it is none."""
+    """Return `data` as a value of the type `wanted`; errors name its place `where`. CodecError: it has another type."""
     kind, inner = get_origin(wanted) or wanted, get_args(wanted)
     if wanted is Hyperparameter and isinstance(data, dict):
         return Learned(*astuple(_read_dataclass(LearnedHyperparameter, data, where)))
@@ -200,7 +200,7 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
         raise CodecError(f"{of} lacks {', '.join(missing)} @ {where}")
     if unknown := [str(name) for name in data if name not in hints]:
         raise CodecError(f"{of} has no {', '.join(unknown)} @ {where}")
-    if wanted is Polytope:  # an end that moves in time is an object
+    if wanted is Polytope:  # a bound that moves in time is an object
         moving = (side for side in ("lower", "upper") if isinstance(data[side], list) and dict in map(type, data[side]))
         hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
     return _make(wanted, where, **{name: _read(hints[name], value, f"{where}.{name}") for name, value in data.items()})

@@ -7,7 +7,7 @@ from trackably.errors import InputError
 
 EXTRA_OF = {
     "matplotlib": "plots",
-    "google": "recordings",  # of protobuf
+    "google": "recordings",  # the name under which protobuf is imported
     "lz4": "recordings",
     "mcap": "recordings",
     "mcap_protobuf": "recordings",

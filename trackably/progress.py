@@ -44,7 +44,7 @@ def line_of(
     from tqdm import tqdm  # noqa: PLC0415  imported only here, so that importing trackably stays fast
 
     class Line(tqdm):  # type: ignore[type-arg]
-        monitor_interval = 0  # no thread that watches it, which would outlive it
+        monitor_interval = 0  # start no thread that watches the bar, as it would outlive the bar
 
     is_seen = sys.stderr.isatty()
     if not is_seen:

@@ -28,8 +28,8 @@ class Certificate:
     Each quantity stays at least its `evaluation_error` away from its bounds. So its float64 value at a float64 time |t|
     ≤ `evaluated_until` [s] keeps the bounds too. Float64 values are those of `Reference.state`, `input` and `window`,
     which add products (of polynomial pieces in twice the precision). If all signals have a period, this also holds at
-    later times, up to `last_time`. `proof` holds the boxes, or the last step that is examined. `truth` holds the
-    distances of states from true signals.
+    later times, up to `last_time`. `proof` holds the boxes of time in which the bounds are checked, or the last step
+    that is checked. `truth` holds bounds on the distances of states from true signals.
 
     If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: for all
     w(k) ∈ W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given bounds at every step

@@ -34,17 +34,17 @@ from trackably.work import done
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
-# With a larger error of evaluation, as a part of a bound's width, the fallback is used at once: length scales would
-# have to be halved several times for such an error to become small.
+# If the error of float64 evaluation is at least this part of a bound's width, the learner's fallback is used at once,
+# because length scales would have to be halved several times until the error is small.
 _HOPELESS = 1.0
-# The fallback is not tried if J exceeds the least l without bounds by at most this, relative to 1 + |l|: the back-off
-# of any proved reference costs about as much.
+# The fallback is not tried if J exceeds the least l without bounds by at most this, relative to 1 + |l|, because
+# the back-off of any proved reference costs about as much.
 _SAME_VALUE = 1e-6
-# A quantity's back-off is at least its error of evaluation times this factor, the second one for rough functions. With
-# less, the proof takes more boxes.
+# After a failed proof, a quantity's back-off is at least its error of evaluation times the first factor, or the second
+# one for rough functions. With a smaller back-off, the proof takes more boxes.
 _ROOM, _ROUGH_ROOM = 4.0, 8.0
-# The fallback is not tried if J is lower than that of hyperparameters alone by more than this, relative to 1 + |J|: a
-# smaller back-off gains less.
+# The fallback is not tried if J is lower than that of hyperparameters alone by more than this, relative to 1 + |J|,
+# because a smaller back-off gains less than this.
 _NEARLY = 1e-3
 
 
@@ -76,7 +76,7 @@ class Certified:
     space: SearchSpace
 
     def is_with(self, prior: JointPrior) -> bool:
-        """Whether it was learned with this prior, or with one that has the same hyperparameters to learn."""
+        """Whether the reference was learned with a prior that has the same hyperparameters to learn as `prior`."""
         return self.solution.posterior.prior.learned == prior.learned
 
     @property
@@ -123,7 +123,7 @@ def learn_certified(
 
 
 def _missing(failure: NoSolution | Failure) -> float:
-    """Return the violation of a bound, or what its proof is short by, relative to its width; infinite if unknown."""
+    """Return the violation of a bound, or the margin that a proof lacks, relative to its width; ∞ if unknown."""
     match failure:
         case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
@@ -137,7 +137,8 @@ def _missing(failure: NoSolution | Failure) -> float:
 def _may_cost_more(solution: Solution) -> bool:
     """Whether a fallback to hyperparameters alone might cost less than this solution, with a smaller back-off.
 
-    It cannot if a function is clearly better than hyperparameters alone were, or costs no more than without bounds.
+    The answer is no if the learned function costs clearly less than hyperparameters alone, or hardly more than without
+    bounds.
     """
     if solution.objective < solution.alone - _NEARLY * (1 + abs(solution.alone)) or solution.alone == np.inf:
         return False
@@ -244,8 +245,9 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
-        Rough functions, which touch bounds over long times, get at once the largest one that J allows. If J would rise
-        by more than the allowed gap, the back-off grows in smaller steps.
+        Rough functions, which touch bounds over long times, and functions that miss their bounds get at once the
+        largest back-off that J allows. If J would rise by more than the allowed gap, the back-off grows in smaller
+        steps.
         """
         enough = self._enough(found)
         if enough > backoff and (found.missed or found.is_rough):
@@ -288,9 +290,10 @@ class _Learning:
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
-    """Return the violation of the plant's own bounds instead of that of the tightened bounds.
+    """Return the failure with the plant's own bounds, and with their violation, in place of the tightened bounds.
 
-    Where the plant's own bounds are kept, return that of the tightened ones: only the slack for a proof is missing.
+    If the plant's own bounds are kept, so that only the slack for a proof is missing, keep the violation of the
+    tightened bounds.
     """
     given = {quantity.name: quantity for quantity in plant.quantities}
     means = [part.mean for part in found.best.prior.parts]

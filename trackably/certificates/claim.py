@@ -12,7 +12,7 @@ from trackably.gp.samples import Samples
 from trackably.systems.intervals import ends_within
 
 Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
-"""How users may write claims about real times; (start, end) [s] is a window, and "recorded" that of all samples."""
+"""How users may write claims: (start, end) [s] is a window, and "recorded" is the window from first to last sample."""
 
 _ROUNDING = 1e-9  # a time counts as a multiple of the sampling time if it is nearer to it than this part of a step
 
@@ -21,7 +21,7 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
     """Return the claim that a user has written. ValueError: it is no claim about real times.
 
     "recorded" is the window from the first of the `samples` to the last. Its ends are moved outwards to multiples of
-    the sampling time `step` [s], as a control loop runs at these.
+    the sampling time `step` [s], because a control loop runs at such times.
     """
     match written:
         case "recorded" if samples:

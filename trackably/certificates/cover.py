@@ -20,10 +20,11 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
 from trackably.work import done
 
+# The search ends if more boxes are refused in a round than the first number, plus the second number for each centre.
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 # Most halvings of a box, and number of halvings after which the search ends if 7 of 8 boxes without kinks are refused.
 _MOST_HALVINGS, _NARROW_ENOUGH = 60, 4
-# Number of halvings after which refused boxes are checked in mpmath, if there are at most so many (the second number).
+# After the first number of halvings, refused boxes are checked again in mpmath, if their number is at most the second.
 _EXACT_FROM, _MOST_EXACT = 12, 16
 # Largest width of the first boxes near centres, in correlation times, for linear quantities and for formulas: in wider
 # boxes most proofs fail, in narrower ones hardly any.
@@ -32,6 +33,7 @@ _WIDTH, _NARROW = 2.0, 0.7
 _CENTRAL = 0.5
 # Half the width of the box around a kink whose time is no float64 number, in spacings of float64 at this time.
 _BESIDE = 2.0**16
+# Radii of the discs that are tried around a box, relative to half its width.
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
 
@@ -151,9 +153,10 @@ class _Kinks:
         return np.sort(np.concatenate([self.lower, self.upper]))
 
     def cuts(self, box: Box) -> list[float]:
-        """Return the times [s] at which to divide a box: at the largest kink near its middle, else at the nearest kink.
+        """Return the times [s] at which to divide a box: at the largest kink near its middle, if there is one.
 
-        If no kink is inside, or the box is that of a kink, it is divided in the middle.
+        Otherwise divide it at the kink that is nearest to its middle. If no kink is inside, or the box is that of a
+        kink, it is divided in the middle.
         """
         start, end = box.start, box.end
         first, last = np.searchsorted(self.upper, start, side="right"), np.searchsorted(self.lower, end)
@@ -215,9 +218,10 @@ def discs(
     ends: Array,
     terms: int = TERMS,
 ) -> tuple[Array, Array]:
-    """Return radii [s] of discs around boxes that make the errors of Taylor polynomials small, and these errors' sizes.
+    """Return the radius [s] of a disc around each box, and the size of the error of Taylor polynomials that follows.
 
-    A size is infinite if every disc holds a singularity. Every radius is valid; some only lead to large errors.
+    Of some radii, the one with the smallest error is chosen, for polynomials with `terms` terms. A size is infinite if
+    every disc holds a singularity. Every radius is valid; some only lead to large errors.
     """
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))

@@ -33,6 +33,8 @@ TERMS = 16
 LATEST = 1e60
 """Times up to which decaying kernels can be evaluated without overflow [s]."""
 
+# Number of periods or windows for which evaluation is claimed, without and with a flat form; and number of periods of
+# polynomial pieces that float64 can count.
 _PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
 _TIMES = 101  # times of a window at which errors of formulas are estimated
 _SLACK = 1.02  # factor of stated errors, which then also hold after a small change of the reference
@@ -53,7 +55,7 @@ def evaluated_until(reference: Reference, window: float) -> float:
 def _errors_grow(kernel: Kernel, far: float) -> bool:
     """Whether errors grow with time: they do unless each periodic part is multiplied by one that decays fast enough.
 
-    `far` [s] is an early time with which `LATEST` is compared.
+    The kernel's sizes at the times `far` [s] and `LATEST` are compared: errors grow if `stretch` more than doubles.
     """
     if not has_periodic_part(kernel):
         return False
@@ -64,8 +66,8 @@ def _errors_grow(kernel: Kernel, far: float) -> bool:
 def evaluation_errors(reference: Reference, until: float, window: float | None = None) -> dict[str, float]:
     """Return an upper bound of |float64 − exact| for each bounded quantity at all times |t| ≤ `until` [s].
 
-    For formulas, it is estimated near some times up to the end of a `window` [s], or up to the latest centre: the
-    checker verifies it in each box.
+    For formulas, the bound is estimated at some times from 0 to `window` [s], by default to the latest centre. The
+    checker verifies this estimate in each box.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     return dict(Draft.of(reference, until, times_in(0.0, window or latest)).errors)

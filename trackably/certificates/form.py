@@ -36,7 +36,7 @@ def encode_certificate(certificate: Certificate) -> dict[str, Any]:
 
 
 def encode_subject(reference: Reference) -> dict[str, Any]:
-    """Return the reference and the system that certificates and counterexamples are about."""
+    """Return the fields about the reference and its system, which certificates and counterexamples share."""
     return {"reference": as_written(reference), **_trajectories(reference.plant), **_attainable(reference.plant)}
 
 
@@ -90,7 +90,7 @@ def _trajectories(plant: ConstrainedSystem) -> dict[str, Any]:
 def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
     """Return the field with the bounds of the effect B u of redundant inputs; no field if no inputs are redundant.
 
-    If they are kept, some input in the input set has the same effect.
+    If an input satisfies these bounds, some input in the input set has the same effect.
     """
     if plant.allocation is None:
         return {}

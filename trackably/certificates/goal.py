@@ -14,7 +14,8 @@ from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
-# A window is extended to _LONGER times the distance of the failure; not if the failure is more than _FAR lengths away.
+# A window is extended to _LONGER times the distance from its other end to the failure. It is not extended if the
+# failure is _FAR lengths of the window after its start, or later.
 _LONGER, _FAR = 1.5, 1e3
 
 
@@ -38,7 +39,7 @@ class Goal:
     def longer(self, failed_at: float) -> Self | None:
         """Return the goal with constrained times that reach beyond `failed_at` [s].
 
-        None if they do already, if they cannot be extended, or if this time is too far away.
+        None if the constrained times contain this time, if they cannot be extended, or if this time is too far away.
         """
         start, end = self.times.span
         if not self.is_beyond(failed_at) or not failed_at - start < _FAR * (end - start):

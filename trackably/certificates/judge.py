@@ -1,7 +1,7 @@
 """The judge: nothing is handed out as proved or refuted unless the checker has accepted it.
 
 The search for proofs only proposes them, and may be wrong. The judge writes each proposal as the file that a user would
-save, and lets the checker read it. These are the bytes that are saved.
+save, and lets the checker read it. Exactly the bytes that the checker has accepted are saved.
 """
 
 from collections.abc import Callable, Mapping
@@ -50,7 +50,10 @@ def judge_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
 
 
 def _refusal(found: Judged, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> Verdict | None:
-    """Return the verdict if the checker refuses a file; None if it accepts it. Its bytes are then stored in `found`."""
+    """Return the verdict if the checker refuses the file with this content. If it accepts the file, return None.
+
+    The bytes of an accepted file are stored in `found`. `wanted` is the verdict that accepts it.
+    """
     if _ACCEPTED in vars(found):
         return None
     data, verdict = judged_file(content())
@@ -73,7 +76,7 @@ def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
 
 
 def accepted_file(found: Judged) -> bytes:
-    """Return exactly the bytes that the checker accepted. KeyError: it was not asked about them, or refused them."""
+    """Return exactly the bytes that the checker accepted. KeyError: the checker was not asked, or refused."""
     data: bytes = vars(found)[_ACCEPTED]
     return data
 

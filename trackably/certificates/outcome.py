@@ -39,7 +39,7 @@ class Counterexample:
 
     @property
     def _advice(self) -> str:
-        """Advice where a curve keeps its bounds, but not its start from rest, or its stop; empty elsewhere."""
+        """Advice if a curve keeps its bounds, but its sudden start from rest or its stop does not; otherwise empty."""
         curves, plant = self.reference.pieces, self.reference.plant
         if not (isinstance(self.claim, AllTimes) and curves):
             return ""
@@ -109,8 +109,8 @@ class OutOfReach(NoSolution):
     """No sequence of states and inputs satisfies the bounds and the given values.
 
     `given` is a value that contradicts those before it, or the bounds that a nonlinear system has to violate; `missing`
-    is the least correction of it that would be needed, in its unit. If bounds alone contradict each other, `given` is
-    empty, and `missing` is the least part of their widths by which all of them would have to be moved. `among` lists
+    is the least correction of `given` that would be needed, in its unit. If bounds alone contradict each other, `given`
+    is empty, and `missing` is the least part of their widths by which all of them would have to be moved. `among` lists
     the bounds and values of the argument, with their times. `contradiction` is the content of the file that the checker
     reads.
     """
@@ -147,8 +147,9 @@ class Impossible(OutOfReach):
 class NoSignal(OutOfReach):
     """No true signal explains the samples of the state `given`: those in `among` contradict each other.
 
-    None of them can be left out. To explain them, the bound of the noise would have to grow by at least `missing` (0 if
-    that does not help), or the bound of `limited`, "slope" or "second derivative", by at least `growth`.
+    The contradiction needs every one of these samples. To explain them, the bound of the noise would have to grow by at
+    least `missing` (0 if that does not help), or the bound of `limited`, "slope" or "second derivative", by at least
+    `growth`.
     """
 
     limited: str

@@ -35,6 +35,7 @@ _AT_ENDS = "its limit at a jump is outside; at the ends of a claim both sides co
 _MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
 # Most instants that are checked one by one; and two late times, in lengths of the window, when signals are near rest.
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
+# Largest number of doublings, and number of bisections, in the search for an earliest time (`_earliest`).
 _DOUBLINGS, _BISECTIONS = 100, 8
 
 
@@ -268,7 +269,9 @@ class _ProofProblem:
         return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _failure_among(self, places: Iterable[tuple[Quantity, float]]) -> Failure | None:
-        """Return the first counterexample at some times [s] of quantities, or else the first failure; None if none.
+        """Return the first counterexample at `places`, or else the first failure; None if there is none.
+
+        A place is a quantity with a time [s] at which it is examined.
 
         If only instants are to be proved, each time stands for the nearest of them.
         """
@@ -282,7 +285,7 @@ class _ProofProblem:
         return first
 
     def _failure_at(self, quantity: Quantity, time: float, step: int | None = None) -> Failure | None:
-        """Return the failure that the value shows at `time` [s], or at exactly k T_s for a `step` k; None if none.
+        """Return how a quantity fails at `time` [s], or at exactly k T_s for a `step` k; None if it keeps its bounds.
 
         The value is enclosed, which takes long for many kernels, only if float64 does not show that bounds are kept.
         """

@@ -18,8 +18,9 @@ from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
-_FEW_CENTRES = 100
+_FEW_CENTRES = 100  # if a signal has at most this many, formulas are also examined at each of its centres
 _TRIED = 8  # number of the worst times at which failures are sought
+# Number of refinements of a minimum; factor of the distance between points in each; and three points, in this distance.
 _REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])
 
 
@@ -68,7 +69,7 @@ def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantit
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
     fewest = _FEWEST_POINTS if every.is_linear else _FEWEST_OF_FORMULAS
     count = int(np.clip(_POINTS_PER_CORRELATION_TIME * (end - start) / shortest, fewest, _MOST_POINTS))
-    most = 0 if every.is_linear else _FEW_CENTRES  # formulas of smooth signals may have narrow valleys there
+    most = 0 if every.is_linear else _FEW_CENTRES  # formulas of smooth signals may have narrow valleys at these
     near_change = [of.centres for of in of_signals if not of.kernel.is_analytic or len(of.centres) <= most]
     centres = np.subtract.outer(np.concatenate([np.empty(0), *near_change]), _shifts(reference)).ravel()
     times = np.unique(np.concatenate([np.linspace(start, end, count), every.breakpoints_in(start, end), centres]))

@@ -23,7 +23,7 @@ from trackably.systems.trajectories import Trajectory
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
 
-_NOTHING = 1e-12  # a tolerance is printed rounded up, but not for a rounding error of this relative size
+_NOTHING = 1e-12  # texts round tolerances up, but ignore an excess of this relative size, which is only rounding
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Waypoint:
         )
 
     def found(self, reference: Reference) -> Self:
-        """Return the values themselves; at rest, those of the equilibrium of the signals' values at that time."""
+        """Return the waypoint with its values. At rest, they are the equilibrium for the signals at `time`."""
         if self.values:
             return self
         levels = [signal(np.asarray(self.time)).item() for signal in reference.signals]
@@ -82,14 +82,14 @@ class Waypoint:
         return prove_on_window(at, self.time - half, self.time + half)
 
     def alone(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
-        """Return the set in which these coordinates have their values up to tolerances, and the others are free."""
+        """Return the set in which coordinates have the required values, up to tolerances, and all others are free."""
         pinned = [(i, self.values[name], self.tolerances[name]) for i, name in enumerate(names) if name in self.values]
         rows = np.eye(len(names))[[i for i, _, _ in pinned]]
         low, high = (np.array([value + sign * by for _, value, by in pinned]) for sign in (-1, 1))
         return Polytope(rows, low, high, bounded.dimension)
 
     def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
-        """Return the subset with these values, up to their tolerances. ValueError: it is empty."""
+        """Return the part of the set with the required values, up to tolerances. ValueError: it has no interior."""
         of = self.alone(bounded, names)
         return Polytope(
             np.vstack([bounded.rows, of.rows]),

@@ -120,8 +120,8 @@ __all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Un
 def check(data: object, seconds: float | None = None, report: Report | None = None, exact: bool = False) -> Verdict:
     """Verify the content of a certificate, counterexample, table, trajectory or contradiction, as decoded from JSON.
 
-    A check that takes longer than `seconds` answers Undecided. `report(done, total)` is called with its progress. An
-    `exact` check does not use float64 intervals.
+    A check that takes longer than `seconds` answers Undecided. The progress of the check is reported by calls of
+    `report(done, total)`. An `exact` check does not use float64 intervals.
     """
     try:
         with watch(seconds, report):
@@ -156,10 +156,10 @@ _Kind = tuple[_Shown, str, Callable[[Any], Any], Callable[[Any], str | None], Ca
 
 
 def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
-    """Return what belongs to each format of files.
+    """Return, for each format of files, what a check of such a file needs.
 
-    These are the answer to a valid file, the name of such files in sentences, and three functions: they read the file,
-    say why it shows nothing, and say what it shows.
+    This is the answer to a valid file, the name of such files in sentences, and three functions. The first one reads
+    the file, the second one returns why the file shows nothing, or None, and the third one says what the file shows.
     """
     whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
     joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement
@@ -176,10 +176,10 @@ def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
 
 
 def _first_pass(exact: bool) -> FirstPass:
-    """Return the checks in float64 that come before those in mpmath.
+    """Return the checks in float64 intervals that are done before the checks in mpmath.
 
-    There are none if the check is `exact`, if NumPy is missing, or if the processor takes subnormal numbers for zero.
-    NumPy is loaded here, only for files that need it, as loading it takes longer than most checks.
+    Return `NO_FIRST_PASS`, which decides nothing, if the check is `exact`, if NumPy is missing, or if the processor
+    takes subnormal numbers for zero. NumPy is loaded here, because to load it takes longer than most checks.
     """
     if not exact:
         try:

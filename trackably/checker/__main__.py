@@ -93,7 +93,7 @@ def _content(path: Path) -> object:
 
 def run() -> None:
     """Run the command line, and leave Python with its exit code."""
-    for stream in (sys.stdout, sys.stderr):  # without this, Python may fail to write UTF-8, or a name of a file
+    for stream in (sys.stdout, sys.stderr):  # otherwise Python may fail to write some characters
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(encoding="utf-8", errors="backslashreplace")
     try:

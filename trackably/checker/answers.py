@@ -22,7 +22,7 @@ from trackably.checker.truth import check_truth
 
 @dataclass(frozen=True)
 class _Shown:
-    """A valid file; `statement` says in words what it shows, and about which reference."""
+    """The answer to a valid file; `statement` says in words what the file shows, and about which reference."""
 
     statement: str
 
@@ -68,7 +68,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class _NotShown:
-    """Nothing is known; `reason` says why."""
+    """An answer that neither confirms nor rejects the proof in the file; `reason` says why."""
 
     reason: str
 
@@ -88,9 +88,10 @@ Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
 
 
 def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return why a certificate is not valid, from the first step that fails; None if all steps hold.
+    """Return why the proof fails, for the first step that does not hold; None if all steps hold.
 
-    `first_pass` decides as much as float64 intervals can. Raise UnsolvableError if f cannot be solved for its inputs.
+    `first_pass` is the check in float64 intervals; what it leaves undecided is checked in mpmath. Raise
+    UnsolvableError if f cannot be solved for its inputs.
     """
     subject, robust = certificate.subject, certificate.robust
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
@@ -99,7 +100,7 @@ def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | 
 
 
 def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return why the proof for sums of kernels fails, from its first step that fails; None if all steps hold."""
+    """Return why a step of the proof fails for signals that are sums of kernels; None if all steps hold."""
     bounded = quantities(certificate.subject, certificate.errors)
     reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
@@ -116,7 +117,7 @@ def check_counterexample(counterexample: Counterexample) -> str | None:
 
 
 def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
-    """Return the value at t [s] of the weighted sum that is bounded, if signals are sums of kernels."""
+    """Return an interval with the value of a bound's row at t [s], for signals that are sums of kernels."""
     every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
     return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 

@@ -23,7 +23,7 @@ from trackably.checker.watch import UndecidedError, progress, tick
 
 
 class Box(NamedTuple):
-    """The times from `start` to `end` [s], and the `radius` [s] of the complex discs in Cauchy's estimate."""
+    """The times from `start` to `end` [s]; Cauchy's estimate in this box uses complex discs of this `radius` [s]."""
 
     start: float
     end: float
@@ -34,7 +34,7 @@ class Box(NamedTuple):
 class Enclosures:
     """Taylor models over one `box`, whose times are mapped to x ∈ [−1, 1]; `terms` is the number of coefficients.
 
-    `known` holds the models of the signals z_s(t + j T) by (s, j), so that each is computed once.
+    `known` holds the models of z_s(t + j T) − m_s by (s, j), so that each model is computed only once.
     """
 
     subject: Subject
@@ -54,7 +54,7 @@ class Enclosures:
         return found
 
     def _signal(self, s: int, j: int) -> Model:
-        """Enclose z_s(t + j T) − m_s."""
+        """Return a model of z_s(t + j T) − m_s in the box: signal s at the shift j T, without its mean."""
         if (s, j) not in self.known:
             shift = j * self.subject.step
             self.known[s, j] = enclose_signal(self.subject.signals[s], shift, self.box, self.terms)
@@ -122,7 +122,8 @@ def check_boxes(
 ) -> str | None:
     """Return a sentence about the first box in which a quantity is not shown to stay inside its bounds.
 
-    None if there is none. Quantities that the `first_pass` leaves undecided are enclosed in mpmath.
+    Return None if all quantities are shown to stay inside. Those that the `first_pass` leaves undecided are enclosed
+    in mpmath.
     """
     subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
@@ -141,10 +142,11 @@ _TERMS, _AT_ONCE = 4, 4096
 
 
 def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int, int]]:
-    """Yield groups of boxes with their quantities.
+    """Yield the boxes of a proof in groups.
 
-    With each group come the number of Taylor coefficients, the number of its first box, and the number of all boxes. If
-    only instants are claimed, boxes have the numbers of their steps.
+    A group is a mapping from boxes to the quantities that are checked there, the number of Taylor coefficients, the
+    index of the group's first box, and how many boxes all groups have. If only instants are claimed, the index of a box
+    is its step.
     """
     proof, step = certificate.proof, certificate.subject.system.sampling_time
     if isinstance(proof, Steps):
@@ -175,9 +177,9 @@ def around_instant(k: int, step: float) -> Box:
 
 
 def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quantity]) -> Iterator[tuple[Quantity, str]]:
-    """Yield each quantity that is not shown to stay inside its bounds in a box, and why it may be undefined there.
+    """Yield each quantity that is not shown to stay inside its bounds in the box of `enclosures`, with a text.
 
-    The reason is an empty text if the quantity is defined there.
+    The text says why the quantity may be undefined in the box; it is empty if the quantity is defined.
     """
     values = FormulaValues(needs, enclosures.terms)
     for q in quantities:
@@ -196,9 +198,9 @@ def stays_inside(model: Model, q: Quantity, box: Box) -> bool:
 
 
 def is_below(model: Model, bound: list[Real]) -> bool:
-    """Whether all functions that the model encloses are at most the polynomial `bound` on [−1, 1].
+    """Return whether all functions that the model encloses are at most the polynomial `bound` on [−1, 1].
 
-    It is decided in whole numbers.
+    This is decided in whole numbers. False may also mean that it is not known.
     """
     found = in_fixed_point([model.missed, *bound, *model.coefficients])
     if found is None:
@@ -208,12 +210,15 @@ def is_below(model: Model, bound: list[Real]) -> bool:
     both = zip_longest(above, below, fillvalue=(0, 0))
     doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
     p = [c << k for k, c in enumerate(doubled)]  # the polynomial in y ∈ [0, 1], x = 2 y − 1
-    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # as |x^k| ≤ 1, these stand for the intervals' widths
+    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # covers the intervals' widths, as |x^k| ≤ 1
     return is_nowhere_negative(p)
 
 
 def check_cover(certificate: Certificate) -> str | None:
-    """Return why the boxes do not cover the claimed times, or what does not repeat; None if they cover them."""
+    """Return why the boxes do not cover the claimed times; None if they do.
+
+    If all phases are claimed, the boxes have to cover one period, after which all kernels and bounds have to repeat.
+    """
     proof = certificate.proof
     if isinstance(proof, Steps):
         return None

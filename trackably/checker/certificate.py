@@ -1,4 +1,4 @@
-"""The content of a certificate as typed values, on which everything after reading works."""
+"""The content of a certificate as typed values: the result of reading a file, from which all steps are checked."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ FORMAT, VERSION = "trackably certificate", 3
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes of time from ends_k to ends_(k+1) [s], and for each the radius [s] of the discs in Cauchy's estimate."""
+    """Boxes of time: box k is from ends[k] to ends[k + 1] [s], and its discs in Cauchy's estimate have radii[k] [s]."""
 
     ends: tuple[float, ...]
     radii: tuple[float, ...]
@@ -21,7 +21,7 @@ class Boxes:
 
 @dataclass(frozen=True)
 class AllTimes:
-    """Every real t ≥ 0. The `span` of a claim is its first and its last time [s]."""
+    """The claim about every real t ≥ 0. The `span` of a claim is its first and its last time [s]."""
 
     span = 0.0, inf
 
@@ -31,7 +31,7 @@ class AllTimes:
 
 @dataclass(frozen=True)
 class AllPhases:
-    """Every real t, of signals that repeat for ever."""
+    """The claim about every real t, for signals that repeat for ever."""
 
     span = -inf, inf
 
@@ -41,7 +41,7 @@ class AllPhases:
 
 @dataclass(frozen=True)
 class Window:
-    """Every real t from `start` to `end` [s]."""
+    """The claim about every real t from `start` to `end` [s]."""
 
     start: float
     end: float
@@ -56,7 +56,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Instants:
-    """Every t = k T with k ≥ 0."""
+    """The claim about every t = k T with k ≥ 0."""
 
     span = 0.0, inf
 
@@ -78,9 +78,9 @@ KINDS: dict[str, type[Claim]] = {
 class Cover:
     """The proof of a claim about real times, with `boxes` of time for each bound, by its name.
 
-    The boxes lead from `start` to `end` [s]. These are the ends of the window, of one period of all kernels, or of the
-    times before the tail, in which the decay of the kernels keeps the bounds. `terms` is the number of terms of a
-    Taylor polynomial. Polynomial pieces have no boxes.
+    The boxes of each bound cover the times from `start` to `end` [s]. These times are the window, one period of all
+    kernels, or all times before the tail. In the tail, the bounds hold because the kernels decay. `terms` is the number
+    of terms of the Taylor polynomial in each box. Signals of polynomial pieces need no boxes.
     """
 
     start: float
@@ -91,7 +91,7 @@ class Cover:
 
 @dataclass(frozen=True)
 class Steps:
-    """The proof of a claim about instants: steps up to `last` one by one, later ones by the decay of the kernels."""
+    """The proof of a claim about instants: steps up to `last` are checked one by one, later steps by kernels' decay."""
 
     last: int
 
@@ -110,7 +110,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class SignalClass:
-    """All signals f that explain `samples` of f and `rates`, samples of f′, up to their noise.
+    """All signals f that agree with `samples` of f, and with `rates` (samples of f′), up to the noise of each.
 
     |f′| is at most the `slope` L [1/s], or |f″| at most the `second_derivative` M [1/s²], or both.
     """
@@ -123,10 +123,10 @@ class SignalClass:
 
 @dataclass(frozen=True)
 class Derived:
-    """Bounds of all signals of a class at a `time` [s] that follow from several measurements (`truth`).
+    """An upper and a lower bound for all signals of a class at a `time` [s], from several measurements (`truth`).
 
-    `upper` and `lower` are pairs of the number of a measurement and its multiplier. Samples are numbered from 0 on, and
-    rates after them.
+    `upper` and `lower` give each bound by pairs: the number of a measurement, and its multiplier. Numbers count the
+    samples from 0 on, then the rates.
     """
 
     time: float
@@ -138,9 +138,10 @@ class Derived:
 class TrueSignal:
     """The claim that a `state` of the reference is within errors[k] of every signal of the class `of`, in each cell k.
 
-    Cell k is from ends[k] to ends[k + 1] [s]. `upper` and `lower` give the numbers of two measurements for each cell:
-    samples come first, then rates, then `derived` points. `radii` [s] are those of the discs in Cauchy's estimate, and
-    `terms` is the number of terms of Taylor models. `plant` is δ, within which the state of a disturbed system is.
+    Cell k is from ends[k] to ends[k + 1] [s]. For each cell, `upper` and `lower` name the two measurements from
+    which an upper and a lower bound of the signals follow. Their numbers count samples first, then rates, then
+    `derived` points. `radii` [s] are those of the discs in Cauchy's estimate, and `terms` is the number of terms of
+    Taylor models. If `plant` is given, the state of the disturbed system is claimed to be within `plant` of the signal.
     """
 
     state: str
@@ -164,8 +165,9 @@ class TrueSignal:
 class Certificate:
     """A claim about a reference, with its `proof` and all data needed to verify it.
 
-    `errors` are those of float64 evaluation up to the time `until` [s], by the name of the bound. `robust` is the
-    statement about the disturbed system, and `truth` about the distances of states from true signals.
+    `errors` has, by the name of each bound, the largest error of float64 evaluation at times up to `until` [s].
+    `robust` is the claim about the disturbed system; None without this claim. `truth` has the claims about the
+    distances of states from true signals.
     """
 
     subject: Subject

@@ -1,4 +1,4 @@
-"""Contradictions: what a system, its bounds and given values exclude, whatever reference is wanted.
+"""Contradictions: proofs that no states and inputs of a system keep its bounds and given values together.
 
 Form. {"format": "trackably contradiction", "version": 1, "plant": {"system", "state_set", "input_set"}, "start": t_0,
 "steps": N, "values": [{"step", "name", "lower", "upper"}, …], "missing": d > 0, "proof": …}. The plant is that of
@@ -66,13 +66,13 @@ from trackably.checker.watch import progress, tick
 
 FORMAT, VERSION = "trackably contradiction", 1
 
-_MOST_BITS = 2_000_000  # bits of a power of the common denominator; with more, a check would take hours
-_MOST_LINES = 300  # most rows of the first steps whose multipliers are changed so that p_0 becomes zero
+_MOST_BITS = 2_000_000  # with more bits in a power of the common denominator, a proof is refused: it would take hours
+_MOST_LINES = 300  # rows of the first steps that may be used to make p_0 zero; further rows are not tried
 
 
 @dataclass(frozen=True)
 class Value:
-    """A state or an input, by name, with bounds of its value at a step."""
+    """A given value: the state or input with this `name` is between `lower` and `upper` at a `step`."""
 
     step: int
     name: str
@@ -82,7 +82,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """A multiplier for each step and row of states, for each step and row of inputs, and for each value."""
+    """The multipliers: states[k][i] and inputs[k][i] for row i of both sets at step k, and values[i] for value i."""
 
     states: tuple[tuple[float, ...], ...]
     inputs: tuple[tuple[float, ...], ...]
@@ -91,7 +91,7 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Gap:
-    """At a `step`, the requirements on the state or input `name` have no common value."""
+    """The claim that, at a `step`, no value of the state or input `name` satisfies all that is required of it."""
 
     step: int
     name: str
@@ -99,9 +99,9 @@ class Gap:
 
 @dataclass(frozen=True)
 class Contradiction:
-    """Bounds and values that contradict each other at `steps` steps, the first of them at `start` [s], and the proof.
+    """Bounds and values that contradict each other over `steps` steps from the time `start` [s] on, with the proof.
 
-    `missing` is d of the theorem: they still contradict each other if they are moved outwards by d.
+    `missing` is d of the theorem, which says how far bounds or values exclude each other.
     """
 
     system: System
@@ -164,7 +164,10 @@ def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
 
 @dataclass(frozen=True)
 class _Weighted:
-    """lower ≤ row · z_k ≤ upper, already moved outwards by d, and its multiplier μ; z is x if `of_state`, else u."""
+    """The inequality lower ≤ row · z_k ≤ upper at a step k, and its multiplier μ; z is x if `of_state`, else u.
+
+    The ends are already moved outwards by d, where the theorem says so.
+    """
 
     step: int
     of_state: bool
@@ -175,7 +178,7 @@ class _Weighted:
 
     @property
     def most(self) -> Fraction:
-        """The largest value of μ row · z_k."""
+        """The largest value of μ row · z_k for which the inequality holds."""
         return self.multiplier * (self.upper if self.multiplier > 0 else self.lower)
 
 
@@ -225,10 +228,11 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
 
 
 def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return what the bounds of inputs add to the right side by multipliers ν that cancel the factors e_k of u_k.
+    """Return what the rows of inputs add to the right side if their multipliers ν cancel the factors e_k of u_k.
 
-    It is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. None if no ν exists. `rows`
-    are the rows l_ki ≤ r_i · u_k ≤ h_ki of the input set, `count` for each step; `of_inputs` are e_k, last step first.
+    This is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. Return None if no such ν
+    exists. `rows` has l_ki ≤ r_i · u_k ≤ h_ki for all rows of the input set, `count` of them for each step; `of_inputs`
+    has the vectors e_k, that of the last step first, with `m` entries each.
     """
     one = [row.row for row in rows[:count]]
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], one) for j in range(m)]
@@ -255,7 +259,8 @@ def _factors(
 ) -> tuple[list[int], list[list[int]], int, int]:
     """Return p_0, e_k + Bᵀ p_(k+1) for k = N − 1, …, 0, and Σ_k p_(k+1) c, as integers, and their common denominator.
 
-    `A` and `B` are given by columns. They and `c` are multiplied by q.
+    `A` and `B` are given by their columns. All entries of `A`, `B` and `c` are integers: q times those of the system.
+    `N` is the number of steps, and `rows` are the inequalities with their multipliers.
     """
     used = [row for row in rows if row.multiplier]
     D = common_denominator(row.multiplier * r for row in used for r in row.row)
@@ -277,7 +282,7 @@ def _factors(
 
 
 def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
-    """Return row · Aᵏ, what the row of step k is for the state at the first step."""
+    """Return row · Aᵏ for a row of step k: the factors by which the state at the first step enters the row."""
     found = list(row.row)
     for _ in range(row.step):
         found = [exact_dot(found, column) for column in zip(*A, strict=True)]
@@ -285,7 +290,7 @@ def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
 
 
 def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]) -> list[Fraction] | None:
-    """Return factors with which the lines add up to −vector; None if there are none."""
+    """Return factors f_i with Σ_i f_i lines[i] = −vector; None if there are no such factors."""
     columns = [*lines, vector]
     found = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
     return found[-1][:-1] if found and found[-1][-1] else None
@@ -306,9 +311,10 @@ def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | N
 
 
 def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:
-    """Yield lower and upper ends of the states and inputs at each step, from bounds, reachable sets and given values.
+    """Yield, for each step, the lower and the upper end of each state and input that can be bounded, by name.
 
-    The first step at which some lower end exceeds the upper one is the last step.
+    They follow from bounds, given values and the box of the step before. Stop after the first step at which a lower end
+    exceeds the upper end.
     """
     sides = ((of.state_set, system.states), (of.input_set, system.inputs))
     bounds = [
@@ -332,13 +338,13 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
 
 
 def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
-    """Yield the interval as one value; if it is empty, its two ends as separate values."""
+    """Yield the interval from lower to upper; if lower > upper, yield both ends as two intervals."""
     ends = ratio(lower), ratio(upper)
     yield from (between(*ends),) if lower <= upper else ends
 
 
 def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:
-    """Yield the intervals of states at the next step, for those that can be bounded."""
+    """Yield names and intervals of states at the next step, without those that cannot be bounded from the `box`."""
     for name, formula in zip(system.states, system.f, strict=True):
         if names(formula) <= box.keys():
             try:

@@ -24,7 +24,7 @@ FORMAT, VERSION = "trackably counterexample", 1
 
 @dataclass(frozen=True)
 class Counterexample:
-    """At the claimed time `at` [s], the bound with this name is violated by at least `violation`.
+    """A violation of a claim: at its time `at` [s], the bound `name` is broken by at least `violation`.
 
     If instants are claimed, `at` is a step k, and the time is exactly k T.
     """
@@ -65,9 +65,10 @@ def check_violation(
 
 
 def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:
-    """Return the interval in which a row has to stay at t [s]; None if nothing is demanded of the row.
+    """Return the interval in which the row of a bound has to stay at t [s]; None if nothing is demanded of the row.
 
-    If inputs of a linear system are redundant, it follows from all rows of U. Otherwise it is that of the row itself.
+    For a row of inputs of a linear system, the interval follows from all rows of U if inputs are redundant. For every
+    other row, it is the interval between the row's own ends at t.
     """
     if bound.of == "state" or not isinstance(subject.system, LinearSystem):
         return ends_at(bound, t)

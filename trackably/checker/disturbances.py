@@ -50,7 +50,7 @@ class Zonotope:
 
     @staticmethod
     def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that `vectors` define: its own vectors times a common denominator."""
+        """Return max {row · w} over the zonotope whose centre and generators are `vectors`, scaled to integers."""
         centre, *generators = (product(vector, row) for vector in vectors)
         return centre + sum(map(abs, generators))
 
@@ -68,7 +68,7 @@ class Hull:
 
     @staticmethod
     def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
-        """Return max row · w over the set that `vectors` define: its own vectors times a common denominator."""
+        """Return max {row · w} over the convex hull whose vertices are `vectors`, scaled to integers."""
         return max(product(vector, row) for vector in vectors)
 
 
@@ -76,10 +76,11 @@ class Hull:
 class Robust:
     """Sets X and U that the disturbed system keeps, for all disturbances in a set W.
 
-    `feedback` is K, row by row. The system may be any point of the convex hull of `model`, another at each step. If
-    there is `noise` V, K acts on the measured state y = x + v, and the errors are those of y, which is disturbed by W ⊕
-    (−A V) ⊕ V in place of W. The errors stay in Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s =
-    `terms`, α = `contraction`, and P = {|x_i| ≤ p_i} with p = `box`.
+    `feedback` is K, row by row. If a `model` is given, (A, B, c) may be any point of its convex hull, and another one
+    at each step. If there is `noise` V, K acts on the measured state y = x + v, and the errors are those of y, which is
+    disturbed by W ⊕ (−A V) ⊕ V in place of W. The errors stay in
+    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s = `terms`, α = `contraction`, and P =
+    {|x_i| ≤ p_i} with p = `box`.
     """
 
     state_set: Polytope
@@ -94,7 +95,7 @@ class Robust:
     model: tuple[Vertex, ...] = ()
 
     def model_generators(self, system: LinearSystem) -> list[Vector] | str:
-        """Return the generators of D, by which a wrong model enlarges W, or what is wrong with them."""
+        """Return the generators of the set D that a wrong model adds to W, or why there are none."""
         if self.model and not isinstance(self.disturbance, Zonotope):
             return "W must be a zonotope where the model may be wrong"
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
@@ -117,13 +118,13 @@ def product(a: Sequence[int], b: Sequence[int]) -> int:
     return found
 
 
-_MOST_BITS = 2_000_000  # bits of a power of A + B K; more would take hours, and no useful feedback needs more
+_MOST_BITS = 2_000_000  # with more bits in a power of A + B K, a certificate is refused: its check would take hours
 
 
 def check_robust(subject: Subject, robust: Robust | None) -> str | None:
-    """Return why errors may leave Z, or which bound of X leaves too little room for Z, or of U for K Z.
+    """Return why the claim about the disturbed system is not shown; None if it is shown, or if there is no claim.
 
-    None if all of this is shown.
+    The reason is that errors may leave Z, or that a bound of X leaves too little room for Z, or a bound of U for K Z.
     """
     if robust is None:
         return None
@@ -144,8 +145,9 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
 
 
 def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> bool:
-    """Return whether the state i of the disturbed system stays within `room` of the reference:
-    h_Z(±r) + h_V(∓r) ≤ room.
+    """Return whether state i of the disturbed system is shown to stay within `room` of the reference.
+
+    This holds if h_Z(±r) + h_V(∓r) ≤ room, where r · x is the state.
     """
     errors, axis = _errors_of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
     if isinstance(errors, str):
@@ -163,7 +165,7 @@ def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
 
 
 def _errors_of(system: LinearSystem, robust: Robust) -> "Errors | str":
-    """Return the errors of a disturbed system, or what is wrong with its model."""
+    """Return the set Z of the errors of a disturbed system, or a sentence that says what is wrong with its model."""
     W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
     if isinstance(added, str):
         return added
@@ -176,9 +178,10 @@ def _errors_of(system: LinearSystem, robust: Robust) -> "Errors | str":
 
 @dataclass(frozen=True)
 class Errors:
-    """The set Z of errors, by N = `head`, s = `terms`, α = `contraction`, and all other numbers as integers.
+    """The set Z of errors (`Robust`), with N = `head`, s = `terms` and α = `contraction`.
 
-    `closed` is q A_K with A_K = A + B K, `vectors` are d times those of the `disturbance`, and `box` is b p.
+    All other numbers are integers, as they are multiplied by common denominators q, d and b: `closed` is q A_K with
+    A_K = A + B K, `vectors` are d times those of the `disturbance`, and `box` is b p.
     """
 
     head: int
@@ -204,7 +207,7 @@ class Errors:
         contraction: float,
         box: Sequence[float],
     ) -> "Errors":
-        """Return the errors under A + B K."""
+        """Return the set Z of errors e with e(k + 1) = (A + B K) e(k) + w(k) and w(k) in the set `disturbance`."""
         by_state, by_input, by_error = ([[Fraction(v) for v in row] for row in of] for of in (A, B, K))
         closed = [
             [a + exact_dot(inputs, column) for a, column in zip(row, zip(*by_error, strict=True), strict=True)]
@@ -218,8 +221,8 @@ class Errors:
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
         """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), as numerator and denominator.
 
-        Both sums are evaluated by Horner's rule in 1/q. Common factors are not cancelled, which would take far longer
-        than everything else: the sums have as many digits as the last power.
+        Both sums are evaluated by Horner's rule in 1/q. Common factors are not cancelled, because this would take
+        far longer than everything else: the sums have as many digits as the last power.
         """
         N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
         r, (moved,) = in_whole_numbers([row])
@@ -259,7 +262,7 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
 
 
 def _not_invariant(robust: Robust, errors: Errors) -> str | None:
-    """Return why errors may leave Z: W ⊆ P or A_Kˢ P ⊆ α P does not hold."""
+    """Return which of W ⊆ P and A_Kˢ P ⊆ α P does not hold, so that errors may leave Z; None if both hold."""
     n, box = len(robust.box), [Fraction(p) for p in robust.box]
     for i in range(n):
         axis = [int(i == j) for j in range(n)]
@@ -279,9 +282,10 @@ def _not_invariant(robust: Robust, errors: Errors) -> str | None:
 def _short(
     name: str, left: Polytope, given: Polytope, errors: Errors, V: Zonotope | None, K: list[list[Fraction]] | None
 ) -> str | None:
-    """Return which bound of the reference leaves too little room for errors inside the given one; None if none.
+    """Return which bound leaves too little room for errors; None if all leave enough.
 
-    `left` are the bounds of the reference. `K` is given for inputs, by its columns, and the noise `V` for states.
+    `left` has the bounds that the reference keeps, and `given` those that the disturbed system has to keep. For inputs,
+    `K` is given by its columns; for states, `K` is None, and `V` is the noise, if there is noise.
     """
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
         return f"disturbance: {name} must have the same rows as that of the reference"

@@ -57,7 +57,7 @@ class Shapes:
         return self.known[node]
 
     def shared(self, formulas: Sequence[Formula]) -> list[Formula]:
-        """Return the same formulas, but parts that are equal as written are one object, which is evaluated once."""
+        """Return the formulas with one object for all parts that are equal as written, so that it is evaluated once."""
         first: dict[int, Formula] = {}
         return rewritten(formulas, lambda node, done: done.get(first.setdefault(self.number(node), node)))
 
@@ -70,7 +70,7 @@ class Shapes:
 
 
 def substitute(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
-    """Return the formulas with each name in `by` replaced by the formula that it has there."""
+    """Return the formulas, in which the formula by[name] takes the place of each name in `by`."""
     return rewritten(formulas, lambda node, _: by.get(node.name) if isinstance(node, Name) else None)
 
 
@@ -83,7 +83,10 @@ class Need:
 
 
 def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
-    """Return a sentence about a state whose successor by f is not shown to be its formula one step later, or None."""
+    """Return why x(t + T) = f(x(t), u(t)) is not shown for the formulas of a flat form; None if it is shown.
+
+    For states that are angles, both sides may differ by multiples of 2π.
+    """
     for state, formula in zip(system.states, system.f, strict=True):
         for angle in flat.angles:
             turned = turns(formula, angle)
@@ -107,9 +110,9 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
 
 
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
-    """Return a table in which all formulas of the flat form are known as quotients.
+    """Return a table in which all formulas of the flat form, and those of the states one step later, are known.
 
-    So their square roots are known before products of roots occur, and these products are recognised.
+    They are entered first, so that products of their square roots are recognised when they occur later.
     """
     values = Values()
     values.positive = [values.of(p) for p in flat.positive]
@@ -119,9 +122,9 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b follows from the formula of one state or input, with any values in place of all others.
+    """Return whether a = b holds if only one state or input has its formula, and all others may have any values.
 
-    Each state and input is tried in turn as the one whose formula is used.
+    Each state and input is tried in turn. The formulas `later`, of states one step later, may have any values, too.
     """
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
@@ -168,7 +171,10 @@ def turns(formula: Formula, angle: str) -> int | None:
 
 
 def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
-    """Return the conditions under which X, U, X one step later and f(X, U) are defined, and the rules are true."""
+    """Return the conditions under which X, U, X one step later and f(X, U) are defined.
+
+    The rules of `identities` are true under these conditions, too.
+    """
     found: dict[tuple[int, bool], Need] = {}
     shapes = Shapes()
     for formula in (

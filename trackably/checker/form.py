@@ -1,6 +1,6 @@
 """Read the form of files strictly: exactly the known fields, numbers exact in float64, and no conversions.
 
-A reader takes a value and its place in the file, which its messages name. Readers of objects are built from those of
+A reader takes a value and its place in the file, which its messages name. Readers of objects are built from readers of
 their fields. No name can be mistaken for a part of a sentence, so that printed statements mean what they seem to say.
 """
 
@@ -106,7 +106,7 @@ class UnreadableError(ValueError):
 
 
 def format_of(data: object) -> str | None:
-    """Return the format that a file states, with the current name; None if it states none."""
+    """Return the format that a file states, a former name replaced by the current one; None if it states none."""
     found = data.get("format") if isinstance(data, dict) else None
     if not isinstance(found, str):
         return None
@@ -141,12 +141,12 @@ def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return found
 
 
-# Built once, as each message of a log is a small object that is decoded for itself.
+# The decoder is built only once, because a log has many messages, each of which is decoded on its own.
 _DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_unique)
 
 
 def require_short_texts(data: object) -> None:
-    """Raise UnreadableError if all texts together, except names of fields, are longer than any proof needs."""
+    """Raise UnreadableError if the texts of a file, without names of fields, have more than `TEXTS` characters."""
     waiting, found = [data], 0
     while waiting:
         tick()
@@ -166,7 +166,7 @@ def require_short_texts(data: object) -> None:
 def record(
     make: Callable[..., T], optional: Mapping[str, Reader[Any]] | None = None, /, **readers: Reader[Any]
 ) -> Reader[T]:
-    """Read an object with exactly these fields, and possibly optional ones, and pass their values to `make`."""
+    """Return a reader of objects with the fields `readers` and perhaps `optional` ones; it passes values to `make`."""
     every = {**readers, **(optional or {})}
 
     def read(value: object, where: str) -> T:
@@ -178,7 +178,7 @@ def record(
 
 
 def by_tag(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
-    """Read an object with the reader that belongs to the text in its field `tag`."""
+    """Return a reader of objects; the text in the field `tag` of an object selects one of the `readers` for it."""
 
     def read(value: object, where: str) -> T:
         kind = value.get(tag) if isinstance(value, dict) else None
@@ -190,7 +190,7 @@ def by_tag(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
 
 
 def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, ...]]:
-    """Read a list with at most `most` values; it must not be empty unless `empty` is set."""
+    """Return a reader of lists with at most `most` values; a list must not be empty unless `empty` is set."""
 
     def read(value: object, where: str) -> tuple[T, ...]:
         if not isinstance(value, list) or not (value or empty):
@@ -199,14 +199,14 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
             raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
         try:
             return tuple([reader(item, where) for item in value])
-        except UnreadableError:  # read again, to name the place of the entry, which takes longer
+        except UnreadableError:  # read again, more slowly, to name the place of the entry
             return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
 
     return read
 
 
 def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
-    """Read a list of two values."""
+    """Return a reader of lists of two values."""
 
     def read(value: object, where: str) -> tuple[T, U]:
         if not isinstance(value, list) or len(value) != 2:
@@ -217,7 +217,7 @@ def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
 
 
 def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
-    """Read an object whose keys are read by `a_name` and its values by `reader`."""
+    """Return a reader of objects, which reads their keys by `a_name` and their values by `reader`."""
 
     def read(value: object, where: str) -> dict[str, T]:
         if not isinstance(value, dict):
@@ -228,7 +228,7 @@ def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
 
 
 def one_of(known: Iterable[T]) -> Reader[T]:
-    """Read one of the `known` values."""
+    """Return a reader that accepts only the `known` values."""
     every = list(known)
 
     def read(value: object, where: str) -> T:
@@ -253,7 +253,7 @@ def itself(value: object, where: str) -> object:
 def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Callable[[Mapping[Any, object]], T]:
     """Return a reader of the content of a file of this version. It raises UnreadableError if the content is invalid.
 
-    `hint` is what to do about another version: the end of a sentence.
+    `hint` ends the message about a file of another version, and says what to do about it.
     """
 
     def read(data: Mapping[Any, object]) -> T:
@@ -274,7 +274,7 @@ def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Calla
 
 def real_number(value: object, where: str) -> float:
     """Read a finite number that float64 holds exactly."""
-    if type(value) is float and abs(value) < 2.0**1023:  # nearly all are
+    if type(value) is float and abs(value) < 2.0**1023:  # true of nearly all numbers
         return value
     if (
         isinstance(value, bool)
@@ -300,7 +300,7 @@ def exact_number(value: object, where: str) -> Fraction:
 
 
 def whole_number(most: int, least: int = 1) -> Reader[int]:
-    """Read a whole number from `least` to `most`, both included."""
+    """Return a reader of whole numbers from `least` to `most`, both included."""
 
     def read(value: object, where: str) -> int:
         if type(value) is not int or not least <= value <= most:
@@ -330,7 +330,7 @@ def an_identifier(value: object, where: str) -> str:
 
 
 def a_bound(value: object, where: str) -> str:
-    """Read the name of a bound: a weighted sum of names, such as x-0.5y, with a number if there are several."""
+    """Read the name of a bound: a weighted sum of names, such as x-0.5y, or x (2) if two have this sum."""
     if not isinstance(value, str) or not _BOUND.fullmatch(value):
         raise UnreadableError(f"{where} must be the name of a bound, such as x, x-0.5y or x (2)")
     return value
@@ -346,7 +346,7 @@ _exact_vector = many(rational_number, COORDINATES)
 
 
 def a_kernel(value: object, where: str) -> Kernel:
-    """Read a kernel: an object with its type and exactly its positive hyperparameters, or with two parts to combine."""
+    """Read a kernel: an object with its type, and with positive hyperparameters, or the two kernels it combines."""
     found = _nested_kernel(KERNEL_DEPTH)(value, where)
     if (count := _count(found)) > KERNELS:
         raise UnreadableError(f"{where} must be made of no more than {KERNELS} kernels, got {count}")
@@ -475,7 +475,7 @@ _pieces = _pieces_beyond("rest", "period", "end")
 
 
 def _signals(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...]]:
-    """Read signals, all of kernels or all of pieces."""
+    """Read signals: either all are sums of kernels, or all are polynomial pieces."""
     if isinstance(value, list) and any(isinstance(one, dict) and "breakpoints" in one for one in value):
         return (), many(_pieces, SIGNALS)(value, where)
     return many(_signal, SIGNALS)(value, where), ()
@@ -499,7 +499,7 @@ _of_linear = {
 def _subject(
     reference: tuple[Any, str], trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
-    """Return the subject of a file. Its fingerprint is made of the `reference` as it is written there."""
+    """Return the subject of a file. Its fingerprint is made of `reference`: an object in the file, with its place."""
     written, where = reference
     found = _reference(written, where)
     plant: Plant = found["plant"]

@@ -46,7 +46,7 @@ class Power:
 
 @dataclass(frozen=True, eq=False)
 class Function:
-    """One of `FUNCTIONS` of an argument."""
+    """A function of one argument; `FUNCTIONS` has the names of all functions."""
 
     function: str
     argument: "Formula"
@@ -119,7 +119,7 @@ def evaluate(
 
 
 def parts(formula: Formula) -> list[Formula]:
-    """Return every part once, operands before the parts that use them; formulas may share parts, at any depth."""
+    """Return every part of a formula once, operands before the parts that use them; a part may be used repeatedly."""
     found: dict[Formula, None] = {}
     waiting = [formula]
     while waiting:
@@ -153,7 +153,7 @@ def rewritten(
 
 
 def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
-    """Return a formula with its operands replaced by those in `of`."""
+    """Return a formula in which of[operand] takes the place of each operand."""
     return type(node)(*(of.get(value, value) for value in vars(node).values())) if operands(node) else node
 
 

@@ -176,7 +176,7 @@ _ONE, _ZERO = Quotient.number(Fraction(1)), Quotient.number(Fraction(0))
 class Atom:
     """The value of a function at some `arguments`; the variable with this `number` stands for it in polynomials.
 
-    `square` is the quotient that replaces its square; None if no rule gives one.
+    `square` is the quotient that takes the place of the variable's square; None if no rule gives one.
     """
 
     function: str
@@ -222,7 +222,7 @@ class Values:
         return cosine, sine
 
     def reduce(self, value: Quotient) -> Quotient:
-        """Return a quotient with squares of atoms replaced: last atoms first, as atoms depend on earlier ones."""
+        """Return a quotient with squares of atoms replaced, in reverse order, as atoms may contain earlier atoms."""
         for atom in reversed(self.atoms):
             if atom.square is not None:
                 above, below = (_without_squares(p, atom.number, atom.square) for p in (value.above, value.below))
@@ -314,7 +314,7 @@ def _rational_root(number: Fraction | None) -> Fraction | None:
 
 
 def _without_squares(p: Polynomial, i: int, square: Quotient) -> Quotient | None:
-    """Return p with `square` substituted for the square of variable i; None if that does not occur."""
+    """Return p with `square` in the place of the square of variable i; None if p has no power of it above 1."""
     powers = powers_of(i, p)
     if max(powers, default=0) < 2:
         return None

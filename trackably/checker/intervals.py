@@ -66,7 +66,7 @@ class Many:
 
 
 class _Intervals(MPIntervalContext):  # type: ignore[misc]
-    """The intervals of mpmath, with a cache for those of single numbers, because few different ones occur."""
+    """The intervals of mpmath, with a cache for intervals of single numbers, because the same numbers occur often."""
 
     def __init__(self) -> None:
         self._of_number = lru_cache(maxsize=4096)(super().convert)
@@ -78,7 +78,7 @@ class _Intervals(MPIntervalContext):  # type: ignore[misc]
 
 iv = _Intervals()
 iv.prec = 160
-iv._types = (*iv._types, Many)  # mpmath leaves operations with these arrays to the arrays
+iv._types = (*iv._types, Many)  # mpmath then leaves operations with arrays of intervals to `Many`
 
 
 def exactly(number: Real | float) -> Real:
@@ -88,14 +88,14 @@ def exactly(number: Real | float) -> Real:
 
 
 def between(low: Real | float, high: Real | float) -> Real:
-    """Return the smallest interval that contains both."""
+    """Return the smallest interval that contains `low` and `high`."""
     found: Real = iv.mpf([low, high])
     return found
 
 
 ONE, ZERO, SIGN, INFINITE = exactly(1), exactly(0), between(-1, 1), between(0, float("inf"))
-GUARD = SIGN * exactly(2) ** -130  # mpmath rounds its functions outwards; this covers what their last bits might miss
-_HUGE = 1e100  # larger angles are not reduced, which takes too many digits of π: their sin and cos are [−1, 1]
+GUARD = SIGN * exactly(2) ** -130  # a reserve, in case mpmath does not round the last bits of its functions outwards
+_HUGE = 1e100  # sin and cos of larger angles are [−1, 1], because their reduction takes too many digits of π
 UNIT = exactly(2) ** -53
 """The unit roundoff of float64."""
 
@@ -107,7 +107,7 @@ def pi() -> Real:
 
 
 def _of_many(of: Callable[[Real], Real]) -> Callable[[Real], Real]:
-    """Return a function that calls, for arrays of intervals, their method of the same name, and `of` otherwise."""
+    """Return a function that calls `of`, or for arrays of intervals, their method with the same name."""
 
     @wraps(of)
     def of_any(x: Real) -> Real:
@@ -118,7 +118,7 @@ def _of_many(of: Callable[[Real], Real]) -> Callable[[Real], Real]:
 
 @_of_many
 def exp(x: Real) -> Real:
-    """Return e^x: [0, ∞] if x may exceed 10⁶, and from 0 on if x may be below −10⁶, as such values decide nothing."""
+    """Return e^x; [0, ∞] if x may exceed 10⁶, and with the lower end 0 if x may be below −10⁶."""
     if x.b > 1e6:
         return INFINITE
     if x.a < -1e6:
@@ -242,7 +242,7 @@ _BITS = 256
 def in_fixed_point(numbers: Sequence[Real]) -> list[tuple[int, int]] | None:
     """Return integers low and high with low ≤ 2ᵖ x ≤ high for each interval x, with the same p for all.
 
-    The largest have 256 bits. None if an interval is unbounded.
+    The largest of these integers have 256 bits. Return None if an interval is unbounded.
     """
     ends = [x._mpi_ for x in numbers]  # type: ignore[attr-defined]
     sizes = [exponent + bits for pair in ends for _, digits, exponent, bits in pair if digits]
@@ -349,8 +349,8 @@ def function(name: str, a: Real) -> Real:
 def side(y: Real, x: Real) -> int:
     """Return a half-plane that holds the vector (x, y): 0 means x > 0, 1 means y > 0, and −1 means y < 0.
 
-    Angles of vectors are continuous in each of these. For arrays of vectors it is 0, because the half-plane differs
-    among them. Raise UndefinedError if no half-plane is certain.
+    Angles are continuous in each of these half-planes. For arrays of vectors, the result is 0, because each vector may
+    have another half-plane. Raise UndefinedError if no half-plane is certain.
     """
     certain = [x.a > 0, y.a > 0, y.b < 0]
     require(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")

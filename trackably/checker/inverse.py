@@ -38,7 +38,10 @@ class UnsolvableError(ValueError):
 
 
 def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[str]) -> dict[str, Formula]:
-    """Return u as formulas of states and successors, by the names of inputs. Raise UnsolvableError if f has none."""
+    """Return the solution u of f(x, u) = x⁺ by input, as formulas of the states x and their successors x⁺.
+
+    Raise UnsolvableError if f is not affine in u, or no such formulas are found.
+    """
     split = [_split(formula, set(inputs)) for formula in f]
     rests = [minus(Name(successor), drift) for successor, (drift, _) in zip(successors, split, strict=True)]
     rows = [{name: gain for name, gain in gains.items() if not is_number(gain, 0.0)} for _, gains in split]
@@ -91,7 +94,7 @@ def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
 
 
 def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:
-    """Return the inputs that solve the remaining equations, none of which has a single unknown, by Cramer's rule."""
+    """Return the inputs that solve equations with several unknown inputs each, by Cramer's rule."""
     if len(inputs) != len(rows) or len(rows) > _MOST_COUPLED:
         raise UnsolvableError(
             f"f cannot be solved for {', '.join(inputs)}, or more than {_MOST_COUPLED} of its equations are coupled"

@@ -71,8 +71,8 @@ class Joint:
 class JointTrajectory:
     """Polynomial pieces of all joints between common `breakpoints` [s]; `coefficients` are by joint, piece and power.
 
-    `jumps` are the largest that derivatives may have at breakpoints, by order. If the trajectory `rests`, all joints
-    stay where the last piece ends.
+    jumps[r] is the largest jump that a derivative of order r may have at a breakpoint. If the trajectory `rests`, all
+    joints stay where the last piece ends.
     """
 
     joints: tuple[Joint, ...]
@@ -82,9 +82,9 @@ class JointTrajectory:
     jumps: tuple[float, ...]
 
     def polynomial(self, joint: int, piece: int, order: int) -> list[Fraction]:
-        """Return the coefficients of a derivative on a piece, in the time since its breakpoint [s].
+        """Return a derivative on a piece, as coefficients of a polynomial in the time since the piece's start [s].
 
-        The index after the last piece means rest.
+        An index `piece` after the last piece stands for the rest after the last breakpoint.
         """
         tick()
         if piece == len(self.breakpoints) - 1:
@@ -100,7 +100,7 @@ class JointTrajectory:
         return Fraction(self.breakpoints[piece + 1]) - Fraction(self.breakpoints[piece])
 
     def jump(self, joint: int, order: int, at: int) -> Fraction:
-        """Return the jump of a derivative at a breakpoint after the first; at the last one, the jump to rest."""
+        """Return the jump of a derivative at breakpoint `at` ≥ 1; at the last breakpoint, it is the jump to rest."""
         return self.polynomial(joint, at, order)[0] - value(self.polynomial(joint, at - 1, order), self.width(at - 1))
 
     @property
@@ -126,7 +126,11 @@ def _plain(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Broken:
-    """A violation: a derivative outside its limits at `since` [s] after the breakpoint of a piece, or a jump."""
+    """A violation, by at least `violation`: a derivative of a joint outside its limits, or with too large a jump.
+
+    Limits are broken at the time `since` [s] after the start of a `piece`. A jump is at the breakpoint with the index
+    `jump`, which is −1 if limits are broken.
+    """
 
     joint: int
     order: int
@@ -165,7 +169,10 @@ def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
 def check_joints(
     trajectory: JointTrajectory, undecided: Callable[[JointTrajectory], tuple[Open, Open]] = everything
 ) -> str | None:
-    """Return the first limit that is not shown to be kept, or jump that is too large; None if there is none."""
+    """Return a sentence about the first limit that is not shown to be kept, or the first jump that is too large.
+
+    Return None if there are none. `undecided` returns the limits and the jumps that are still to be checked here.
+    """
     limits, jumps = undecided(trajectory)
     for j, r, i in limits:
         progress(j, len(trajectory.joints))

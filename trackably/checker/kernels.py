@@ -1,4 +1,4 @@
-"""Kernels, and step 2 of the proof for a single one: an enclosure over a box of time, written once for all kernels.
+"""Kernels, and step 2 of the proof for a single kernel: its enclosure over a box of time.
 
 A kernel states its Taylor coefficients, a bound on discs, and its decay, by formulas that hold for intervals of mpmath
 and for arrays of float64 intervals alike.
@@ -65,7 +65,10 @@ class Decay(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Over-estimates of |κ|, |κ̇|, |r κ̇| and |r κ|, and of the roundings in κ's own formula, in units of u."""
+    """Over-estimates of |κ| (`size`), |κ̇| (`slope`), |r κ̇| (`stretch`) and |r κ| (`moment`).
+
+    `roundings` over-estimates the rounding error of κ's own formula, in units of the unit roundoff u.
+    """
 
     size: Real
     slope: Real
@@ -75,9 +78,9 @@ class Sizes(NamedTuple):
 
 
 class Kink(NamedTuple):
-    """Whether r + h x ≤ 0 is certain for all |x| ≤ 1 (`before`), whether ≥ 0 is (`after`), and `Kernel.oddness`.
+    """Where the distances r + h x with |x| ≤ 1 are: certainly all ≤ 0 (`before`), or certainly all ≥ 0 (`after`).
 
-    The oddness is None if it is still to be found.
+    `oddness` is the result of `Kernel.oddness`; None if it is not computed yet.
     """
 
     before: Any
@@ -90,11 +93,11 @@ class Kernel(ABC):
 
     @abstractmethod
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        """Return n coefficients in x of κ(r + h x), on the branch at r."""
+        """Return n Taylor coefficients in x of κ(r + h x), for the branch of κ that holds at r."""
 
     @abstractmethod
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        """Over-estimate |κ(z)|, on the branch at r, for |z − r| < radius; infinite if it may be singular."""
+        """Over-estimate |κ(z)| for complex |z − r| < radius, on the branch at r; infinite if κ may be singular."""
 
     @abstractmethod
     def beyond(self, distance: Real) -> Decay:
@@ -121,7 +124,7 @@ class Kernel(ABC):
 
     @property
     def repeats_after(self) -> float | None:
-        """The period [s] of every part of κ; None if there is no common one."""
+        """The period [s] that all parts of κ share; None if they share none."""
         return None
 
     def jump(self, r: Real, h: Real) -> Real:
@@ -136,7 +139,7 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a, and at most n coefficients in x of g, where κ(r + h x) = a e^g(x); None for other kernels."""
+        """Return a, and at most n coefficients in x of g, where κ(r + h x) = a e^g(x); None if κ has no such form."""
         return None
 
     def model(self, r: Real, h: Real, radius: Real, n: int, kink: Kink | None = None) -> Model:
@@ -144,7 +147,7 @@ class Kernel(ABC):
 
         By Cauchy's estimate, the remainder of n terms of the Taylor series is at most M (h/ρ)ⁿ/(1 − h/ρ), where |κ| ≤ M
         on the disc of radius ρ. If the box contains a kink, the branch of its middle is continued to the other side.
-        If `kink` is None, it follows from r and h.
+        `kink` may be given if it is known already; otherwise it is found from r and h.
         """
         missed = ZERO
         if self.has_kink:
@@ -158,14 +161,14 @@ class Kernel(ABC):
         return Model(self.taylor(r, h, n), missed)
 
     def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int, oddness: Real | None) -> Real:
-        """Over-estimate the error of the branch at r beyond a kink at 0, where the box is from r − half to r + half."""
-        # r ≥ 0 is not certain right on the kink: then 1.01 h must still reach to the end of the box
+        """Over-estimate the error of the branch at r on the other side of a kink at 0, from r − half to r + half."""
+        # Right on the kink, r ≥ 0 may not be certain. r ≥ −0.01 half suffices: 1.01 half still reaches the end.
         error = select(surely_at_most(-0.01 * half, r), oddness or self.oddness(half, radius, n), INFINITE)
-        # the branch of the box's middle must be that of the kink: its odd powers are bounded
+        # `oddness` bounds the odd powers of the branch at 0, which must be the branch at the middle of the box
         return select(surely_at_most(self.jump(ZERO, abs(r)), ZERO), error, INFINITE)
 
     def oddness(self, half: Real, radius: Real, n: int) -> Real:
-        """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ 1.01 half, where κ₊ is the branch of positive differences."""
+        """Over-estimate |κ₊(r) − κ₊(−r)| for 0 ≤ r ≤ 1.01 half, where κ₊ is the branch for small positive r."""
         reach = 1.01 * half
         odd = total(abs(coefficient) for coefficient in self.taylor(ZERO, reach, n)[1::2])
         return 2 * (odd + self.largest_on_disc(ZERO, radius) * geometric_rest(reach / radius, n))
@@ -199,7 +202,7 @@ class Elementary(Kernel):
 
     @property
     def roundings(self) -> Real | int:
-        """An over-estimate of the roundings in κ's own formula, relative to κ(0), in units of u."""
+        """An over-estimate of the rounding error of κ's own formula, as a multiple of u κ(0)."""
         return 30
 
     @property
@@ -237,7 +240,7 @@ class SquaredExponential(Elementary):
     """κ(r) = θ₁² exp(−r²/(2 θ₂²)); |κ̇| is largest at r = θ₂."""
 
     steepest = ONE
-    largest_moment = 0.607  # with x = r/θ₂: x e^(−x²/2) ≤ 0.607, and x² e^(−x²/2) ≤ 1
+    largest_moment = 0.607  # x e^(−x²/2) ≤ 0.607 with x = r/θ₂; and |r κ̇|/κ(0) is x² e^(−x²/2) ≤ 1
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
         p = 2 * self.length**2
@@ -282,8 +285,9 @@ class Matern(Elementary):
         return self.scaled(times(found, exp_series([-x, -y], n), n))
 
     def largest_around(self, moments: Sequence[Real], x: Real, y: Real) -> Real:
-        """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| for |z − x| < y, with the moments of |c_i|,
-        by |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|).
+        """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| for complex |z − x| < y, by |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|).
+
+        `moments` are the m_k of absolute weights |c_i|.
         """
         shape = total(m * slope for m, slope in zip(moments, self.slopes(x + y), strict=False))
         return self.variance * shape * exp(y - x)
@@ -301,7 +305,7 @@ class Matern32(Matern):
 
     degree, square = 1, 3
     steepest = ONE / root(3)
-    largest_moment = 0.841 / 1.732  # x (1 + x) e^(−x) ≤ 0.841, and x² e^(−x) ≤ 1
+    largest_moment = 0.841 / 1.732  # x (1 + x) e^(−x) ≤ 0.841; and |r κ̇|/κ(0) is x² e^(−x) ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x, ONE]
@@ -313,7 +317,7 @@ class Matern52(Matern):
 
     degree, square = 2, 5
     steepest = (1 + root(5)) / (2 * root(5))
-    largest_moment = 1.176 / 2.236  # x (1 + x + x²/3) e^(−x) ≤ 1.176, and x² (1 + x) e^(−x)/3 ≤ 1
+    largest_moment = 1.176 / 2.236  # x (1 + x + x²/3) e^(−x) ≤ 1.176; and |r κ̇|/κ(0) is x² (1 + x) e^(−x)/3 ≤ 1
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x + x**2 / 3, 1 + 2 * x / 3, ONE * 2 / 3]
@@ -329,7 +333,8 @@ class Matern72(Matern):
     degree, square = 3, 7
     w = exp(log((3 + root(5)) / 2) / 3)
     steepest = (w + 1 / w) / root(7)
-    largest_moment = 1.446 / 2.645  # x (1 + x + 2x²/5 + x³/15) e^(−x) ≤ 1.446, x² (3 + 3x + x²) e^(−x)/15 ≤ 1
+    # x (1 + x + 2x²/5 + x³/15) e^(−x) ≤ 1.446; and |r κ̇|/κ(0) is x² (3 + 3x + x²) e^(−x)/15 ≤ 1
+    largest_moment = 1.446 / 2.645
 
     def slopes(self, x: Real) -> list[Real]:
         return [1 + x + 2 * x**2 / 5 + x**3 / 15, 1 + 4 * x / 5 + x**2 / 5, (4 + 2 * x) / 5, ONE * 2 / 5]
@@ -413,7 +418,7 @@ class PiecewisePolynomial(Elementary):
     P increases from 0 to 1 on 0 ≤ y ≤ 1, and |P| increases with |y| for y ≤ 0.
     """
 
-    largest_moment = 0.165  # with s = |r|/θ₂: s φ ≤ 0.165, and s |φ'| ≤ 0.756
+    largest_moment = 0.165  # s φ ≤ 0.165 with s = |r|/θ₂; and |r κ̇|/κ(0) is s |φ'| ≤ 0.756
     p: ClassVar[tuple[int, ...]]
 
     @property
@@ -571,9 +576,10 @@ class Reach(NamedTuple):
 
 @lru_cache
 def reach(kernel: Kernel, span: float, part: float) -> Reach:
-    """Return a small distance beyond which |κ| ≤ `part` · κ(0).
+    """Return a small distance beyond which |κ| ≤ `part` · κ(0), with the bounds there.
 
-    Some multiples of `span` [s], the time from the first centre to the last, are tried.
+    Some multiples of `span` [s], the time from the first centre to the last, are tried. The distance is infinite if
+    none of these multiples will do.
     """
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in (*range(-4 * _DOUBLINGS, 0, 4), *range(1, 4 * _HALVINGS)):

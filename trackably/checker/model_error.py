@@ -63,7 +63,7 @@ def _columns(system: LinearSystem | Vertex) -> Iterator[list[Fraction]]:
 
 
 def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
-    """Return the largest absolute value of each coordinate, from rows that bound it alone; None without such a row."""
+    """Return the largest absolute value of each coordinate, from the rows that bound it alone; None if none does."""
     found: list[Fraction | None] = [None] * dimension
     for j, low, high in single_bounds(bounded):
         known, size = found[j], max(abs(low), abs(high))

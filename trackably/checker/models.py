@@ -96,7 +96,7 @@ class Model:
 
     @property
     def is_number(self) -> bool:
-        """Whether only the first coefficient was ever set."""
+        """Whether the model is an exact constant: only its first coefficient was ever set."""
         return self.missed is ZERO and all(c is ZERO for c in self.coefficients[1:])
 
     def __mul__(self, other: "Model") -> "Model":
@@ -108,7 +108,7 @@ class Model:
         n = len(a)
         kept = times(a, b, n)
         beyond, left_out = ZERO, ZERO
-        for j in range(1, n):  # a_j meets b_(n − j), …, b_(n − 1)
+        for j in range(1, n):  # products of a_j with b_(n − j), …, b_(n − 1) are dropped
             beyond += abs(b[n - j])
             left_out += abs(a[j]) * beyond
         crossed = self.size * other.missed + self.missed * (other.size + other.missed)
@@ -222,7 +222,7 @@ def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Se
     """Return the map by ↦ Σ_i φ_i by_i, with the derivatives φ_i of a part of a formula by its operands.
 
     The operands are in the intervals `at`, and `value` contains φ. For names and numbers the sum is zero. By the
-    mean-value theorem it also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and
+    mean-value theorem, the sum also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and
     quotients this is so because a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise UndefinedError
     if the part may be undefined.
     """
@@ -255,7 +255,7 @@ def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Se
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:
-    """Return the polynomial of `found` as a model, whose remainder is `rest` divided by a positive divisor."""
+    """Return a model of functions that differ from the polynomial of `found` by `rest` over a positive divisor."""
     return Model(found.coefficients, require_bounds((rest.size + rest.missed) / divisor.a))
 
 
@@ -278,7 +278,7 @@ def _near_root(a: Model) -> Model:
 
 
 def _times_powers(a: Model, d: Model) -> Model:
-    """Return a d, with one term more than a has, for a d whose first coefficient is zero."""
+    """Return the product of `a` and `d`, with one coefficient more than `a`; the first coefficient of `d` is zero."""
     n = len(a.coefficients)
     kept, dropped = d.coefficients[1 : n + 1], d.coefficients[n + 1 :]
     by_x = a * Model(kept, total(abs(c) for c in dropped) + d.missed)  # a d/x, and |x| ≤ 1

@@ -59,8 +59,8 @@ def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Nu
 def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[int, Number, Number]:
     """Return the index i of the piece that holds from t to t + width, the time t − t_i, and the width.
 
-    Where the signal rests, the time is that of the outer end of the first or last piece, and the width is 0. Times are
-    in the unit of the breakpoints `ends`.
+    Before the first and after the last breakpoint of a signal that rests there, the piece is the first or the last one,
+    the time is that of its outer end, and the width is 0. All times are in the unit of the breakpoints `ends`.
     """
     if z.beyond == "period":
         t = ends[0] + (t - ends[0]) % (ends[-1] - ends[0])
@@ -84,7 +84,7 @@ def compose(polynomial: Sequence[Number], start: Number, width: Number) -> list[
 
 
 def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction]]:
-    """Return the polynomials that hold at times inside of [start, end], in x ∈ [−1, 1] over all of it, in order."""
+    """Return the polynomials that hold at some time in [start, end], in order; each in x from −1 (start) to 1 (end)."""
     middle, half, found = (start + end) / 2, (end - start) / 2, []
     for a, b in cells_of([(z, z.ends, Fraction(0))], start, end)[:-1]:
         i, local, width = place(z, z.ends, a, b - a)
@@ -95,7 +95,7 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
 
 @dataclass(frozen=True)
 class Limit:
-    """An `end` of a bound, to which `by` is added: it tightens the bound by the error of evaluation."""
+    """An `end` of a bound plus a number `by`, which tightens the bound by the error of evaluation."""
 
     end: End
     by: Real
@@ -105,7 +105,7 @@ class Limit:
         return replace(self, by=self.by + by)
 
     def over(self, start: float, end: float) -> list[list[Real]]:
-        """Return the polynomials with which a row is compared in a box [start, end] [s], in x ∈ [−1, 1]."""
+        """Return the polynomials that the limit has in a box from start to end [s], as coefficients in x ∈ [−1, 1]."""
         if not isinstance(self.end, Pieces):
             return [[exactly(self.end) + self.by]]
         found = [[*map(ratio, p)] for p in polynomials(self.end, Fraction(start), Fraction(end))]
@@ -141,7 +141,7 @@ def _reach(end: End, sign: int) -> list[Fraction]:
 
 
 def ends_at(bound: Row, t: Fraction) -> tuple[Fraction, Fraction]:
-    """Return the lower and the upper end at a time [s]; at a breakpoint, the wider one of those before and after it."""
+    """Return the lower and the upper end at a time [s]; at a breakpoint, the looser value of those on both sides."""
     return min(_values(bound.low, t)), max(_values(bound.high, t))
 
 

@@ -37,7 +37,7 @@ from trackably.checker.watch import progress, require_room, short, tick
 class Term:
     """`weight` · z(t + shift), in the units of a `Sum`, in which all numbers are integers.
 
-    `ends` are the breakpoints of z, and `polynomials` its pieces, as functions of the time since a breakpoint.
+    `ends` are the breakpoints of z, and `polynomials` its pieces, as functions of the time since their start.
     """
 
     signal: Pieces
@@ -49,14 +49,14 @@ class Term:
 
 @dataclass(frozen=True)
 class Sum:
-    """offset + Σ terms, in units in which all numbers are integers: this is `unit` times the value of the sum."""
+    """offset + Σ terms, scaled so that all numbers are integers: the result is `unit` times the actual sum."""
 
     offset: int
     terms: tuple[Term, ...]
     unit: int
 
     def polynomial(self, start: int, width: int) -> list[int]:
-        """Return the coefficients in x of the sum at start + width x, without a breakpoint in between."""
+        """Return the coefficients in x of the sum at start + width x, 0 ≤ x ≤ 1, where no breakpoint is in between."""
         found = [self.offset]
         for term in self.terms:
             tick()
@@ -127,9 +127,9 @@ _LARGEST, _SMALLEST, _LARGEST_POWER, _HIGHEST = 10**30, Fraction(1, 10**30), 10*
 
 
 def check_sizes(certificate: Certificate) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if none is.
+    """Return why a number may be too large or too small for float64 evaluation; None if all numbers will do.
 
-    Evaluation could overflow, or a factor could be lost by underflow.
+    With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     subject = certificate.subject
     positive = [Fraction(subject.system.sampling_time)]
@@ -197,7 +197,7 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
     """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s].
 
-    For a single state or input, its bounds are used: a later step proves them without any use of errors.
+    If the row has only one state or input, the row's bounds are used. A later step proves them without these errors.
     """
     used = [(r, part) for r, part in zip(bound.row, functionals(subject, bound.of), strict=True) if r]
     if len(used) == 1:
@@ -225,7 +225,7 @@ def check_signals(subject: Subject) -> str | None:
 
 
 def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
-    """Return why the proof fails, from its first step that fails; None if everything is shown."""
+    """Return why a step of the proof fails for signals of polynomial pieces; None if all steps hold."""
     return (
         _claim_gap(certificate)
         or check_sizes(certificate)
@@ -306,17 +306,17 @@ def _changes(subject: Subject, row: Functional) -> object:
 def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: tuple[Fraction, Fraction]) -> bool:
     """Return whether a row is shown to stay between two numbers, its `ends`, from the first to the last time [s].
 
-    Denominators of the ends are powers of two.
+    The denominators of `ends` must be powers of two.
     """
     return _is_kept(subject, row, ends, *_cells(subject, row, *map(Fraction, times)))
 
 
 def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[_Side]:
-    """Yield the row of a bound, and the two numbers between which it has to stay: the ends, tightened by an error.
+    """Yield the subject, the row of a bound, and the two numbers between which the row has to stay.
 
-    If an end moves in time, both ends are yielded for themselves. The row minus the moving end, which counts as one
-    more signal, has to stay at least the error away from zero, on its side. The limit on the other side is so far away
-    that it excludes nothing that the other end allows.
+    These are the ends of the bound, tightened by an error. If an end moves in time, both ends are yielded separately.
+    Then the difference of row and end has to stay on its side of zero, and at least the error away from zero. A moving
+    end is one more signal of the subject. The number on the other side is so far away that it excludes nothing.
     """
     row = weighted_sum(bound.row, functionals(subject, bound.of))
     if not bound.moves:

@@ -29,8 +29,8 @@ ITSELF = "(itself)"  # the argument of a quantity that is a linear combination i
 class LinearCombination:
     """A linear combination of shifted signals: offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s).
 
-    `weights[s][j]` is w_sj, and `offset` is the value at rest. `gross[s]` and `gross_offset` are sums of the absolute
-    values of the weights and constants, before any terms cancel.
+    `weights[s][j]` is w_sj, and `offset` is the value where every z_s is its mean m_s. `gross[s]` and `gross_offset`
+    are sums of the absolute values of the weights and constants, before any terms cancel.
     """
 
     weights: list[list[Fraction]]
@@ -44,7 +44,7 @@ Shifted = tuple[int, int]
 
 
 def shifts_of(row: Functional | LinearCombination) -> list[Shifted]:
-    """Return the shifted signals of a row."""
+    """Return the pairs (s, j) of the shifted signals that have a weight other than zero in a row."""
     return [(s, j) for s, weights in enumerate(row.weights) for j, w in enumerate(weights) if w]
 
 
@@ -79,7 +79,7 @@ class Quantity:
 
 
 def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
-    """Return all bounded quantities, with their bounds tightened by these errors.
+    """Return all bounded quantities, with their bounds tightened by the `errors`, which are given by bounds' names.
 
     Raise UnsolvableError if f cannot be solved for the inputs.
     """
@@ -128,7 +128,7 @@ def _of_signals(
 
 
 def states_of(subject: Subject) -> list[LinearCombination]:
-    """Return the states of a linear system, or else the signals, as linear combinations of the signals."""
+    """Return linear combinations of signals: the states of a linear system, or the signals of a nonlinear one."""
     return [_combine(subject, (Fraction(1),), (part,)) for part in functionals(subject, "state")]
 
 
@@ -169,9 +169,9 @@ def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functi
 
 
 def gross_of(row: Sequence[Fraction], parts: Sequence[Functional]) -> tuple[list[Fraction], Fraction]:
-    """Return what Σ_i row_i part_i has in absolute weights of each signal, and in absolute offsets.
+    """Return the sums of absolute weights of each signal, and of absolute offsets, in Σ_i row_i part_i.
 
-    These are sums of absolute values before any terms cancel.
+    They are sums of |row_i| times absolute values in part_i, before any terms cancel.
     """
     used = [(abs(r), part) for r, part in zip(row, parts, strict=True) if r]
     by_signal = zip(*(part.weights for _, part in used), strict=True)
@@ -199,7 +199,7 @@ def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Re
 
 
 def _at(signal: Signal, t: Real) -> Real:
-    """Return z(t) − m."""
+    """Return an interval that contains z(t) − m, where m is the mean of the signal z."""
     value = SIGN * signal.far.size
     for t_i, c in signal.pairs:
         tick()

@@ -71,8 +71,9 @@ def has_redundant_inputs(system: LinearSystem) -> bool:
 
 @dataclass(frozen=True)
 class Demand:
-    """low ≤ row · u ≤ high, which is necessary for some u + v with B v = 0 to keep the rows of U
-    with these `numbers`.
+    """A condition low ≤ row · u ≤ high that is necessary for u + v to be in U for some v with B v = 0.
+
+    It follows from the rows of U with these `numbers`.
     """
 
     row: list[Fraction]
@@ -119,7 +120,7 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
 def _scale(demand: Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
     """Return the demand as bounds of row · u.
 
-    None if the row is no multiple of the demand's, or one of them is zero.
+    Return None if `row` is no multiple of the demand's own row, or if one of both rows is zero.
     """
     tick()
     first = next((j for j, r in enumerate(demand.row) if r), None)

@@ -35,7 +35,7 @@ from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, fu
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
-_HALVINGS = 12  # the narrowest cells of `largest_sums` are the span of the centres, halved so often
+_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest cells
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
 
@@ -77,7 +77,7 @@ SignalError = tuple[Real, Real]
 
 
 def signal_errors(subject: Subject, until: float) -> list[SignalError]:
-    """Return the sizes and the rounding errors of the signals at all times |t| ≤ `until` [s]."""
+    """Return, for each signal, over-estimates of |z| and of its rounding error at all times |t| ≤ `until` [s]."""
     return [_signal_error(subject, until, signal) for signal in subject.signals]
 
 
@@ -107,7 +107,7 @@ def _ahead(subject: Subject) -> Real:
 
 
 def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError:
-    """Over-estimate |z| and |float64 − exact| for |t| ≤ until, and for the shifts T, 2 T, … beyond."""
+    """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T in use."""
     latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
     kernel = signal.kernel.sizes(until + ahead + latest)
     # Each of k T, j T, k T + j T and r = k T + j T − t_i is rounded once, by at most u times its size. As |k T + j T|
@@ -126,10 +126,10 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
 def largest_sums(signal: Signal) -> Decay:
     """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
 
-    Few centres are near t, and kernels at the others are small. Times are cut into cells of equal width. Centres within
-    one width of t lie in three neighbouring cells, whatever t is, and these weigh no more than the `heaviest` three.
-    For their centres, the bound beyond the width is replaced by a larger one, that beyond half the width; and so on.
-    Weights are added in float64: n positive numbers have n roundings at most, in any order.
+    Few centres are near t, and kernels of all other centres are small at t. Times are cut into cells of equal width.
+    Centres within one width of t lie in three neighbouring cells, whose weights add up to at most those of the
+    `heaviest` three. For centres beyond the width, the bound of |κ| at this distance holds; for nearer centres, the
+    larger bound at half the width, and so on. Weights are added in float64, with at most n roundings for n numbers.
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
@@ -138,7 +138,7 @@ def largest_sums(signal: Signal) -> Decay:
         tick()
         cell = int((Fraction(t) - first) // width) if width else 0
         cells[cell] = cells.get(cell, 0.0) + abs(c)
-    widest = dict[float, Fraction]()  # the largest width for each weight, which says most
+    widest = dict[float, Fraction]()  # for each weight, only the largest width, which gives the lowest bound
     for _ in range(_HALVINGS):
         tick()
         heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
@@ -160,9 +160,9 @@ def largest_sums(signal: Signal) -> Decay:
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if none is.
+    """Return why a number may be too large or too small for float64 evaluation; None if all numbers will do.
 
-    Evaluation could overflow, or a factor could be lost by underflow.
+    With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     values: list[float] = []
     positive: list[float] = [certificate.subject.system.sampling_time]
@@ -196,10 +196,10 @@ _OUTER = 6
 
 @dataclass(frozen=True)
 class FormulaNeeds:
-    """What is needed to bound rounding errors of formulas.
+    """Data for the bounds of rounding errors of formulas.
 
-    These are the `stated` errors by bound, the errors of the formulas' arguments by name, and the number of `roundings`
-    of a weighted sum of formulas.
+    `stated` has the errors that the certificate states, by bound; `of_arguments` has the errors of the arguments of
+    formulas, by name; `roundings` is the number of roundings of a weighted sum of formulas.
     """
 
     stated: Mapping[str, float]
@@ -208,7 +208,7 @@ class FormulaNeeds:
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FormulaNeeds":
-        """Return the data for these quantities; no arguments are needed if all are linear combinations of signals."""
+        """Return the data for these quantities; `of_arguments` is empty if all are linear combinations of signals."""
         subject = certificate.subject
         arguments = {name: argument for q in quantities for name, argument in q.arguments.items() if name != ITSELF}
         of_signals = signal_errors(subject, certificate.until) if arguments else []
@@ -226,9 +226,10 @@ class FormulaValues:
     tracked: dict[Formula, Tracked] = field(default_factory=dict)
 
     def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
-        """Return a model of a quantity q, whose arguments have the models `arguments`. These are the same in all calls.
+        """Return a model of a quantity q from the models of its `arguments`.
 
-        UndefinedError: a formula in q may be undefined, or the rounding error of q may exceed the stated one.
+        An argument must have the same model in all calls, because computed parts are kept. Raise UndefinedError if a
+        formula in q may be undefined, or if the rounding error of q may exceed the stated error.
         """
         for need in q.needs:
             span = self.track(need.formula, arguments).model.span

@@ -62,7 +62,7 @@ def why_no_signal(pieces: Pieces) -> str | None:
 
 
 _NEGLIGIBLE = 2.0**-130
-"""Kernels are far where |κ| is at most this, relative to κ(0); the guard of each function of mpmath is as large."""
+"""Kernels are far where |κ| is at most κ(0) times this number, which is also the guard of each mpmath function."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class LinearSystem:
 
     @cached_property
     def columns(self) -> list[list[tuple[int, Fraction]]]:
-        """The columns of A, then of B: entries other than zero, with their rows."""
+        """The columns of A, then those of B; each has pairs of a row's index and an entry other than zero."""
         every = (*zip(*self.A, strict=True), *zip(*self.B, strict=True))
         return [[(i, Fraction(a)) for i, a in enumerate(column) if a] for column in every]
 
@@ -185,7 +185,7 @@ class NonlinearSystem:
 
 
 class OfBound(str):
-    """Why a file shows nothing, as a sentence, where a single bound is the cause: `bound` is its name."""
+    """A sentence that says why a file shows nothing, if a single bound is the cause; `bound` is its name."""
 
     bound: str
 
@@ -200,7 +200,7 @@ Side = Literal["state", "input"]
 
 
 End = float | Pieces
-"""A number; or piecewise polynomials of time, where the end of a bound moves."""
+"""An end of a bound: a number, or polynomial pieces if the end moves in time."""
 
 
 @dataclass(frozen=True)

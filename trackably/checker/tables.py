@@ -37,10 +37,10 @@ class Table:
 
 @dataclass(frozen=True)
 class RefutedTable:
-    """At a `step`, a table violates a row of its state or input set, or the dynamics of a state,
-    by at least `violation`.
+    """A table that breaks a row of its state or input set, or the dynamics of a state, at a `step`.
 
-    `index` counts the rows of the set, or the states, from 0.
+    `part` says which of these is broken, and `violation` by how much at least. `index` is that of the row, or of the
+    state, from 0 on.
     """
 
     table: Table
@@ -121,7 +121,7 @@ def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:
 
 
 def value_of_row(bound: Row, values: tuple[float, ...]) -> Fraction:
-    """Return the sum that a row bounds, exactly."""
+    """Return the exact value of the weighted sum of `values` that a row bounds."""
     return exact_dot(bound.row, map(Fraction, values))
 
 

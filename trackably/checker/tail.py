@@ -81,7 +81,10 @@ def envelope(signal: Signal, start: Real) -> Decay:
 
 
 def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
-    """Return middle and radius of an interval that contains q, by the mean-value form with slopes over all values."""
+    """Return the middle and the radius of an interval that contains q, if the `envelopes` bound |z − m| and |ż|.
+
+    A formula is bounded by the mean-value theorem, with its slopes over all values of its arguments.
+    """
     reaches = {
         name: total(
             _reach([*map(ratio, w)], ratio(exact_sum(w)), e, step)
@@ -94,7 +97,7 @@ def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real
     _ = FormulaValues(needs, 1).enclose(q, constants(inside, 1))
     if q.combination is not None:
         return q.combination.offset, reaches[ITSELF]
-    if not q.arguments:  # a number
+    if not q.arguments:  # q is a constant
         return value_of(q, {}), ZERO
     slopes = _slopes(q, inside, len(envelopes))
     reach = ZERO
@@ -108,7 +111,7 @@ def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real
 
 
 def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step: Real) -> Real:
-    """Over-estimate |Σ_j w_j (z(t + j T) − m)|."""
+    """Over-estimate |Σ_j w_j (z(t + j T) − m)|, where the `envelope` bounds |z − m| and |ż|."""
     by_size = total(map(abs, weights)) * envelope.size
     by_slope = step * total(j * abs(w) for j, w in enumerate(weights)) * envelope.slope
     return lesser(by_size, abs(sum_of_weights) * envelope.size + by_slope)

@@ -116,7 +116,7 @@ def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None
         return "names: states, states⁺ and inputs must all be called differently"
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
-    if free:  # formulas are shown to be defined only where they are bounded
+    if free:  # only formulas that are bounded are shown to be defined
         return f"bounds: every input of a nonlinear system must be bounded, but {free[0]} is not"
     return None
 

@@ -132,7 +132,7 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
 
 
 def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real) -> Model | None:
-    """Return sign · (side − reference)."""
+    """Return a model of sign · (side − reference); the reference has coefficients `kept` and the remainder `missed`."""
     if side is None:
         return None
     return Model([sign * (ratio(s) - c) for s, c in zip([*side, Fraction(0)], kept, strict=True)], missed)
@@ -192,7 +192,8 @@ def _bound(of: SignalClass, t: Fraction, points: _Weighted, rates: _Weighted, si
 def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, Place]) -> list[Fraction] | None:
     """Return the coefficients in x ∈ [−1, 1] of an upper bound of all signals of a class in a box; lower for `sign` −1.
 
-    None if the pair does not belong to the class, or signs change in the box. `every` are all places.
+    `pair` has the numbers of two measurements, and `every` has all points at which signals are known (`places`). Return
+    None if the pair gives no bound for this class, or if the time of a measurement is inside of the box.
     """
     tick()
     (i, j), n = pair, len(of.samples.times)
@@ -215,7 +216,7 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, P
         return own * y_i + other * y_j + sign * slack
 
     low, middle, high = map(at, (start, (start + end) / 2, end))
-    return [middle, (high - low) / 2, (high + low) / 2 - middle]  # it is quadratic in the box
+    return [middle, (high - low) / 2, (high + low) / 2 - middle]  # the side is quadratic in the box
 
 
 def check_contradicted(found: ContradictedSamples) -> str | None:

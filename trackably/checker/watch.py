@@ -84,7 +84,7 @@ def short(number: Fraction) -> Fraction:
 
 
 def require_room(count: int, bits: int) -> None:
-    """Raise UndecidedError if `count` integers of `bits` bits are too long together."""
+    """Raise UndecidedError if `count` integers of `bits` bits have more than `BITS_TOGETHER` bits together."""
     if count * bits > BITS_TOGETHER:
         raise UndecidedError(f"not decided with whole numbers of {BITS_TOGETHER} bits together")
 
@@ -101,7 +101,7 @@ _PATIENCE, _BETWEEN = 3.0, 0.25
 
 
 class ProgressLine:
-    """One line of stderr, rewritten again and again; nothing if stderr is no terminal."""
+    """A line on stderr that shows the progress and is rewritten in place; nothing if stderr is no terminal."""
 
     def __init__(self) -> None:
         self._next = monotonic() + _PATIENCE

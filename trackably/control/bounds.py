@@ -20,9 +20,11 @@ class Scales:
 
     @classmethod
     def of(cls, plant: ConstrainedSystem, Q: Array, R: Array) -> "Scales":
-        """Return as scales how far each coordinate may move in its set, and the largest cost of an error of one scale.
+        """Return the scales of a plant and a cost.
 
-        The scale of an unbounded coordinate follows from the dynamics (`_spread`).
+        The scale of a coordinate is how far it may move in its set. The scale of the cost is the largest cost of a
+        single coordinate that is off by its scale. The scale of an unbounded coordinate follows from the dynamics
+        (`_spread`).
         """
         widths = np.concatenate([extents(plant.state_set), extents(plant.input_set)])
         states, inputs = np.split(_spread(widths, _gains(plant), 1 / np.sqrt(np.diag(R))), [len(Q)])
@@ -55,11 +57,12 @@ def _gains(plant: ConstrainedSystem) -> Array:
 
 
 def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
-    """Return `widths` (n + m,) with each infinite entry replaced by a scale that follows from known ones.
+    """Return `widths` (n + m,) with each infinite entry replaced by a scale that follows from known scales.
 
-    The scale of a state is its largest change in a step caused by coordinates with a scale, max_j g_ij s_j. If it
-    depends on none of these, its scale is the change that moves another state by one scale, min_i s_i / g_ij. If no
-    coordinate has a scale, inputs get `otherwise` (m,). All remaining ones get 1.
+    With the `gains` g (n, n + m), a state gets as scale its largest change in one step that a coordinate j with a known
+    scale s_j causes, max_j g_ij s_j. Inputs, and states that depend on no such coordinate, get the change that moves a
+    state i with a known scale by this scale, min_i s_i / g_ij. If no scale follows in this way, inputs get `otherwise`
+    (m,). All remaining coordinates get 1.
     """
     scales, n = widths.copy(), len(gains)
     for _ in scales:

@@ -96,7 +96,7 @@ class Controller:
 
     @cached_property
     def formulation(self) -> Formulation:
-        """The programs, built once for all steps."""
+        """The parts of the problem that all steps share, each built once."""
         return Formulation(self.plant, self.horizon, self.Q, self.R)
 
 

@@ -154,7 +154,7 @@ class StepProblem:
 
     @cached_property
     def slack(self) -> Array:
-        """The slack that the reference leaves for errors."""
+        """The slacks that the reference leaves for errors, one for each bound and step, relative to widths."""
         return self.formulation.inequalities_from(self.k).slack(self.window)
 
     @property
@@ -275,7 +275,10 @@ class StepProblem:
     def _solve(
         self, program: Program, slack: Array, end: Array | float | None, status: Status = Status.WIDENED
     ) -> Plan | None:
-        """Return the plan that a program finds, if any, with e(N) = `end` (n,); None as `end` leaves e(N) free."""
+        """Return the plan that a program finds for the slacks `slack`; None if it finds none.
+
+        The plan ends with e(N) = `end` (n,). If `end` is None, e(N) is free.
+        """
         scales, programs = self.formulation.scales, self.model.programs
         x, start = scales.states, programs.start
         fixed = () if end is None else (np.broadcast_to(end, x.shape) / x,)

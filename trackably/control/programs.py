@@ -69,7 +69,8 @@ class StartSet(NamedTuple):
     """The set of initial errors of plans: e(0) = x − x_r − `centre` − p · `directions` with
     `lower` ≤ p ≤ 1 and `sums` p = 1.
 
-    Shapes (n,), (q, n), (q,) and (h, q). Bounds hold from e(`first_bounded`) on, which is 0 or 1.
+    The shapes of `centre`, `directions`, `lower` and `sums` are (n,), (q, n), (q,) and (h, q). Bounds are imposed on
+    e(i) for i ≥ `first_bounded`, which is 0 or 1.
     """
 
     centre: Array
@@ -154,9 +155,10 @@ class StepPrograms:
         return e.reshape(N + 1, n), v.reshape(N, m)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
-        """Return a program in (e, v, p, t).
+        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v).
 
-        If it `widens` the sets, t is the cost, and moves each bound out by a part of its width.
+        If it `ends`, e(N) is given. If it `widens` the sets, t is added to the cost, and each bound moves out by t
+        times its width; otherwise there is no t.
         """
         start, (dynamics, count), bounds = self.start, self.dynamics.shape, len(self.bounds)
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))

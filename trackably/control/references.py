@@ -53,7 +53,7 @@ class TrackedReference(Protocol):
 def check_reference(what: str, given: object, plant: ConstrainedSystem) -> None:
     """Raise TypeError for an object without `window(k, horizon)`, and ValueError for a reference of another system.
 
-    The system of a reference is that of its `plant`, or of the plant of its `reference`. Its sets may differ.
+    The system of a reference is that of its `plant`, or of the plant of its `reference`. Sets are not compared.
     """
     if not callable(getattr(given, "window", None)):
         raise TypeError(f"{what}: expected a reference, with `window(k, horizon)`, got {type(given).__name__}")

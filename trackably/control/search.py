@@ -118,7 +118,8 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
 
 
 MAX_LINEARISATIONS = 12
-"""Largest number of full steps; near a solution they converge quadratically."""
+"""Largest number of full steps, each of which linearises along the last plan and plans again. Near a solution, they
+converge quadratically."""
 
 _CONVERGED = 1e-12
 """The full steps have converged when no defect of a plan exceeds this, in scales and relative to the size of the plan.
@@ -153,7 +154,7 @@ def solve_by_linearisation(
 
 
 def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem, Plan | None]:
-    """Return the problem along the trajectory of a guess, and its plan if that is admissible.
+    """Return the problem along the trajectory of a guess, and the plan with the guessed inputs if it is admissible.
 
     If the system is undefined along the guess, return the problem along the reference.
     """
@@ -220,7 +221,8 @@ def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
 def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible:
     """Return why the linearisation along the trajectory with the smallest defects has no plan.
 
-    Raises ArithmeticError if it has one although the search did not find it, or if the solver fails.
+    `missed` is the sum of these defects, for the message. Raises ArithmeticError if the linearisation has a plan
+    although the search found none, or if the solver fails.
     """
     try:
         near = problem.along(closest)

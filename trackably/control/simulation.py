@@ -22,7 +22,7 @@ class ClosedLoop:
 
     `states` (K + 1, n) and `inputs` (K, m) are those of the system, `reference_states` (K + 1, n) and
     `reference_inputs` (K, m) those of the reference. The optimal `costs` V(k), the `stage_costs` ℓ(k) and the smallest
-    `slacks` have shape (K,); they are NaN at the steps without a plan, whose explanations are `without_plan`, in order.
+    `slacks` have shape (K,); they are NaN at the steps without a plan. `without_plan` has the results of these steps.
     `widened` is the number of steps that were feasible only within the controller's tolerance.
     """
 
@@ -89,7 +89,7 @@ def stop(_: Infeasible | Unsolved) -> None:
 
 
 def apply_fallback(result: Infeasible | Unsolved) -> Array:
-    """Apply the first input of the plan that comes closest to the terminal constraint, or another admissible input."""
+    """Apply the `fallback`: the first input of a plan that ends close to the reference, or another admissible input."""
     return result.fallback
 
 

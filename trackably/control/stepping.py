@@ -34,8 +34,8 @@ class Status(StrEnum):
     """The initial guess: for a nonlinear system because the search found no plan that costs less, for a tube controller
     because its solver found none."""
     ADMISSIBLE = "admissible"
-    """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps do not converge
-    there, so that it is a minimum up to the accuracy of the search only."""
+    """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps
+    (repeated linearisations) do not converge there, so that it is a minimum up to the accuracy of the search only."""
 
     @property
     def words(self) -> str:

@@ -25,7 +25,8 @@ from trackably.systems.tightening import InvariantSet, Tightening
 # The invariant set of the error in float64.
 
 _ROUNDING = 1e-10
-"""A point counts as in Z if it is in Z after all parts of Z grow by this part, and the point moves by a tenth of it."""
+"""A point counts as in Z if it is in Z after two changes that allow for rounding: all parts of Z grow by this part of
+their size, and the point moves along each axis by a tenth of this part of the width of Z."""
 
 _TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver, tried one after the other
 
@@ -114,7 +115,7 @@ class ErrorSet:
 
     @cached_property
     def centre(self) -> Array:
-        """The centre (n,) of the generators."""
+        """The centre (n,) of Z if W is a zonotope; zero if W is a convex hull."""
         Z = self.invariant
         if not isinstance(Z.disturbance, Zonotope):
             return np.zeros(self.dimension)
@@ -125,7 +126,7 @@ class ErrorSet:
 
     @cached_property
     def generators(self) -> Array:
-        """The generators (g, n), none of them zero."""
+        """The generators g_j, one in each row (g, n), without those that are zero."""
         Z, W = self.invariant, self.invariant.disturbance
         of_head = W.generator_matrix if isinstance(W, Zonotope) else np.zeros((0, self.dimension))
         found, head, tail = [], of_head, np.diag(Z.box) / (1 - Z.contraction)
@@ -182,7 +183,8 @@ class TubeFormulation(Formulation):
 
 
 _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Starts to try in free directions of a kept plan: parts of the way from the reference to the measured state."""
+"""In directions in which the start of a kept plan hardly affects its end, the start is tried at these parts of the way
+from the reference to the measured state."""
 
 
 @dataclass(frozen=True, eq=False)

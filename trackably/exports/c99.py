@@ -458,7 +458,7 @@ def _story(proved: Proved, name: str) -> str:
 
 
 def _at_ends(certificate: Certificate) -> list[str]:
-    """Say which steps are answered although they are, strictly, not proved: k T_s may be rounded past an end."""
+    """Return a sentence on steps that are answered, but not proved, because k T_s may be rounded past an end."""
     ends = [f"{end:.17g} s" for end in certificate.claim.span if math.isfinite(end) and end]
     if not ends or certificate.reference.pieces:
         return []
@@ -468,7 +468,7 @@ def _at_ends(certificate: Certificate) -> list[str]:
 
 
 def _signals(reference: Reference, name: str) -> str:
-    """Return the functions name_z0, … of the signals, of a double or of an exact time; and name_smallest."""
+    """Return the C functions name_z0, … of the signals, of a double or an exact time; and name_smallest, if needed."""
     found = _filled(f"{_PRODUCT}\n{_SUMS}", NAME=name) if reference.pieces else ""
     for c, signal in enumerate(reference.signals):
         if isinstance(signal, PolynomialPieces):
@@ -551,7 +551,7 @@ def _guarded_functions(proved: Proved, name: str) -> str:
 
 
 def _refusal(certificate: Certificate, tolerance: float) -> str:
-    """Return the lines that refuse a time t which is not proved, with a tolerance of `tolerance` |t|."""
+    """Return C lines that return 1 for a time t that is outside of the proved ones by more than `tolerance` |t|."""
     first, last = certificate.claim.span
     ends = [f"t >= {number(first)}{' - tolerance' * bool(tolerance)}"] if math.isfinite(first) else []
     ends += [f"t <= {number(last)}{' + tolerance' * bool(tolerance)}"] if math.isfinite(last) else []

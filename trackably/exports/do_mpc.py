@@ -54,7 +54,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
 
 
 def _elapsed_steps(t_now: ArrayLike, step: float) -> float:
-    """Return the steps on the controller's clock, which adds up rounded T_s.
+    """Return how many steps the controller's clock shows; the clock is a sum of rounded T_s.
 
     ValueError: it is no whole number of steps.
     """

@@ -31,11 +31,11 @@ SHEETS: Final = ["default", str(Path(__file__).with_name("trackably.mplstyle"))]
 _LAYOUTS: Final = 2
 COLUMN: Final = 3.5
 PAGE: Final = 7.0
-"""Widths of figures [in]: of a column (`COLUMN`) and of a page."""
+"""Widths [in] of figures that span a column (`COLUMN`) or a page (`PAGE`)."""
 INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
 BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
 SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
-# The solid line lies below and is wider: with dark dashes on top both stay visible, in grey too, where two agree.
+# Where two references agree, both stay visible, also in grey: the solid line is wider and lies below dark dashes.
 _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.4, 1.2, 1.4)), "linewidth": 1.3, "zorder": 3.2},
     {"color": NAVY, "linestyle": (0, (2.6, 1.6)), "linewidth": 1.3, "zorder": 3.3},
@@ -46,8 +46,8 @@ _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
 Units = Mapping[str, str]
 """Units by the names of states and inputs."""
 UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
-_TIMES_OF_BOUNDS: Final = 801  # at which a bound that moves is drawn
-_PADDING: Final = 0.12  # of a panel beyond its bounds, relative to their distance
+_TIMES_OF_BOUNDS: Final = 801  # a bound that moves is drawn at this many times
+_PADDING: Final = 0.12  # a panel shows this much beyond its bounds on either side, relative to their distance
 
 
 def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:

@@ -63,8 +63,8 @@ def proved_steps(proved: Proved, first: int, count: int) -> Array:
     return k
 
 
-_MOST = 2000  # margins are computed at up to so many times
-_TINY = 1e-9  # sampling times by which an end may be rounded past a step
+_MOST = 2000  # margins are computed at no more than this many times
+_TINY = 1e-9  # in sampling times: an end that rounding puts past a step by less than this counts as the step
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Reached:
 def ends(proved: Proved) -> tuple[float, float]:
     """Return the first and the last time [s] worth showing, within the claim.
 
-    If all times are proved, the first one lies before the kernels or pieces by their whole length, but not before 0.
+    If all times are proved, the first one precedes the kernels or pieces by their whole length, but is not negative.
     The last one is when the reference has settled, but at most twice as far from the first one as the last kernel or
     piece (or 200 steps if that is more), because kernels with heavy tails settle for hours and hardly move.
     """
@@ -159,7 +159,7 @@ def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
 # The display of a reference in notebooks: a figure, and a table of its bounds with small pictures.
 
 _WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0  # px: of a small picture, and of its empty edge
-_POINTS = 160  # of a curve in it
+_POINTS = 160  # points of a curve in a small picture
 _SOLID = 'stroke="currentColor" stroke-width="1.4"'
 _DASHED = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
 

@@ -120,7 +120,7 @@ uint32 nanosec
 def write(
     what: str, points: JointPoints, path: Path | str, topic: str = "", stamp: int = 0, statement: str = ""
 ) -> Path:
-    """Write a message with all points to an .mcap or .yaml file for the function `what`; return the path.
+    """Write a message with all points to an .mcap or .yaml file; return the path. Errors name the caller, `what`.
 
     In an MCAP file it has the time `stamp` [ns] on `topic`, and what is proved stands in the metadata; it is
     uncompressed, so that the bytes are reproducible. In YAML, for `ros2 topic pub`, there is one point per line, and
@@ -138,7 +138,7 @@ def write(
 
 
 _BARE_EXPONENT: Final = re.compile(r"(?<![\d.])(\d+)e")
-"""The digits of a number like 1e-05, which is a text in YAML 1.1: there, an exponent needs a point before it."""
+"""The digits before the e in numbers like 1e-05, which YAML 1.1 reads as texts because they have no point."""
 
 
 def _yaml(of: JointPoints, statement: str) -> str:

@@ -163,7 +163,7 @@ def _cell(value: str | float | None) -> str:
 
 
 def columns(rows: Sequence[Row]) -> dict[str, list[str | float | int | None]]:
-    """Return the table by columns, None if a row has no value; columns of numbers by name are sorted by name.
+    """Return the table by columns, None if a row has no value; columns such as `misfit [NAME]` are sorted.
 
     Characters of a name that UTF-8 cannot encode are written as escape sequences.
     """

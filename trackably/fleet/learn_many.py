@@ -262,7 +262,7 @@ def _on(cluster: str | None) -> Iterator[None]:
 
 _COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # most failures, and most recordings with questions, that are printed
-_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # others end the run
+_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # other errors end the run
 
 L = TypeVar("L", TrackableReference, StreamReference)
 

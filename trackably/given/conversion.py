@@ -23,7 +23,7 @@ from trackably.gp.samples import Samples
 from trackably.systems.pieces import Beyond, PolynomialPieces, is_spline, pieces_of_spline
 
 _DEFAULT_END = 1.0  # s: T of a basis of python-control, if none is given
-_MISSED = 1e-9  # polynomials may miss the values of states by this part of the largest one
+_MISSED = 1e-9  # states count as polynomials if a fit misses their values by at most this part of the largest value
 
 
 def is_flat_trajectory(given: Any) -> bool:
@@ -74,7 +74,7 @@ def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
 
 
 def shift(c: Array, by: Array | float) -> Array:
-    """Return the coefficients of p(t + by), given those of p along the last axis; `by` broadcasts with the others."""
+    """Return the coefficients of p(t + by), given those of p along the last axis of c; `by` is for the other axes."""
     found = c.copy()
     for i in range(c.shape[-1] - 1):
         for k in range(c.shape[-1] - 2, i - 1, -1):

@@ -30,14 +30,14 @@ _INSTANTS = 6  # times in each interval between knots at which bounds are impose
 
 
 Side = tuple[Any, Array]
-"""Linear conditions on the vector of all coefficients: sparse rows, and the values that they equal or do not exceed."""
+"""Linear conditions on the vector x of all coefficients: a sparse matrix M and a vector y, for M x = y or M x ≤ y."""
 
 
 @dataclass(frozen=True, eq=False)
 class Splines:
     """B-splines of a `degree` with `knots` [s].
 
-    The knots at the ends are repeated, or if it `repeats`, all knots continue with the period.
+    If it `repeats`, the knots continue periodically beyond both ends; otherwise the first and last knot are repeated.
     """
 
     knots: Array
@@ -51,7 +51,7 @@ class Splines:
 
     @cached_property
     def padded(self) -> Array:
-        """The knots in the form of SciPy, with those before the first one and after the last."""
+        """The knots as SciPy expects them: with further knots before the first and after the last."""
         k, inner = self.degree, self.knots
         if not self.repeats:
             return np.pad(inner, k, mode="edge")
@@ -93,9 +93,9 @@ class Nearest:
 
     @cached_property
     def instants(self) -> Array:
-        """Times [s] at which bounds are imposed from the start; others are added later. Some lie between any two knots.
+        """Times [s] at which the first program imposes bounds, about six between two knots; later programs add times.
 
-        Steps before the first knot are among them if they are claimed and their inputs depend on the motion.
+        Times before the first knot are included if they are claimed and inputs at them depend on the motion.
         """
         first, last = self.given.span
         if self.given.beyond == "rest" and first > 0:
@@ -148,7 +148,7 @@ class Nearest:
 
     @property
     def _aims(self) -> list[Side]:
-        """The equations by which states or flat outputs equal their curves at the instants, divided by the ranges."""
+        """Equations for least squares: states or flat outputs equal their curves, each divided by its curve's range."""
         found, t = [], self.instants
         for i, (name, curve) in enumerate(self.given.curves.items()):
             stencil, values = self.given.stencils[name], curve(t)
@@ -200,7 +200,7 @@ _BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 They leave room for the solver's tolerance, and for the times between those at which bounds are imposed.
 """
 
-_FINER, _EXCHANGES = 8, 3  # parts of an interval between times in which margins are examined, and most programs
+_FINER, _EXCHANGES = 8, 3  # margins are examined at this many parts of each interval; most programs per back-off
 
 
 def repair(

@@ -172,7 +172,7 @@ def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
 
 
 Limits = list[tuple[str, float, float]]
-"""For each limit: the text about its violation, the excess that is allowed, and the size to which it is relative."""
+"""For each limit: the text about its violation, the allowed excess, and the size by which excesses are divided."""
 
 
 def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tuple[Part, int, Limits], ...]:
@@ -195,7 +195,7 @@ def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tu
 
 
 def _excesses(table: checked.Table, part: Part, row: int) -> list[tuple[Fraction, Fraction]]:
-    """Return a lower and an upper bound of the excess over each limit in a row; they are equal if it is rational.
+    """Return a lower and an upper bound of the excess over each limit in a row, equal for a rational excess.
 
     For the dynamics, with tolerance 0, the excess is |x⁺ − f(x, u)|. Raises UndefinedError.
     """

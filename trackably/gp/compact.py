@@ -5,7 +5,7 @@ of Chebyshev points s_k, up to an error that falls geometrically with their numb
 
     Σ_i c_i κ(t − t_i) = Σ_k (Σ_i c_i L_k(t_i)) κ(t − s_k).
 
-Bounds that are long active add hundreds of kernels with large weights that cancel: the input of a chain of integrators
+Long active bounds add hundreds of kernels with large weights that cancel: the input of a chain of integrators
 is a difference of order r, which adds weights of the size 1/T^r with alternating signs. With few points they are added
 up before kernels are evaluated and rounded. Rounding errors are bounded by the number of kernels times the sum of |c|,
 and both fall.

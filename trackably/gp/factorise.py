@@ -33,7 +33,7 @@ from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; a factorisation holds two of this size
-_WITHIN_A_LAG = 1.0  # largest λ times the longest lag for tails: within a lag, numbers then grow by at most e
+_WITHIN_A_LAG = 1.0  # tails are used if λ times the longest lag is no larger: numbers grow by e at most within a lag
 _BLOCK = 64  # smallest number of samples in a block with tails
 _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are not used
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
@@ -51,13 +51,16 @@ def noise_variance(prior: Prior, samples: Samples) -> Array:
 
 
 def terms_of(samples: Samples, origin: float = 0.0) -> Terms:
-    """Return the samples as weighted sums of values of the process, without offsets, at times [s] since the origin."""
+    """Return the terms of each sample, a weighted sum of values of the process; its offset is left out.
+
+    Times [s] count from `origin`.
+    """
     n, at = len(samples), samples.stencil.centres(samples.times - origin)
     return Terms(at, samples.stencil.spread(np.ones(n)), np.tile(np.arange(n), len(at) // n))
 
 
 class Candidate(NamedTuple):
-    """A way to factorise A = K + V: `compute` takes about `cost` nanoseconds; None if A is not positive definite."""
+    """A way to factorise A = K + V: `compute` takes about `cost` ns, and returns None if A is not positive definite."""
 
     cost: float
     compute: Callable[[], Factorisation | None]
@@ -66,7 +69,7 @@ class Candidate(NamedTuple):
 def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
     """Factorise K + V, where K is the covariance of the samples; None if K + V is not positive definite in float64.
 
-    Raises ValueError as `candidates`.
+    Raises ValueError as `candidates` does.
     """
     found = (each.compute() for each in sorted(candidates(prior, samples), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
@@ -78,9 +81,9 @@ def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
 
 
 def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
-    """Return all factorisations that are exact up to rounding.
+    """Return the ways to factorise K + V that are exact up to rounding.
 
-    Their costs were measured on one machine; only their order matters. ValueError: none fits into memory, or there are
+    Costs were measured on one machine; only their order matters. ValueError: none fits into memory, or there are
     too many samples of several kinds for a dense matrix.
     """
     n, stencil, found = len(samples), samples.stencil, list[Candidate]()

@@ -78,7 +78,7 @@ class Hyperparameter:
 
     def __get__(self, owner: object | None, kind: type) -> float | None:
         if owner is None:
-            return None  # the default value that the dataclass sees: without a value it is learned
+            return None  # the default that the dataclass sees: a hyperparameter that is not given is learned
         value: float = vars(owner)[self.name]
         return value
 
@@ -90,7 +90,10 @@ class Hyperparameter:
 
 
 def hyperparameter(given: Any) -> float:
-    """Return a hyperparameter in its stored form. ValueError, which says what is expected, if it is not valid."""
+    """Return a number, a pair or None in stored form: a float if it is known, a `Learned` if it is learned.
+
+    ValueError, which says what is expected, if the given value is not valid.
+    """
     if type(given) in (Learned, float) and 0 < given < math.inf:  # a short way, as optimisers ask thousands of times
         return given  # type: ignore[no-any-return]
     match given:
@@ -112,7 +115,7 @@ def as_text(value: float) -> str:
 
 
 class Parametrized(ABC):
-    """What has hyperparameters with names: a kernel, the prior of a process, the priors of several processes."""
+    """An object with named hyperparameters: a kernel, the prior of a process, or the priors of several processes."""
 
     @property
     @abstractmethod
@@ -138,9 +141,9 @@ class Parametrized(ABC):
         return self.map_values(moved)
 
     def as_learned(self, names: Collection[str] | None = None) -> Self:
-        """Return the same object with all hyperparameters learned, or those in `names`, from their current values on.
+        """Return the same object with the hyperparameters in `names` learned, or with all of them learned if None.
 
-        Those that are learned already keep their intervals.
+        Values stay the same. Hyperparameters that are learned already keep their intervals.
         """
 
         def learned(name: str, value: float) -> float:
@@ -155,7 +158,7 @@ class Parametrized(ABC):
 
 
 def amplitude(scales: Scales) -> Search:
-    """Return where to search for a standard deviation of the signal: down to tiny ones, as others may be infeasible."""
+    """Return where to search for a signal's standard deviation: down to tiny values, as only these may keep bounds."""
     size = scales.amplitude
     return Search((1e-12 * size, 1e3 * size), (0.1 * size, 10.0 * size))
 
@@ -180,7 +183,8 @@ def fraction_of_period(_: Scales) -> Search:
 def repetition(scales: Scales) -> Search:
     """Return where to search for a time [s] after which the signal repeats.
 
-    The samples cover at least one period, and each period has at least three of them, as with two it may be an alias.
+    The longest period is the span of the samples. The shortest has three samples, as one with two may be an alias; it
+    is at most half the span.
     The likelihood has local minima in the whole interval, so searches start in all of it.
     """
     whole = scales.span * min(0.5, 3 / max(scales.count - 1, 1)), scales.span

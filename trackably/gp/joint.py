@@ -46,7 +46,7 @@ class JointPrior(Parametrized):
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters by name, in natural units, process by process."""
+        """All hyperparameters by name (values, not logarithms), process by process."""
         return {
             self.name_of(process, name): value
             for process, part in zip(self.names, self.parts, strict=True)
@@ -166,7 +166,10 @@ class JointPosterior:
         return moved
 
     def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
-        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step) at t [s], for pairs (c, w_c); the shape is that of t."""
+        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step) at t [s]; the shape is that of t.
+
+        `weights` has pairs (c, w_c): the index of a process, and its weights w_c (J,).
+        """
         return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
     def jets(self, process: int, t: Array, order: int) -> Array:

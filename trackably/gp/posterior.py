@@ -111,7 +111,10 @@ class Posterior:
         return self.weights - self.solve(cross)
 
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
-        """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p) with w = `own` of the samples, u = `weights` at t [s]."""
+        """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p): sample i, a functional S_i, has the weight w_i = `own`[i].
+
+        u = `weights` are those of further kernels with centres at t [s], both (P,). A `base` takes the place of m.
+        """
         some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
         centres, together = [self._kernel_centres, t[some]], [own, weights[some]]
         if self.base:
@@ -158,8 +161,9 @@ class Posterior:
         return self._factored.solve(np.ascontiguousarray(d)), d
 
     def with_likeliest_mean(self, lower: float, upper: float) -> Self:
-        """Return the posterior with the prior mean between two values that has the least l, for the
-        same hyperparameters.
+        """Return the posterior whose prior mean has the least l of all means from `lower` to `upper`.
+
+        Hyperparameters stay the same.
 
         l is quadratic in the mean: without limits the minimum is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where o + d m are the samples
         of a process that rests at m. If samples do not depend on this level, or A cannot be factored, the mean is kept.

@@ -32,7 +32,7 @@ class Prior(Parametrized):
 
     @property
     def hyperparameters(self) -> dict[str, float]:
-        """All hyperparameters by name, in natural units, known ones included; the noise is the last."""
+        """All hyperparameters by name (values, not logarithms), known ones included; the noise is the last."""
         return {**self.kernel.hyperparameters, NOISE: self.noise_std}
 
     @cached

@@ -24,12 +24,12 @@ class RowPosterior:
 
     @cached
     def mean(self) -> Array:
-        """L m⁺ plus the offsets, shape (n,)."""
+        """The values of the rows for the posterior means: L m⁺ plus the offsets, shape (n,)."""
         return self.rows.values(self.posterior.signals)
 
     @cached
     def covariance(self) -> Array:
-        """K⁺_ab = L_a L_b κ⁺, shape (n, n)."""
+        """The posterior covariance of the rows: K⁺_ab = L_a L_b κ⁺, shape (n, n)."""
         total = np.zeros((len(self.rows), len(self.rows)))
         for part, kernel, across in zip(self.posterior.parts, self._kernels, self._across, strict=True):
             own = kernel.among() - across @ part.solve(across.T)
@@ -62,7 +62,7 @@ class RowPosterior:
 
     @cached
     def system(self) -> RowSystem | None:
-        """The rows of one process together with its samples, where that is faster than the `covariance`; else None."""
+        """Equations with K⁺ in a form that is faster than the `covariance`; None if there is no such form."""
         if not has_system(self.posterior, len(self.rows)):
             return None
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
@@ -86,8 +86,8 @@ _MANY = 400  # rows: for fewer, their dense covariance takes less time
 
 
 def has_system(posterior: JointPosterior, count: int) -> bool:
-    """Whether `count` rows are solved for together with the samples.
+    """Whether equations for `count` rows are solved by a `RowSystem`, together with the samples.
 
-    This needs many rows of one process, whose kernel is a sum of polynomials times e^(−λ|r|) (`decays`).
+    This needs many rows, a single process, and a kernel that is a sum of polynomials times e^(−λ|r|) (`decays`).
     """
     return count >= _MANY and len(posterior.parts) == 1 and bool(posterior.prior.parts[0].kernel.decays)

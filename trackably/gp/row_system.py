@@ -22,12 +22,16 @@ from trackably.gp.rows import Terms
 Places = npt.NDArray[np.intp]
 
 _BLOCK = 48  # smallest number of samples and rows in a block
-_WITHIN_A_ROW = 5.0  # largest λ times the time between the terms of a row: numbers grow by e⁵ within it
+_WITHIN_A_ROW = 5.0  # largest λ times the time between the terms of a row: numbers grow by e⁵ at most within a row
 
 
 @dataclass(frozen=True)
 class RowSystem:
-    """The covariances of n samples and r rows in `blocks`, with the places of `samples` and `rows` among all."""
+    """The covariances of n samples and r rows of one process in `blocks`, all sorted by their first times.
+
+    `samples` (n,) and `rows` (r,) are the indices of samples and rows in this order. `part` is the posterior of the
+    process.
+    """
 
     part: Posterior
     blocks: list[Block]
@@ -36,7 +40,10 @@ class RowSystem:
 
     @classmethod
     def of(cls, part: Posterior, terms: Terms, count: int) -> Self | None:
-        """Return the system of `count` rows with these terms; None unless the kernel is a sum of decays."""
+        """Return the system of `count` rows with these terms.
+
+        None if the kernel is no sum of decays, or if it decays too fast within a row.
+        """
         n, kernel, of_samples = len(part.samples), part.prior.kernel, terms_of(part.samples)
         every, count = Terms.joined([of_samples, terms], [0, n]), n + count
         first = every.first_times(count)
@@ -53,7 +60,7 @@ class RowSystem:
 
     @cached
     def variances(self) -> Array:
-        """The variances of the rows before any sample, shape (r,)."""
+        """The prior variances of the rows, shape (r,)."""
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
     def cross(self, multipliers: Array) -> Array:
@@ -67,7 +74,7 @@ class RowSystem:
         return np.asarray(times(self.blocks, both)[0, self.rows])
 
     def solver(self, noise: Array) -> Callable[[Array], Array] | None:
-        """Return the function that solves (K⁺ + D) x = b for D of the rows' `noise` variances (r,).
+        """Return the function that solves (K⁺ + D) x = b, where D is diagonal with the rows' `noise` variances (r,).
 
         Return None if the covariance of samples and rows with noise is not positive definite in float64.
         """

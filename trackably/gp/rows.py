@@ -89,7 +89,7 @@ class Terms:
 
 @dataclass(frozen=True)
 class Rows:
-    """q_a = `offsets`[a] + Σ_c L_a g_c for a = 0 … n − 1, shape (n,), with the terms of process c in `terms[c]`."""
+    """Rows q_a = `offsets`[a] + Σ_c L_a g_c, a = 0 … n − 1: `terms[c]` has the terms of all L_a in the process g_c."""
 
     offsets: Array
     terms: tuple[Terms, ...]
@@ -129,8 +129,9 @@ class Rows:
 
 _EPS = float(np.finfo(float).eps)
 _LARGEST_ERROR = 1e-12  # relative to a row's variance: with larger rounding errors, sums over terms are not used
-# Of a row's standard deviation: smaller terms end the series. Covariances stay those of one set of functionals, hence
-# positive semidefinite. Sums over terms, taken where the series is too long, would give references enormous weights.
+# Relative to a row's standard deviation: the series ends where all further terms are smaller. All covariances then
+# belong to the same functionals, so that their matrix is positive semidefinite. With a smaller number, more series
+# would be too long, and sums over terms, taken instead, would give references enormous weights.
 _NEGLIGIBLE = 1e-11
 _LONGEST = 14  # terms of the longest series
 _FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
@@ -147,7 +148,7 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
     first = terms.first_times(count)
     after = terms.times - first[terms.of_row]
     moments = terms.summed(after[:, None] ** np.arange(_LONGEST) / _FACTORIALS, count)
-    spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # of the derivatives g⁽ⁿ⁾
+    spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # standard deviations of g⁽ⁿ⁾
     sizes = np.abs(moments) * spread
     row = np.max(sizes, axis=1)
     error = _EPS * (np.bincount(terms.of_row, np.abs(terms.weights), count) * spread[0]) ** 2
@@ -221,7 +222,7 @@ class Taylor:
 
     @cached
     def centres(self) -> Terms:
-        """Terms with the same first moments at times that lie far apart, which keeps their weights small.
+        """Terms that have the same first moments as the rows, but at times further apart, so that weights stay small.
 
         With h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the reference.
         Nodes k H [s] have weights with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes.

@@ -70,7 +70,7 @@ class Samples:
     more samples, `scatters` has the remaining information about the noise, for each kind.
 
     ValueError, which names the first wrong entry: values are not finite, times do not increase, or arrays differ in
-    length. TypeError: entries are no real numbers (dates are none).
+    length. TypeError: entries are no real numbers (but dates, for example).
     """
 
     times: Array
@@ -130,7 +130,7 @@ class Samples:
             )
 
     def by_name(self, name: str) -> dict[str, Samples]:
-        """Return these samples by their `name`; if they are of several kinds, each kind by its own name."""
+        """Return the samples of each kind by the name of the kind; samples of a single kind get the given `name`."""
         if not isinstance(self.stencil, Stencils):
             return {name: self}
         found = {}
@@ -182,8 +182,8 @@ class Samples:
     def mean_square(self, off: Array) -> float:
         """Return the mean square of the residuals `off` (n,), which are the samples minus a signal.
 
-        If these samples represent more, the mean is that of all of them, and each sample has the inverse of its
-        relative variance as weight.
+        If these samples represent more samples, the mean is that over all the represented samples, weighted by the
+        inverse of their relative variances.
         """
         if not self.scatters:
             return float(np.mean(off**2))

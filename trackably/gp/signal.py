@@ -13,9 +13,9 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
-_FEW = 2**16  # terms: `nearly` uses the faster kernel values for no more than this
+_FEW = 2**16  # terms: for more, `nearly` does not use the faster, less accurate kernel values
 _MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
-_NEARBY = 2**14  # terms in a block of nearby kernels: few, so that the times in the block are neighbours
+_NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that its times lie close together
 
 
 # Evaluate functions of many times block by block, in bounded memory.
@@ -28,7 +28,7 @@ def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: in
     """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
 
     The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
-    all these numbers fit into the cache, or if there are at most `most`.
+    it needs at most `most` numbers in all; by default, if these are so few that one call is faster than several.
     """
     if t.size * width <= (most or _WHOLE):
         return function(t)
@@ -84,7 +84,7 @@ class KernelSum:
         return np.asarray(self.jet(t, 0)[0])
 
     def nearly(self, t: Array) -> Array:
-        """Return m⁺(t) with a few rounding errors more if that is faster. Only for searches."""
+        """Return m⁺(t), less accurately by a few roundings if that is faster. Use it for searches only."""
         if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
             return np.asarray(self.jet(t, 0)[0])
         return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)
@@ -139,7 +139,7 @@ class KernelSum:
 
 # Signals that remember their values, as several quantities are evaluated at the same times.
 
-_LONG_ROW = 32  # shorter rows of times are those of single minima, which no other quantity has
+_LONG_ROW = 32  # shorter rows of times are not cached: they refine minima of one quantity, and no other one needs them
 
 
 @dataclass(frozen=True)

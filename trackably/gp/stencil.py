@@ -37,7 +37,7 @@ class _Instants:
         return np.concatenate([w * values for w in self.weights], axis=-1)
 
     def combine(self: Any, values: Array) -> Array:
-        """Return Σ_j w_j of values (…, n · J) at the centres; the shape is (…, n)."""
+        """Return the weighted sum, for each sample, of values (…, n · J) at its centres; the shape is (…, n)."""
         parts = np.split(values, len(self.weights), axis=-1)
         return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
 
@@ -62,7 +62,7 @@ class Stencil(_Instants):
         return self.offset + sum(self.weights) * level
 
     def only(self, _: object) -> "Stencil":
-        """Return the stencil of some of the samples, which is the stencil of all."""
+        """Return the stencil of some of the samples: this one, as all samples have the same stencil."""
         return self
 
     @property
@@ -79,11 +79,11 @@ class Stencil(_Instants):
 
     @cached_property
     def largest_gain(self) -> float:
-        """Σ_d |ρ_d|: an upper bound of the ratio of the samples' covariance to the process's largest one."""
+        """Σ_d |ρ_d|: an upper bound of the samples' covariance, divided by the variance of the process."""
         return sum(abs(rho) for rho, _ in self.lags)
 
     def covariance(self, kernel: Kernel) -> Covariance:
-        """Return the covariance of two samples, Σ_d ρ_d κ(r + d step) over the lags, with its ∂/∂ln θ."""
+        """Return the function of r [s] that gives two samples' covariance Σ_d ρ_d κ(r + d step), with its ∂/∂ln θ."""
         if self.weights == POINT.weights:
             return kernel.value_and_gradient
         return lambda r: _weighted_sum(kernel, ((rho, r + lag) for rho, lag in self.lags))
@@ -161,7 +161,10 @@ class Stencils(_Instants):
         return np.array([part.at_rest(level) for part in self.parts])[self.places]
 
     def entries(self, kernel: Kernel, t: Array) -> Entries:
-        """Return entries of the covariance of samples at t [s]: Σ_jk w_j w'_k κ(t − t' + (j − k) step)."""
+        """Return the function that computes stored entries of the covariance of samples at t [s], shape (n,).
+
+        An entry is Σ_jk w_j w'_k κ(t − t' + (j − k) step), with its ∂/∂ln θ.
+        """
         weights, stored, shifts = self.weights, places(len(t)), range(len(self.weights))
 
         def entries(part: slice) -> tuple[Array, Array]:

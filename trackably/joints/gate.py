@@ -44,12 +44,13 @@ class Gate:
 
     The gate has no state and no clock: each answer contains the running motion, and the caller gives it to the next
     call. Chunks and `now` [s] use the same clock. A new motion begins `lead` [s] after `now`, so that the receiver has
-    it in time. If the state of the chunk is another one at that time, a polynomial leads to the first point of the
-    chunk for which it keeps all limits. Its degree is 2 R − 1, where R is the order of the highest limited derivative,
-    and at its ends, it has the positions and derivatives below order R of the two motions. A chunk that does not end at
-    rest is followed by the shortest stop that keeps all limits, among some durations; if there is none, the chunk is
-    cut at an earlier point. Positions of continuous joints may differ by whole turns. If all this fails, quadratic
-    programs look for the nearest motion (`repair_joints`), as long as `budget` [s] of computation is not used up.
+    it in time. If the chunk has another state at that time, a polynomial leads from the running motion to the first
+    point of the chunk that it reaches within all limits. Its degree is 2 R − 1, where R is the order of the highest
+    limited derivative. At its ends, it has the positions and derivatives below order R of the two motions. A chunk that
+    does not end at rest is followed by the shortest stop that keeps all limits, among some durations; if there is none,
+    the chunk is cut at an earlier point. Positions of continuous joints may differ by whole turns. If all this fails,
+    quadratic programs look for the nearest motion (`repair_joints`), as long as `budget` [s] of computation is not used
+    up.
 
     ValueError: `lead` is negative, or `budget` or `tolerance` is not positive.
     """
@@ -105,7 +106,7 @@ class Gate:
     def stop(self, running: CertifiedTrajectory, now: float) -> GateAnswer:
         """Return the shortest stop that is found `lead` after `now` [s]; the running motion if it ends no later.
 
-        Raises the errors of a call.
+        Raises the errors of `__call__` about `running` and `now`.
         """
         before = self._until(running, now)
         stopped = self._braked(before, before.span[1])
@@ -125,7 +126,7 @@ class Gate:
         return self._prove(before.followed_by(after.breakpoints[1:], after.coefficients))
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
-        """Return the running motion from the piece at `now` [s] to the earliest start of a new motion."""
+        """Return the running motion from the start of its piece at `now` [s] to the earliest start of a new motion."""
         instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, from at_rest or from an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
@@ -171,9 +172,9 @@ class Gate:
         return to_chunk.followed_by(ends[k + 1 :], given.coefficients[:, k:])
 
     def _stopping(self, motion: JointTrajectory) -> JointTrajectory | None:
-        """Return the motion, with a stop after the last piece at whose end one is possible, unless it ends at rest.
+        """Return the motion if it ends at rest; otherwise cut it where a stop can begin last, and append the stop.
 
-        None if no stop is possible.
+        None if no stop is possible at the end of any piece.
         """
         if np.all(np.abs(motion.at_ends(self._order)[1:, -1]) <= self.tolerance / 2):
             return motion

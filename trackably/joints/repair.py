@@ -34,7 +34,7 @@ from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
 
 _DEGREE, _FEWEST = 5, 40  # of a spline: its degree, and least number of intervals between knots
-_LOOKS, _TIMES = 4, 4001  # times in each interval at which splines are near, and times at which distances are computed
+_LOOKS, _TIMES = 4, 4001  # times in each interval for least squares, and times at which distances are computed
 _ROUNDING = 1e-6  # a start may be outside of its limits by this part of their widths
 _BACKOFFS = (1e-7, 1e-5, 1e-3)
 """Back-offs (tightenings of the limits, relative to their widths), tried in turn: room for the solver's tolerance."""

@@ -23,7 +23,7 @@ _ACCEPTED = (
     "or a JointTrajectory"
 )
 _AT_TARGET = 1e-3  # s; the duration of a motion of Ruckig that begins at its target and takes no time
-_OFF = 1e-9  # pieces may differ from a planner's own positions by this part of the largest one, or of 1
+_OFF = 1e-9  # pieces may differ from a planner's positions by this part of the largest position, or of 1 if larger
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,9 @@
 """Constraints of the learning problem: a quantity, its bounds, and the places (times) at which they have to hold.
 
 A linear functional is a weighted sum of values of the signals at some times. For each place it gives one row: the
-weights, and the times there. All rows are evaluated together, with gradients. A formula is a nonlinear function of
-functionals, which are its arguments. Each bound is tightened by its back-off, to leave room for a proof.
+weights, and the times at which the signals are evaluated. All rows are evaluated together, with gradients. A formula
+is a nonlinear function of functionals, which are its arguments. Each bound is tightened by its back-off, to leave room
+for a proof.
 """
 
 from abc import ABC, abstractmethod
@@ -27,7 +28,10 @@ Indices = npt.NDArray[np.intp]
 
 
 def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> Rows:
-    """Return the rows of functionals, each at its places (n,) [s], one functional after the other."""
+    """Return one row for each functional at each of its places (n,) [s], functional by functional.
+
+    `processes` is the number of signals.
+    """
     terms: list[list[Terms]] = [[] for _ in range(processes)]
     offsets, count = [np.empty(0)], 0
     for functional, places in functionals:
@@ -41,7 +45,7 @@ def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> 
 
 
 def values_and_gradients(rows: Rows, posterior: JointPosterior) -> Array:
-    """Return the n rows of the posterior means, and their ∂/∂ln θ in p further rows: shape (1 + p, n)."""
+    """Return the values of n `rows` for the posterior means, and then their ∂/∂ln θ_j: shape (1 + p, n)."""
     found = np.zeros((len(rows), 1 + len(posterior.prior.learned)))
     found[:, 0] = rows.offsets
     for c, terms in enumerate(rows.terms):
@@ -50,11 +54,13 @@ def values_and_gradients(rows: Rows, posterior: JointPosterior) -> Array:
     return found.T
 
 
-# Bounds are tightened by this part of their width, which is larger than the rounding errors of the optimiser.
+# The usual back-off: bounds are tightened by this part of their width, more than the optimiser's rounding errors.
 ROUNDING_BACKOFF = 1e-9
 _PARTS = 8  # the time between two neighbouring places is divided into this number of equal parts
-_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # where these parts meet
-CLOSER = 2  # refinements between kinks: a margin may be negative for a hundredth of the way to the next kink
+_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # where these parts meet, as fractions of the whole time
+# The search for a negative margin between two kinks is repeated this often, each time in a quarter of the last stretch:
+# a margin may be negative for only a hundredth of the way between them.
+CLOSER = 2
 
 
 class Signalled(Protocol):
@@ -82,8 +88,8 @@ class Bounded(ABC):
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the places of the margin's local minima, and the relative margins (n,) there.
 
-        A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where they
-        are violated, 1/2 at the centre.
+        A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where a
+        bound is violated, 1/2 in the middle between the bounds.
         """
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
@@ -98,10 +104,11 @@ class Bounded(ABC):
         """
 
     def slacks(self, found: Array, places: Array) -> Array:
-        """Return the slacks to the lower bound, then those to the upper one, less the back-off, divided by the width.
+        """Return the relative slacks of the tightened bounds with their p derivatives: shape (1 + p, 2 n).
 
-        `found` has n columns, one for each of the `places`: the quantity and its p derivatives, shape (1 + p, n). The
-        slacks are given in the same form, in 2 n columns.
+        `found` (1 + p, n) has the quantity at the n `places`, and then its p derivatives. The first n columns of the
+        result are for the lower bound, the others for the upper bound. A relative slack is the distance to the bound,
+        divided by the width of the bounds, less the back-off.
         """
         bounds = self.quantity.bounds
         both = np.concatenate([found, -found], axis=1)
@@ -114,7 +121,7 @@ class Bounded(ABC):
 
 @dataclass(frozen=True)
 class Constraint(Bounded):
-    """A quantity at all times of an index set; a place is a time [s]."""
+    """Bounds of a quantity at all times of an index set; each place is one time [s]."""
 
     quantity: Quantity
     index_set: IndexSet
@@ -132,9 +139,10 @@ class Constraint(Bounded):
         return between([self], alone, [self.suspect_centres(posterior)], CLOSER)[0]
 
     def suspect_centres(self, posterior: Signalled) -> Array:
-        """Return the times [s] of centres between which `closest` may miss a violation; a kernel has kinks there.
+        """Return the times [s] at which the quantity may have kinks; `closest` may miss a violation between them.
 
-        Empty if all kernels are analytic, because their signals vary as slowly near a centre as elsewhere.
+        A kernel may have kinks at its centre. The result is empty if all kernels are analytic, because their signals
+        vary as slowly near a centre as elsewhere.
         """
         if all(signal.kernel.is_analytic for signal in posterior.signals):
             return self.none
@@ -164,7 +172,7 @@ class Constraint(Bounded):
         return found[0], found[1:]
 
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
-        """Return the arguments of the trajectory, each with its places."""
+        """Return the arguments of the quantity's trajectory, each paired with the same `places`."""
         return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
 
 
@@ -186,7 +194,7 @@ def of_arguments(trajectory: Trajectory, found: Array) -> Array:
 
 
 def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
-    """Return the constraints, all of which have an index set. TypeError: one has none."""
+    """Return the constraints as a list of `Constraint`. TypeError: a constraint has no index set."""
     if not all(isinstance(constraint, Constraint) for constraint in constraints):
         raise TypeError("each constraint needs an index set if function and hyperparameters are learned together")
     return [constraint for constraint in constraints if isinstance(constraint, Constraint)]
@@ -195,7 +203,7 @@ def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
 def local_minima(
     constraints: Sequence[Constraint], kernels: Sequence[Kernel], signals: Signals
 ) -> list[TimesAndMargins]:
-    """Return the times and the values of the local minima of each relative margin.
+    """Return, for each constraint, the times [s] of the local minima of its relative margin, and the margins there.
 
     Constraints with a common index set are evaluated together.
     """
@@ -222,10 +230,11 @@ def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesA
 def between(
     constraints: Sequence[Constraint], together: Quantities, places: Sequence[Array], closer: int = 0
 ) -> list[TimesAndMargins]:
-    """Return, for each constraint, the negative ones among the lowest margins between neighbouring `places`.
+    """Return, for each constraint, the times of negative margins between neighbouring `places`, and these margins.
 
-    `places` are sorted, and `together` has the constraints' quantities. Margins are relative. The search is repeated
-    `closer` times, each time in a shorter stretch around the lowest margin found before.
+    Between two neighbours, only the lowest relative margin is searched, and returned if it is negative. The search is
+    repeated `closer` times, each time in a shorter stretch around the lowest margin found before. `places` has sorted
+    times [s] for each constraint, and `together` has the constraints' quantities.
     """
     if all(len(at) < 2 for at in places):
         return [(np.empty(0), np.empty(0)) for _ in places]
@@ -242,9 +251,10 @@ def between(
 def _lowest(
     constraints: Sequence[Constraint], together: Quantities, starts: Sequence[Array], reach: Sequence[Array]
 ) -> list[TimesAndMargins]:
-    """Return the time and the value of the lowest margin in each stretch of time.
+    """Return, for each constraint, the time and the value of the lowest margin in each of its stretches of time.
 
-    Stretches begin at `starts` and last for `reach` [s]. The margins are evaluated where their equal parts meet.
+    Stretches begin at `starts` [s] and last for `reach` [s]. Each is divided into equal parts, and margins are
+    evaluated where two parts meet.
     """
     times = [
         constraint.index_set.nearest(first + _INNER * length)

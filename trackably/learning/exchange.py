@@ -26,7 +26,7 @@ from trackably.learning.constraint import closest, joined, worst
 from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, NothingFeasible, Round, Solution
 
-_SAME_TIME = 1e-9
+_SAME_TIME = 1e-9  # seconds: a new place that differs from a known one by no more is not added
 
 Places = tuple[Array, ...]
 """One array of places for each constraint of a problem."""
@@ -50,7 +50,7 @@ class Candidate:
         return cls(log_theta, posterior, objective, minima)
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":
-        """Add the places where a bound is violated that the coarse grid of `closest` missed."""
+        """Return the candidate with further minima: places of violations that the coarse grid of `closest` missed."""
         added = [constraint.missed_minima(self.posterior) for constraint in problem.constraints]
         return replace(self, minima=tuple(joined(self.minima, added)))
 
@@ -71,14 +71,17 @@ class Candidate:
     def violated(self, known: Places) -> Places | None:
         """Return the places where a bound is violated; None if all of them are `known`.
 
-        Places where the quantity is not defined are left out, because it has no gradient there. Other constraints have
-        to lead the search back to where it is defined.
+        Places where the quantity is not defined are left out, because the quantity has no gradient there. Other
+        constraints have to lead the search back to points at which the quantity is defined.
         """
         found = tuple(places[(margins < 0) & np.isfinite(margins)] for places, margins in self.minima)
         return found if any(len(m) > len(k) for m, k in zip(merge(known, found), known, strict=True)) else None
 
     def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
-        """Explain which bound is violated most. It is called on the candidate with the smallest violation."""
+        """Return the bound that this candidate violates most, as the reason why no candidate is feasible.
+
+        This candidate has to be the one with the smallest violation.
+        """
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
         return NothingFeasible(self.posterior, quantity, time, -margin * quantity.bounds.width, problem.broken_at_rest)
@@ -100,10 +103,10 @@ def _distances(places: Array, place: Array) -> Array:
     return np.asarray(np.max(np.abs(places - place).reshape(len(places), max(1, np.size(place))), axis=1))
 
 
-_MAX_ROUNDS = 60
-_MAX_HALVINGS = 60
-_SAME_POINT = 1e-3
-_SAME_BASIN = 1e-2
+_MAX_ROUNDS = 60  # programs of a search: if bounds are still violated after these, the search ends
+_MAX_HALVINGS = 60  # amplitudes that are tried for a point, each half of the last one
+_SAME_POINT = 1e-3  # in each ln θ: a minimiser this close to another one of the same round is dropped
+_SAME_BASIN = 1e-2  # in each ln θ: searches from points closer than this end at the same minimum
 _NEARBY = 0.1  # largest first step in each ln θ from a promising start: the search has to stay in its basin
 _ROUGH = 1e-8  # relative to 1 + |l|: precision of the first minimiser, enough if it violates a bound at a new place
 _MORE_STEPS = 60  # a search is given up if this many further steps, each with the last gain, would not reach the best l
@@ -118,7 +121,10 @@ class _Descent:
 
 
 Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
-"""Minimises (program, start, curvature at the start, precision, give_up); None if given up. See `Program.minimise`."""
+"""A way to minimise a program: a function of (program, start, curvature at the start, precision, give_up).
+
+It returns None if the search is given up. See `Program.minimise`.
+"""
 
 _minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
 
@@ -225,7 +231,7 @@ class Exchange:
     def _advance(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
         """Solve the program with these places from the end of each path.
 
-        Return the paths that violate bounds but may still become the best, and the union of all places.
+        Return the paths that violate bounds but may still become the best, and `places` with those of these violations.
         """
         program, met = Program(self.problem, places), places
         promising, ends, size = list[_Descent](), list[Array](), sum(map(len, places))
@@ -257,7 +263,7 @@ class Exchange:
             longer = _Descent(found.x, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
-            # Compare with the places of this program: another search of this round may have found the same ones.
+            # Compare with the places of this program: another search of this round may have found the same places.
             elif (violated := candidate.violated(places)) is not None:
                 met = merge(met, violated)
                 promising.append(longer)

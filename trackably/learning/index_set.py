@@ -14,12 +14,12 @@ from trackably.gp.joint import period_of
 from trackably.gp.kernels.base import Kernel
 from trackably.systems.trajectories import Quantities
 
-# A signal cannot change much faster than its kernel's correlation time: with this many grid points in each correlation
-# time the grid shows every local minimum, which is then refined.
+# A signal cannot change much within a small part of its kernel's correlation time. So a grid with this many points in
+# each correlation time shows every local minimum, which is then refined.
 _POINTS_PER_CORRELATION_TIME = 12
-_FEWEST_POINTS, _MOST_POINTS = 64, 50_000
-_REFINEMENTS, _NARROWER = 3, 0.1
-_BESIDE = np.array([[-1], [0], [1]])  # to the left of a centre, at the centre, and to its right
+_FEWEST_POINTS, _MOST_POINTS = 64, 50_000  # the least and the largest number of intervals of a grid
+_REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum; the factor from the reach of one to the next one's
+_BESIDE = np.array([[-1], [0], [1]])  # times the reach: to the left of a centre, at the centre, and to its right
 
 Indices = npt.NDArray[np.intp]
 
@@ -32,7 +32,7 @@ TimesAndMargins = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class _Single:
-    """A single margin with the methods of `Quantities`, which evaluate several margins together."""
+    """A single margin, with the same methods as `Quantities`, the class that evaluates several margins together."""
 
     margin: Margin
 
@@ -62,7 +62,7 @@ class IndexSet(ABC):
         return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def nearest(self, t: Array) -> Array:
-        """Return the times of the set that are nearest to t [s]; t must lie between the first and the last of them."""
+        """Return the times of the set that are nearest to t [s]; t must lie between its first and its last time."""
         return t
 
     @property
@@ -80,7 +80,7 @@ class IndexSet(ABC):
 
 @dataclass(frozen=True)
 class Steps(IndexSet):
-    """The instants k T_s for k = first … last, all of which are evaluated."""
+    """The instants k T_s for k = `first` … `last`; margins are evaluated at every one of these instants."""
 
     first: int
     last: int
@@ -101,10 +101,10 @@ class Steps(IndexSet):
 
 @dataclass(frozen=True)
 class RealTimes(IndexSet):
-    """All real times of a window; or all phases of signals whose kernels have one common period.
+    """All real times of a `Window`; or, with `AllPhases`, all real times, if kernels have one common period.
 
-    With all phases, local minima are searched in [0, period]; whatever period is learned, every time belongs to the
-    set. TypeError for kernels without a common period.
+    With `AllPhases`, local minima are searched in [0, period], as all other times repeat these. The search raises
+    TypeError for kernels without a common period.
     """
 
     of: Window | AllPhases
@@ -153,8 +153,8 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
 def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAndMargins:
     """Fit parabolas to values (3, n) at centre − reach, centre and centre + reach.
 
-    Return the times and values of their minima. Each time is at most `reach` away from its centre. Where a parabola has
-    no minimum, the time is `at`.
+    Return the times and values of the parabolas' minima. Each time is at most `reach` away from its centre. Where a
+    parabola has no minimum, the time is `at`.
     """
     left, middle, right = beside
     with np.errstate(invalid="ignore"):  # where a margin is infinite, the minimum on the grid stays

@@ -28,10 +28,10 @@ class Learner:
 
 
 HYPERPARAMETERS = Learner(best_solution, continued, lambda _, problem: best_solution(problem), ROUNDING_BACKOFF)
-"""The hyperparameters alone, as in the paper: the reference is a posterior mean."""
+"""Learns the hyperparameters alone, as in the paper: the reference is a posterior mean."""
 
 JOINT = Learner(joint.learn_jointly, joint.continued, joint.extended, first_backoff=1e-6, fallback=HYPERPARAMETERS)
-"""The function together with its hyperparameters; the hyperparameters alone if no such reference can be proved."""
+"""Learns the function together with its hyperparameters; if no such reference can be proved, hyperparameters alone."""
 
 FUNCTION = Learner(joint.learn_function, joint.function_near, joint.function_near, first_backoff=1e-6)
-"""The function alone, for hyperparameters that are all known: one convex program for linear systems."""
+"""Learns the function alone; all hyperparameters have to be known. For linear systems, this is a convex program."""

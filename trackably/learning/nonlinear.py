@@ -62,7 +62,10 @@ class Program:
         return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, precision=precision)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
-        """Return objective and slacks with their derivatives; None if one of them is not finite."""
+        """Return objective and slacks at ln θ with their derivatives.
+
+        None if K + σ_n² I cannot be factored, or if a slack or its derivative is not finite.
+        """
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
@@ -89,7 +92,7 @@ class Program:
 
     @cached_property
     def _arguments(self) -> Rows:
-        """The arguments of all quantities at their places."""
+        """One row for each argument of a quantity at each place, for all constraints with an index set."""
         timed = [(each, places) for each, places in self._placed if isinstance(each, Constraint)]
         functionals = [pair for constraint, places in timed for pair in constraint.arguments_at(places)]
         return rows_of(functionals, len(self.problem.prior.parts))

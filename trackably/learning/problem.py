@@ -20,7 +20,7 @@ from trackably.work import done
 
 _ROUNDING = 1e-9  # relative to a width: a smaller change of a value at rest counts as none
 MANY_CONTACTS = 100  # a function whose kernels have kinks is rough if it has more active bounds than this
-# J may exceed its least value by LEAST_GAP, or by the part _RELATIVE_GAP of the price, whichever is larger.
+# J = l + D may exceed its least value by LEAST_GAP, or by _RELATIVE_GAP times the price D, whichever is larger.
 LEAST_GAP, _RELATIVE_GAP = 0.01, 1e-3
 
 
@@ -227,7 +227,7 @@ class OutOfTime(NoSolution):
 
 @dataclass(frozen=True, repr=False)
 class UnmetBounds(NoSolution):
-    """No function was found that meets all bounds and required values; `among` has those with the largest multipliers.
+    """No function was found that meets all bounds and required values; `among` has the bounds with large multipliers.
 
     The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. That is no proof:
     for other hyperparameters there may be such a function. `feasibility` looks for contradictions that hold for every
@@ -272,9 +272,9 @@ def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
 class NothingFeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
 
-    It violates the bounds of `quantity` at `time` [s] by `violation` (in the quantity's unit). `broken_at_rest` are the
-    quantities that leave or touch their bounds when all signals rest at the prior mean. If there are none, signals of
-    small amplitude are feasible, and the search space is too small.
+    `best` violates the bounds of `quantity` at `time` [s] by `violation` (in the unit of `quantity`). `broken_at_rest`
+    are the quantities that leave or touch their bounds when all signals rest at the prior mean. If there are none,
+    signals of small amplitude are feasible, and the search space is too small.
     """
 
     best: JointPosterior

@@ -19,9 +19,9 @@ from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import amplitude
 from trackably.work import done
 
-_POINTS = 1200
-_AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0
-_PHASES = 24
+_POINTS = 1200  # points of the search space that are evaluated, each at all amplitudes
+_AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0  # number of amplitudes; their ends, relative to that of the samples
+_PHASES = 24  # phases of a period at which bounds are evaluated
 _MOST_SAMPLES, _NUMBERS = 100, 2**14  # most samples used of one signal; most entries of matrices decomposed at once
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
@@ -66,9 +66,10 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
 def _rays(
     prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
 ) -> tuple[Array, Array]:
-    """Return the largest relative violation at some phases of a period, and l: shapes (b, a), for a amplitudes.
+    """Return the largest relative violation of bounds at some phases of a period, and l, of b points.
 
-    Hyperparameters have the values in `theta`, each of shape (b,), or else those of the prior.
+    The shapes are (b, a), as each point is evaluated at a amplitudes. Hyperparameters have the values in `theta`, each
+    of shape (b,); those that `theta` does not have keep their values in the prior.
     """
     count = len(next(reversed(theta.values())))
     lengthscale, period, noise = (
@@ -104,7 +105,7 @@ def _few(samples: Samples) -> Samples:
 
 
 def _amplitudes(problem: ConstrainedProblem, prior: Prior, samples: Samples, places: list[int]) -> Array:
-    """Return amplitudes around that of the samples, inside the search space; if θ₁ is known, only θ₁."""
+    """Return amplitudes θ₁ to try, around that of the samples and inside the search space; if θ₁ is known, only θ₁."""
     if "signal_std" not in prior.learned:
         return np.array([prior.hyperparameters["signal_std"]])
     scale = amplitude(samples, prior)

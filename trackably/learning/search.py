@@ -13,8 +13,8 @@ from trackably.learning.exchange import Candidate, Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.screening import can_screen, screen
 
-_FEWEST_BASINS = 16
-_SPREAD_THINLY = 256
+_FEWEST_BASINS = 16  # periodic kernels: starts that are searched, or more if the search space asks for more
+_SPREAD_THINLY = 256  # points of the whole search space that are tried if all else fails
 
 
 def best_solution(
@@ -51,7 +51,7 @@ def solution_from(
 
 
 def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem that has all constraints of the problem of `solution`, and further ones.
+    """Solve a problem that has all constraints that `solution` satisfies, and further constraints.
 
     If the old minimiser satisfies the new constraints, it is the new minimiser.
     """

@@ -20,7 +20,7 @@ MOST_STARTS = 10_000
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """A box of learned hyperparameters (natural units, positive `bounds`), and the number of `starts` spread over it.
+    """A box of learned hyperparameters, with positive `bounds`, and the number of `starts` spread over it.
 
     Starts lie in the interval `sought` of a hyperparameter if it has one, otherwise in the middle half of ln(bounds).
     """
@@ -104,7 +104,10 @@ class SearchSpace:
 
 
 def amplitude(samples: Samples, prior: Prior) -> float:
-    """Return the root mean square of y − m in the unit of the process; σ_n if it is zero. ValueError: it overflows."""
+    """Return the amplitude of a signal, estimated by the root mean square of y − m; by σ_n if y = m everywhere.
+
+    The unit is that of the process. ValueError: the squares overflow.
+    """
     samples = samples.of_level
     stencil = samples.stencil
     with np.errstate(over="ignore"):

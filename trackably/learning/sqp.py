@@ -29,8 +29,8 @@ from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackably.arrays import Array
 
-FEASIBLE = 1e-12
-_PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's 3 are too few where bounds nearly coincide
+FEASIBLE = 1e-12  # violations up to this count as none
+_PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's default 3 is too few if bounds nearly coincide
 
 _ONE = np.ones(1)
 
@@ -38,10 +38,11 @@ Indices = npt.NDArray[np.intp]
 
 
 class QuadraticProgram(NamedTuple):
-    """A quadratic program in d, shape (p,), for any g, shape (m,), and any penalty ρ: B is factored once.
+    """The quadratic program for a step d, shape (p,). As B is factored once, it is solved for several g (m,) and ρ.
 
-    `inverse` is that of the Cholesky factor of B, `shift` is its product with c, and `newton` is −B⁻¹ c. `reach` (m,)
-    is the largest change of each constraint within the box.
+    The step is limited to the box from `lower` to `upper` (p,). `inverse` is the inverse of the Cholesky factor of B,
+    `shift` is the product of this inverse with c, and `newton` is −B⁻¹ c. `reach` (m,) is the largest change of each
+    linearised constraint within the box.
     """
 
     jacobian: Array
@@ -63,11 +64,11 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
-        """Return d and the multipliers of the constraints for g = `slack`: Newton's step if it violates none."""
+        """Return d and the constraints' multipliers for g = `slack`; Newton's step if it violates no constraint."""
         multipliers = np.zeros(len(slack))
         if self._room(slack, self.newton).min() >= 0:
             return self.newton, multipliers
-        rows = (slack < self.reach).nonzero()[0]  # no step violates others
+        rows = (slack < self.reach).nonzero()[0]  # no step in the box violates the other constraints
         polyhedron = self._polyhedron(slack, rows, penalty)
         normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
         d = (normals.dot(u) - self.shift).dot(self.inverse)
@@ -96,9 +97,9 @@ class QuadraticProgram(NamedTuple):
         return found
 
     def _correct(self, d: Array, slack: Array, rows: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
-        """Correct a step that violates a constraint by rounding errors in flat directions.
+        """Return the step d, corrected if rounding errors in flat directions make it violate a constraint.
 
-        A larger penalty would not correct such an error.
+        A larger penalty would not correct such an error. `held` flags the columns of `normals` that are active.
         """
         room, m = self._room(slack, d), len(slack)
         room = np.concatenate([room[rows], [0.0], room[m:]])
@@ -116,18 +117,19 @@ def _of_the_shortest(polyhedron: Array) -> Array:
     offsets, unit = polyhedron[-1], np.zeros(len(polyhedron))
     unit[-1] = 1.0
     scale = max(1.0, np.abs(offsets).max().item())
-    offsets /= scale  # y in units of its own size
+    offsets /= scale  # y in units of `scale`, so that numbers are near 1
     u, _ = scipy.optimize.nnls(polyhedron, unit, maxiter=_PIVOTS * offsets.size)
     return np.asarray(u * (scale / (1.0 - offsets.dot(u))))
 
 
-_MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10
-PRECISION = 1e-15
-_ROUNDING = 1e-10  # smaller violations count as zero: a tenth of the bounds' back-off (tightening)
-FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13
+_MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10  # most steps of a search; shorter steps count as none
+PRECISION = 1e-15  # relative to 1 + |f|: a search ends when a step promises to gain less
+_ROUNDING = 1e-10  # smaller violations count as zero: a tenth of the usual back-off (tightening) of bounds
+FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13  # of the trust region; below the last, searches end
+# The first and the largest ρ; the part of the violation that a step has to remove, of what any step can remove.
 _FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
-# A large penalty makes steps along curved bounds tiny. It is lowered to this many times the sum of the multipliers, and
-# at most this often.
+# A large penalty makes steps along curved bounds tiny. It is lowered to _ENOUGH times the sum of the multipliers, but
+# not below the first penalty, and at most _MOST_REDUCTIONS times.
 _ENOUGH, _MOST_REDUCTIONS = 10.0, 5
 _RIDGE = 1e-10  # this part of the trace of B is added to its diagonal: it limits the condition number of B
 
@@ -257,8 +259,8 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
     """Return the step, its multipliers, the penalty, and the violation of the linearised constraints after the step.
 
     The penalty is raised until the step removes half of the violation that any step can remove. With a low penalty the
-    iteration would run to where f is small, and return to another feasible part, or to none (Byrd, Nocedal, Waltz:
-    steering).
+    iteration would first run to points where f is small, and then come back to another part of the feasible set, or not
+    at all (Byrd, Nocedal, Waltz: steering).
     """
     d, multipliers = program.solve(here.slack, penalty)
     if (left := here.linear_violation(d)) <= FEASIBLE:

@@ -85,7 +85,7 @@ _TIME = re.compile("%[HIMSpfXcT]")
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
-# strptime takes 1900-01-01 00:00 for what a format leaves out. Year, month, day and hour of this probe are others.
+# strptime takes 1900-01-01 00:00 for what a format leaves out; this probe has another year, month, day and hour.
 _PROBE = datetime(2024, 5, 17, 13, tzinfo=UTC)
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
@@ -128,14 +128,14 @@ class DateTimes:
 
     @cached_property
     def _whole(self) -> str:
-        """The format without a fraction at its end: strptime reads one to six digits only, here any number is read."""
+        """The format without a fraction of seconds at its end, because strptime reads at most six digits of it."""
         return _FRACTION_AT_END.sub("", (self.format or "").strip())
 
     @cached_property
     def _tzinfo(self) -> tzinfo | None:
         try:
             return datetime.fromisoformat(f"2024-05-01T13:00:00{self.zone}").tzinfo
-        except ValueError:  # an offset longer than a day
+        except ValueError:  # Python refuses offsets of a day or more
             return None
 
     @property
@@ -153,7 +153,7 @@ class DateTimes:
         try:
             moment = datetime.strptime(text, self._whole)
         except ValueError:
-            # The whole text was tried first: day, month and year may be separated by points, too.
+            # The whole text was tried first, because points may also separate day, month and year.
             match = _WITH_FRACTION.fullmatch(text) if self._whole.endswith("%S") else None
             if match is None:
                 raise
@@ -162,7 +162,7 @@ class DateTimes:
 
 
 def _read_iso(text: str) -> tuple[datetime, str]:
-    """Return a stamp in whole seconds, and the digits of its fraction: datetime would cut these after six."""
+    """Return a stamp in whole seconds, and all digits of its fraction, of which datetime would keep only six."""
     if not _DATE.match(text):  # fromisoformat takes any mark between date and time, and so many numbers, too
         raise ValueError
     moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
@@ -175,9 +175,7 @@ def _read_iso(text: str) -> tuple[datetime, str]:
 def _tells_a_date(format_: str) -> bool:
     """Whether a date written in this format is read back unchanged.
 
-    %Z is refused, because strptime ignores the zone's name.
-
-    A format without a time of day means midnight.
+    A format without a time of day means midnight. %Z is refused, because strptime ignores the zone's name.
     """
     try:
         found = datetime.strptime(_PROBE.strftime(format_), format_)

@@ -90,7 +90,7 @@ _NO_HEADER = (
     "such layouts)"
 )
 SEPARATORS = (",", ";", "\t")
-_TITLE = 100  # lines in which a header below a title is searched for, for a hint
+_TITLE = 100  # errors hint at a header below a title if it is among this many first lines
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
 
@@ -174,7 +174,7 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
     """Return the separator and the names in the header.
 
-    If the layout names no separator, the one is chosen by which most wanted names are found, and then most names.
+    If the layout names no separator, choose the one that gives most wanted names, and among equals most names.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):

@@ -47,7 +47,7 @@ from trackably.recordings.tables import (
 _ENTRY = re.compile(r"\[(?:(?P<index>[0-9]+)|(?P<field>[^=\[\]]+)=(?P<value>[^\]]*))\]\.?")
 _NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
 _LABELS = ("child_frame_id", "name")  # fields that name an entry of a list
-_DEPTH, _LISTED = 8, 60  # levels of a message that are searched for an error message, and most paths in it
+_DEPTH, _LISTED = 8, 60  # error messages search this many levels of a message, and list this many paths
 
 
 def find(node: object, path: str) -> object:
@@ -144,7 +144,7 @@ def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
 
 Decode = Callable[[bytes], object]
 
-_CHUNK = 100_000_000  # bytes of a chunk that is unpacked: recorders write a few millions, or a single message
+_CHUNK = 100_000_000  # bytes: larger chunks are refused; recorders write a few million bytes, or a single message
 _MESSAGE = 200  # bytes of a message in memory, in addition to its data
 _START = 512  # bytes that tell what kind of file it is
 
@@ -232,7 +232,7 @@ def records_in(path: Path) -> Iterator[McapRecord]:
         with open_input(path) as file:
             refuse_no_mcap(path, file.read(_START))
             file.seek(0)
-            size = path.stat().st_size  # no record is longer: a damaged length must not allocate memory
+            size = path.stat().st_size  # no record is longer than the file, whatever a damaged length says
             for record in StreamReader(file, validate_crcs=True, record_size_limit=size, emit_chunks=True).records:
                 match record:
                     case Chunk():
@@ -248,7 +248,7 @@ def records_in(path: Path) -> Iterator[McapRecord]:
 
 
 def _unpack(path: Path, chunk: Chunk) -> Chunk:
-    """Return the chunk unpacked. InputError: it is larger than declared, or larger than recorders make chunks."""
+    """Return the chunk unpacked. InputError: its size is not as declared, or larger than recorders make chunks."""
     size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
     if size > _CHUNK:
         raise InputError(f"{path}: a chunk of {size} bytes is larger than {_CHUNK} bytes, the most that are read")

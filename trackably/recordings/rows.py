@@ -23,7 +23,7 @@ class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
     `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
-    by signal, NaN if missing, and so is `noise_std`, for the signals with a standard deviation for each sample.
+    by signal, NaN if missing. `noise_std` has such arrays of standard deviations, for the signals that have them.
     """
 
     source: str
@@ -100,8 +100,8 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
 
 
 _TIMES_NOISE = 6.0  # standard deviations of a difference: if two values at one time differ by more, they are doubtful
-_TIMES_USUAL = 15.0  # the same without known noise, in usual differences of neighbours in time
-_FEWEST = 10  # pairs of neighbours: with fewer, there is no usual difference
+_TIMES_USUAL = 15.0  # the limit without known noise, as a multiple of the median difference of neighbours in time
+_FEWEST = 10  # with fewer differences of neighbours in time, no values are doubtful
 
 
 def far_apart(rows: Rows) -> tuple[Finding, ...]:

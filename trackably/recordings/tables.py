@@ -56,7 +56,7 @@ _KINDS = (
 
 
 def refuse_other_kinds(path: Path, data: bytes) -> None:
-    """Raise InputError if the first bytes show a kind of file that another reader reads, or no reader."""
+    """Raise InputError if the first bytes show a kind of file that only another reader can read, or none."""
     for start, kind, help_ in _KINDS:
         if data.startswith(start):
             raise InputError(f"{path}: this is {kind}: {help_}")

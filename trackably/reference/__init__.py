@@ -1,1 +1,1 @@
-"""From samples to a reference with a proof: input, prior, search, judge, and what a user holds in the end."""
+"""Learn a reference with a proof from samples: the user's input, the prior, the search, the verdict, the result."""

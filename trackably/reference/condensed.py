@@ -34,7 +34,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import sampled_signals
 
 NODES = 4
-"""d, the number of centres in each interval; the error for a smooth signal is of this order in its length."""
+"""The number d of centres in each interval. For a smooth signal, the error is of order d in the interval's length."""
 
 
 def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[Array, Array, Array, ResidualStatistics]:
@@ -59,8 +59,8 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[A
     return middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter
 
 
-_OF_L = 4.0  # a larger change of l is significant; a useless hyperparameter may change l by as much, by chance
-_OF_NOISE = 0.1  # in σ_n: a larger change of the mean is visible
+_OF_L = 4.0  # a larger change of l is significant; by chance, a useless hyperparameter may change l by this much
+_OF_NOISE = 0.1  # in σ_n: a change of the posterior mean by more than this is visible
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Condensation:
         between = np.concatenate([times, (times[1:] + times[:-1]) / 2])
 
         def evaluate(samples: Samples) -> tuple[float, Array]:
-            """Return l, and the posterior mean as samples of the first kind measure it; keep no large matrices."""
+            """Return l and the posterior mean of the first sampled state; large matrices are freed on return."""
             posterior = Posterior(prior, samples)
             return posterior.negative_log_likelihood, stencil.measured(posterior.signal, between)
 
@@ -104,7 +104,7 @@ class Condensation:
 
     @property
     def is_large(self) -> bool:
-        """Whether l changes by more than chance explains, or the mean by more than is visible."""
+        """Whether l changes by more than 4, or the posterior mean by more than a tenth of σ_n."""
         return abs(self.change_of_l or 0.0) > _OF_L or (self.apart or 0.0) > _OF_NOISE
 
     def __str__(self) -> str:
@@ -116,13 +116,13 @@ class Condensation:
         return f"{said}: with {of}, l changes by {self.change_of_l:.2g} and {mean}"
 
 
-_LEAST_GAIN = 4  # samples for each centre, in the first comparison
-_LOST = 0.01  # allowed relative increase of the mean square residual of polynomials
-_DEVIATIONS = 3.0  # standard deviations of a mean square that count as chance; n normal numbers have √(2/n) times it
+_LEAST_GAIN = 4  # the first comparison has one centre for this many samples
+_LOST = 0.01  # fewer centres may increase the mean square residual of polynomials by this part, plus chance
+_DEVIATIONS = 3.0  # an increase by fewer standard deviations is chance; one is √(2/n) of the mean square of n numbers
 
 
 def condense(samples: Samples, centres: int) -> Samples:
-    """Return at most `centres` samples that represent all `samples`; the same ones if there are no more than `centres`.
+    """Return at most `centres` samples that represent all `samples`; return `samples` if they are no more than that.
 
     The time between the first sample and the last is divided into equal bins, and `condensed_bin` replaces the samples
     in each. Nothing is lost for a signal that is a cubic polynomial in each bin. Raises ValueError if there are fewer
@@ -147,16 +147,17 @@ def condense(samples: Samples, centres: int) -> Samples:
 
 
 def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
-    """Return as few samples as possible without a significant increase of the residuals.
+    """Return as few centres as represent the samples without a significant increase of the residuals.
 
-    If half of the samples is not enough, all of them are returned. The residuals depend on the samples only;
+    If half as many centres as samples are not enough, return all samples. The residuals depend on the samples only;
     `Condensation` judges the loss for a kernel.
 
-    Beginning with a quarter of the samples, centres are halved while the mean square residual of the polynomials grows
-    by less than 1 %, plus an allowance for chance. These are percentages of σ_n² if `noise_std` σ_n is known and
-    larger. Beginning with few would be wrong, as two numbers of centres have equal residuals if neither resolves the
-    signal. The smallest number that passes is doubled, to lose far less still. If no number below a quarter passes, the
-    comparison begins again with half of the samples.
+    The search begins with a quarter as many centres as samples. It halves their number while the mean square residual
+    of the polynomials exceeds that of the first number by at most 1 %, plus an allowance for chance. Both are relative
+    to σ_n² if `noise_std` σ_n is known and σ_n² is larger than that residual. The search does not begin with few
+    centres, because two small numbers of centres have equal residuals if neither resolves the signal. The smallest
+    number that passes is doubled, to lose far less still. If no number below a quarter passes, the search begins again
+    with half as many centres as samples.
     """
     quarter, half = len(samples) // _LEAST_GAIN, len(samples) // 2
     for finest in (quarter, half):
@@ -179,7 +180,7 @@ MANY = 500
 """Largest number of samples of one name that are not condensed by default."""
 
 Centres = int | Literal["auto"] | None
-"""Largest number of centres for the samples of each name; None: every sample is a centre."""
+"""Largest number of centres for the samples of each name; "auto": as few as needed; None: each sample is a centre."""
 
 
 def checked_centres(given: object) -> Centres:
@@ -202,9 +203,10 @@ def condense_by_name(
 ) -> dict[str, Samples]:
     """Return the samples to learn from, for each name at most as many as `centres` allows.
 
-    `kinds` are the names that depend on each flat output, the first of them with σ_n. "auto" keeps up to `MANY` samples
-    of a name. Of more, it chooses as many centres as the samples need, multiplied by `times` (larger than 1 if the
-    kernel needs more); it keeps all samples if that is more than half of them.
+    `kinds` has, for each flat output, the names of the samples that depend on it; σ_n of the first name holds for all.
+    "auto" keeps up to `MANY` samples of a name. If there are more, it chooses as many centres as the samples need,
+    multiplied by `times` (larger than 1 if the kernel needs more centres). If that is more than half of the samples, it
+    keeps all samples.
     """
     known = {name: _known_noise(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
     return {name: _condense(samples, centres, known[name], times) for name, samples in given.items()}

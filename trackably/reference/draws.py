@@ -51,8 +51,8 @@ MOST_VALUES = 1200
 
 _BETWEEN_SAMPLES = 50  # intervals between the steps with bounds, from the first sample to the last
 _LOOKED_AT = 5000  # steps at which the reference is evaluated to find small margins
-_NEXT_TO = 1e-2  # relative to a width: bounds are also imposed where the margin has a smaller local minimum,
-_PLACES = 50  # but at no more steps than this
+_NEXT_TO = 1e-2  # bounds are also imposed at local minima of a margin that are below this part of the bound's width
+_PLACES = 50  # most local minima at which bounds are imposed; the smallest ones are taken
 
 
 class Draws(NamedTuple):
@@ -82,8 +82,8 @@ def draws_within_bounds(
     """Return draws at steps k (any shape), given the `posterior`'s samples and the bounds at k and at the steps `also`.
 
     Every draw keeps all bounds of the plant at all these steps, up to rounding, but not necessarily between them.
-    Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. Of redundant inputs the
-    smallest admissible ones are returned. The same seed gives the same draws (see `BoundedNormal`).
+    Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. If several of them act
+    alike, the smallest admissible ones are returned. The same seed gives the same draws (see `BoundedNormal`).
 
     ValueError: too many values, or an input has no finite derivative. NoRoom: nothing lies between the bounds. Raises
     IllConditioned as the posterior does.
@@ -127,8 +127,8 @@ def band(draws: Array, coverage: float) -> Band:
 def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[float, float]) -> Array:
     """Return the steps at which bounds are imposed in addition to the requested ones, within `span` [s]: shape (S,).
 
-    They lie between the first sample and the last: regular steps with 50 intervals at most, and up to 50 steps at which
-    the reference comes closer to a bound than 1e-2 of its width.
+    They lie between the first sample and the last: up to 51 regular steps, and up to 50 steps at which the margin
+    of a bound has a local minimum below 1e-2 of its width.
     """
     t_s = reference.plant.sampling_time
     first = max(np.ceil(min(of.times[0] for of in samples) / t_s), np.ceil(span[0] / t_s))

@@ -1,4 +1,4 @@
-"""Learn prior means, noise, and hyperparameters from samples of their own, before any bounds are considered."""
+"""Learn prior means, noise and kernel hyperparameters from samples, before any bounds are considered."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,20 +32,20 @@ Mean = float | tuple[float, float] | None
 """A prior mean in the unit of the samples: known, learned between two values, or learned without limits (None)."""
 
 Ends = tuple[tuple[float, float] | None, ...]
-"""The interval of each flat output's mean; None where it is known."""
+"""For each flat output, the interval in which its mean is learned; None if the mean is known."""
 
 Indices = npt.NDArray[np.intp]
 
 _ANYWHERE = (-inf, inf)
-_NO_EVIDENCE = 1.0  # in −2 ln p: if the bounds cost less, the noise is not learned once more
-_SEEN = 10.0  # times the lower end of the search interval of σ_n: a σ_n below that is not measurable
-_ROOM = 1e-2, 1e-4, 1e-6  # slacks of a learned mean at the bounds, relative to a width; the first possible one is used
+_NO_EVIDENCE = 1.0  # if J exceeds the least l without bounds by less than this, the noise is not learned again
+_SEEN = 10.0  # a learned σ_n below this many times the lower end of its search interval shows no noise, and is not held
+_ROOM = 1e-2, 1e-4, 1e-6  # slacks of learned means at bounds, relative to a width; tried until one is possible
 _MOST_STEPS = 50  # most steps to an admissible equilibrium; a linear system takes two
 _FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by more than this: odds of 150 to 1
-# Samples may be noise alone if their −2 ln p is then larger by less than this: 2 for each of a kernel's two
-# hyperparameters, as Akaike's criterion counts them.
+# Samples count as noise alone if −2 ln p without a kernel is larger than with the kernel by less than this. It is 2
+# for each of the kernel's two hyperparameters, as in Akaike's criterion.
 _AS_LIKELY = 4.0
-_UNRELATED = 0.2  # neighbouring samples with a lower correlation are unrelated: between them the mean is the prior mean
+_UNRELATED = 0.2  # neighbouring samples whose prior correlation is at most this count as unrelated
 _FEWEST = 10  # fewer samples than this may be waypoints, and are not taken for noise
 _SAME = 1e-9  # the search for an equilibrium ends when two steps differ by less, relative to 1 + |step|
 
@@ -55,8 +55,8 @@ class EmpiricalPrior:
     """The `prior` for learning with bounds, and `questions` about intervals that may have been too narrow.
 
     `likeliest` is the posterior without bounds from which means and noise were taken; None if all were given.
-    `with_noise` is the prior in which the noise that is known only in `prior` is learned; None if there is no such
-    noise. `minima` are ln θ by name at the local minima of l for these means, best first; empty if they are not known.
+    `prior` may hold σ_n at a learned value; then `with_noise` is the prior in which this σ_n is learned again, else
+    None. `minima` are ln θ by name at the local minima of l for these means, best first; empty if they are not known.
     """
 
     prior: JointPrior
@@ -73,9 +73,9 @@ class EmpiricalPrior:
         return _with_means(self.likeliest.prior, [part.mean for part in self.prior.parts]).as_known()
 
     def best(self, learn: Callable[[JointPrior], T]) -> T:
-        """Return the result of learning with the prior, or with its noise learned too, if that result is better.
+        """Return the result of `learn` for `prior`, or for `with_noise` if J is smaller there.
 
-        The noise is learned too only if no function is found for the known noise, because otherwise this would always
+        `with_noise` is tried only if no function is found for `prior`, because learning the noise again would always
         lower J.
         """
         found = learn(self.prior)
@@ -106,10 +106,10 @@ def empirical_prior(
 ) -> EmpiricalPrior | NoSolution:
     """Learn means, noise and hyperparameters from samples by maximum likelihood, without bounds.
 
-    With `keep`, all of them are known afterwards; otherwise hyperparameters are learned again, with the bounds. Only
-    means with an interval in `between` are learned here. With `hold_noise`, each σ_n without an interval of its own is
-    also learned and then kept, because the cost of bounds is not sensor noise; if samples show no noise, it is learned
-    again. Means without limits are chosen so that the quantities `at_rest` keep their bounds.
+    With `keep`, the returned prior knows all of them; otherwise hyperparameters are learned again, with the bounds.
+    Only means with an interval in `between` are learned here. With `hold_noise`, each σ_n without an interval of its
+    own is also learned and then kept, because the cost of bounds is not sensor noise; if samples show no noise, σ_n is
+    learned again. Means without limits are chosen so that the quantities `at_rest` keep their bounds.
     """
     noises = [part.noise_std for part in prior.parts]
     left_out = [hold_noise and isinstance(noise, Learned) and noise.interval is None for noise in noises]
@@ -264,7 +264,7 @@ def known_means(level: Mapping[str, float], between: Mapping[str, tuple[float, f
 
 
 def levels(between: Mapping[str, tuple[float, float]], names: tuple[str, ...], samples: tuple[Samples, ...]) -> Ends:
-    """Return the interval of each flat output's mean, computed from that of the sampled name; None if it is known."""
+    """Return the interval of each flat output's mean, from the interval of its sampled name; None for a known mean."""
     return tuple(_levels(between.get(name), of.of_level) for name, of in zip(names, samples, strict=True))
 
 
@@ -291,8 +291,8 @@ def _with_means(prior: JointPrior, means: Sequence[float]) -> JointPrior:
 def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Sequence[bool]) -> list[float]:
     """Return the likeliest means, with the `free` ones moved so that all quantities keep their bounds at rest.
 
-    As l is quadratic in the means, these are the likeliest such means for the hyperparameters. If no equilibrium is
-    admissible, the means are not moved.
+    As l is quadratic in the means, the moved means are the likeliest admissible ones for these hyperparameters. If no
+    equilibrium is admissible, the means are not moved.
     """
     means = [part.mean for part in likeliest.prior.parts]
     moving = np.flatnonzero(free)
@@ -306,8 +306,9 @@ def _nearest(
 ) -> list[float] | None:
     """Return means with a slack of `room` at each bound, relative to its width, that minimise Σ stiffness² · change².
 
-    Only the means with indices in `moving` change, and quantities that do not depend on them need no slack. Formulas
-    are linearised at the means of the last step, until the steps converge. None if no such means are found.
+    Only the means with indices in `moving` change, and quantities that do not depend on these means need no slack.
+    Nonlinear quantities are linearised again at the means of each step, until the steps converge. None if no such
+    means are found.
     """
     found, last = list(means), np.full(len(moving), inf)
     for _ in range(_MOST_STEPS):

@@ -16,24 +16,25 @@ from trackably.reference.fit import Fit, Misfit
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3  # most contacts (times during which a bound is active) that a sentence names: the most expensive ones
-_SHOWN = 4  # given values that a sentence names if there are many
-_OF_NOISE = 0.5  # largest relative difference of noise learned with the bounds from that learned without them
+_SHOWN = 4  # most given values that are named if some are left out
+_OF_NOISE = 0.5  # a question is asked if noise learned with and without the bounds differs by more than this part
 
-# A sample is far off if its residual is larger than both the typical residual and the noise, by these factors. It also
-# has to lie outside of the values before and after it, by a part of its residual: where a signal jumps, samples are off
-# a smooth fit, but between their neighbours. If more than a few are far off, the noise is not normal.
+# A sample is far off if its residual exceeds both the typical residual and the noise, each times a factor. To be an
+# outlier, it also has to lie beyond the values before and after it by a part of its residual, because where a signal
+# jumps, a smooth fit is off samples that lie between their neighbours. If more than a few samples are far off, the
+# noise is not normal, and none is called an outlier.
 _TIMES_TYPICAL = 10.0
 _TIMES_NOISE = 5.0
 _BEYOND = 0.5
-_FEW = 0.1  # part of all samples
-_FEWEST = 10
-_WINDOW = 24.0  # correlation times: the window that is suggested for a stream, twice its memory
-_WINDOWS = 2.0  # a stream is suggested if samples last at least this many windows,
-_MANY = 500  # and there are at least this many samples
+_FEW = 0.1  # largest part of all samples that may be far off
+_FEWEST = 10  # with fewer samples, none is called an outlier
+_WINDOW = 24.0  # correlation times: the window that is suggested for `learn_stream`, twice the memory of a stream
+_WINDOWS = 2.0  # `learn_stream` is suggested only if samples last at least this many windows
+_MANY = 500  # `learn_stream` is suggested only if a flat output has at least this many samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
-_LAST = 0.1  # part of the samples that shows where a motion ends
-_FEWEST_LAST = 3
-_STAYS = 5.0  # times the noise: samples stay at a level if they differ from it by less
+_LAST = 0.1  # the level at which a motion ends is judged by this last part of the samples,
+_FEWEST_LAST = 3  # but by at least this many of the last samples
+_STAYS = 5.0  # samples stay at a level if they differ from it by at most this many times their noise
 
 
 class IgnoresSamplesWarning(UserWarning):
@@ -52,7 +53,7 @@ def ignores_samples(fit: Fit) -> str | None:
 
 
 def kept_free(tightening: Tightening | None) -> str | None:
-    """Return a sentence on the part of each width that a margin keeps free; None without a margin."""
+    """Return a sentence on the margin (the part of each bound's width that is kept free); None without a margin."""
     if tightening is None or not tightening.margin:
         return None
     return f"{tightening.margin:g} of each width is kept free at either bound"
@@ -96,7 +97,7 @@ def budget_sentence(fit: Fit) -> str | None:
 
 
 def longer_than_memory(fit: Fit) -> str | None:
-    """Return a sentence that a stream is faster, if many samples last far longer than all kernels' memory.
+    """Return a sentence that `learn_stream` is faster, if many samples last far longer than all kernels' memory.
 
     Otherwise None.
     """
@@ -117,12 +118,12 @@ def given_too_narrowly(fit: Fit) -> str | None:
 
 
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> str:
-    """Return sentences on the prior means, and on the likeliest ones if these are no admissible equilibrium."""
+    """Return sentences on the prior means; if the likeliest mean is no admissible equilibrium, they name it too."""
     return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
 
 
 def leaves_last_samples(fit: Fit) -> str | None:
-    """Return a sentence if the reference leaves the level at which its last samples stay, for a mean that was learned.
+    """Return a sentence if the last samples stay at a level which the reference leaves, to rest at a learned mean.
 
     A reference for all times comes to rest at its prior mean. None if it stays, or no mean was learned.
     """
@@ -170,7 +171,7 @@ def _leaves(fit: Fit, i: int) -> str:
     name, of, prior = fit.prior.names[i], fit.samples[i].of_level, fit.prior.parts[i]
     last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
     values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
-    level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # no -0
+    level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0 turns -0 into 0
     offset, rest = float(of.stencil.at_rest(0.0)), float(of.stencil.at_rest(prior.mean))
     if np.any(np.abs(values - level) > _STAYS * noise) or abs(level - rest) <= _STAYS * np.max(noise):
         return ""
@@ -238,7 +239,7 @@ def _outliers(misfit: Misfit) -> str:
 
 
 def _beyond_others(samples: Samples, are_near: Flags) -> Array:
-    """Return how far each value lies outside of those before and after it that are near the fit, shape (n,)."""
+    """Return how far each value lies beyond the last value before it and the first after it that are near the fit."""
     values, near = samples.values, np.flatnonzero(are_near)
     if not len(near):
         return np.zeros(len(values))

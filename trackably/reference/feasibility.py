@@ -30,13 +30,13 @@ from trackably.systems.tightening import Tightening
 
 _scipy: Any = scipy  # SciPy's annotations refuse some arguments that it takes
 
-# Consecutive time steps of a system, with bounds and waypoints: necessary conditions of every reference.
+# Every reference has to satisfy the dynamics, the bounds and the waypoints at consecutive time steps.
 #
-# For a linear system, a linear program computes the least relaxation that makes them feasible; for a nonlinear one,
+# For a linear system, a linear program computes the least relaxation that makes these feasible; for a nonlinear one,
 # reachable boxes show values that cannot be reached. Both use plain float64 and may be wrong; the checker decides.
 
 _MOST_UNKNOWNS = 2000
-"""Most unknowns (states and inputs of all steps) of a program. Leaving out further steps is a valid relaxation."""
+"""Most unknowns (states and inputs of all steps) of a program. Further steps are left out, which only relaxes it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Steps:
 
     @cached_property
     def _ends(self) -> Array:
-        """The bounds of all rows of both sets, step by step, at the times of the checker: shape (2, r)."""
+        """The lower and upper bounds of the rows of X and U at each step, at the checker's times: shape (2, r)."""
         _, X, U = a_moving_plant(as_written(self.plant), "plant")
         start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
@@ -83,7 +83,7 @@ class Steps:
 
     @property
     def is_given(self) -> Flags:
-        """Which rows are those of waypoints."""
+        """A mask of the rows that belong to waypoints: shape (r,)."""
         return np.arange(len(self.lower)) >= len(self.lower) - len(self.values)
 
     @property
@@ -108,7 +108,7 @@ class Steps:
 
 @lru_cache(maxsize=8)
 def _scales(plant: ConstrainedSystem) -> Array:
-    """Return `Steps.scales`; cached, as every program about some of the values needs them."""
+    """Return `Steps.scales`; cached, because each of several programs about one plant needs these widths."""
     hulls = plant.state_set.hull, plant.input_set.hull
     extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
     scales = np.array([of.width if of else 1.0 for of in extents])
@@ -117,12 +117,12 @@ def _scales(plant: ConstrainedSystem) -> Array:
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:
-    """Yield the claimed steps for each set of waypoints that are whole steps apart.
+    """Group waypoints whose times are whole steps apart, and yield the claimed steps for each group.
 
     Without waypoints, yield the steps from the start of the claim, once.
 
-    Only the kernel couples waypoints of different sets. Waypoints hold in a short window around their times; so times
-    count as whole steps apart if they are up to this window.
+    Only the kernel couples waypoints of different groups. Times count as whole steps apart if they differ from that by
+    less than the short window around its time in which a waypoint holds.
     """
     step, most = plant.sampling_time, _MOST_UNKNOWNS // len(coordinates(plant))
     first, last = claim.span
@@ -248,7 +248,7 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
 
     None if there is none.
 
-    At each step, the states that can be reached are enclosed by a box, which may contain others, too.
+    At each step, a box encloses the states that can be reached; it may also contain states that cannot be reached.
     """
     system, state_set, input_set = a_plant(as_written(steps.plant), "plant")
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
@@ -265,10 +265,10 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
     return None
 
 
-_NOTHING = 1e-6  # of a width: smaller violations are within the tolerance of solvers
-_ACTIVE = 1e-6  # of the largest multiplier: smaller ones count as 0
+_NOTHING = 1e-6  # relative to a bound's width: violations up to this are within the tolerance of solvers
+_ACTIVE = 1e-6  # relative to the largest multiplier: smaller multipliers count as 0
 _PARTS = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5, 0.1)
-"""Factors of the violation that a solver finds: each is tried until the checker accepts one."""
+"""The violation that a solver finds is multiplied by these factors in turn, until the checker accepts the product."""
 
 
 def impossible(
@@ -280,11 +280,12 @@ def impossible(
 ) -> Impossible | InfeasibleTightening | None:
     """Return bounds and waypoints that contradict each other at claimed steps; None if no contradiction is proved.
 
-    If `plant` has tightened bounds, the given plant is tried first: only its own bounds exclude every reference. Each
-    contradiction returned is proved: programs find where it is and how large, and the checker accepts its file. The
-    search is incomplete: it examines no times between steps, of nonlinear systems only reachable boxes, and neither
-    vehicles nor nonlinear systems with bounds that move. It is skipped if there are no waypoints (`pinned`), no bound
-    moves, and the plant may rest at the `means` of its flat outputs.
+    If `plant` has tightened bounds, the plant with its given bounds is tried first, because only a contradiction of
+    given bounds excludes every reference. Each contradiction returned is proved: programs find where it is and how
+    large, and the checker accepts its file. The search is incomplete. It examines no times between steps, no vehicles,
+    no nonlinear systems with bounds that move, and of other nonlinear systems only boxes around the reachable states.
+    It is skipped if there are no waypoints (`pinned`), no bound moves, and the plant may rest at the `means` of its
+    flat outputs.
     """
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
@@ -363,11 +364,10 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
 
 
 def _contradiction(steps: Steps) -> Least | None:
-    """Return the solved program that shows a contradiction.
+    """Return the solved program of the first waypoint value that contradicts the bounds and the values before it.
 
-    It is about the first waypoint value that contradicts those before it, or if the bounds do so alone, about them.
-
-    None if all rows are satisfied up to the tolerance of solvers.
+    If the bounds contradict each other without any waypoint, return the program of the bounds alone. None if all rows
+    are satisfied up to the tolerance of solvers.
     """
     all_values = least(steps, np.where(steps.is_given, steps.widths, 0.0))
     if all_values is None:
@@ -397,7 +397,7 @@ def _tell(found: Least) -> Impossible:
 def _multipliers(found: Least, missing: float) -> dict[str, Any]:
     """Return the content of a contradiction's file, from the first to the last step with a nonzero multiplier.
 
-    It has at least n steps, as many as the plant has states.
+    The file covers at least n steps, where n is the number of states.
     """
     steps, r = found.steps, len(found.steps.plant.state_set.rows)
     signed, rows = found.at_upper - found.at_lower, len(found.at_upper) - len(found.steps.values)
@@ -418,7 +418,7 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
 
 
 def _bounds(found: Least) -> Iterator[str]:
-    """Yield a text for each bound that takes part in a contradiction, with the first and the last time of this."""
+    """Yield a text for each bound in a contradiction, with the first and the last time at which it takes part."""
     steps, constraints = found.steps, found.steps.plant.given_constraints
     times: dict[tuple[int, str], list[float]] = defaultdict(list)
     for side, multipliers in (("lower", found.at_lower), ("upper", found.at_upper)):

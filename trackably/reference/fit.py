@@ -31,7 +31,7 @@ from trackably.systems.trajectories import Trajectory
 
 @dataclass(frozen=True)
 class Contact:
-    """A bound of the quantity `name`, active from `start` to `end` [s], that costs `price` in the unit of l."""
+    """A bound or given value of the quantity `name`, active from `start` to `end` [s]; `price` is in the unit of l."""
 
     name: str
     side: Side
@@ -77,9 +77,9 @@ class Misfit:
     """The residuals of the samples called `name`: `off` from the reference, and `unconstrained`
     from the fit without bounds.
 
-    Both have shape (n,). `noise_std` is σ_n of the reference, `noise_unconstrained` that of the fit without bounds,
-    learned from the samples if `is_learned` holds. If the samples are centres that represent more samples, sizes are
-    those of all, each weighted by its relative noise.
+    Both have shape (n,). `noise_std` is σ_n of the reference, and `noise_unconstrained` that of the fit without bounds;
+    `is_learned` tells whether the latter was learned from the samples. If the samples are centres that represent more
+    samples, sizes are those of all represented samples, each weighted by its relative noise.
     """
 
     name: str
@@ -109,10 +109,10 @@ class Misfit:
     def is_large(self) -> bool:
         """Whether the reference ignores the samples.
 
-        Three conditions have to hold, for residuals weighted by relative noise. They are more than 3 times those of the
-        fit without bounds: then neither the kernel nor the noise explains them. They exceed the noise of that fit,
-        because its residuals are small where it goes through all samples. They exceed a tenth of the samples' spread,
-        because less is hardly visible in a plot.
+        The root mean square of the residuals, weighted by relative noise, has to exceed three limits. The first is 3
+        times its value for the fit without bounds; above it, neither the kernel nor the noise explains the residuals.
+        The second is the noise of that fit, whose residuals are close to zero if it goes through all samples. The third
+        is a tenth of the samples' spread, because smaller residuals are hardly visible in a plot.
         """
         w = self.samples.relative_noise**-2
         about = self.samples.values - np.average(self.samples.values, weights=w)
@@ -168,11 +168,11 @@ class Fit:
 
     `prior` has the learned hyperparameters, `unconstrained_prior` those of the least l found without bounds.
     `objective` is J = l + D; `method` says whether the function was learned, or its hyperparameters alone (then D = 0).
-    `active_bounds` are those that are active, with multipliers and prices. `pinned` are the required values of states
-    or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. The length scales in
-    `limited` were searched only up to where float64 can evaluate the reference. The search was ended by a `budget` [s],
-    or not (None). `spread` is the range of J among functions from several starts. `free` are the names whose prior mean
-    was learned.
+    `active_bounds` are the bounds that the reference touches, with multipliers and prices. `pinned` are the required
+    values of states or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. `limited`
+    names the length scales that were searched only as far as float64 can evaluate the reference. `budget` [s] is the
+    time limit that ended the search, or None. `spread` is the range of J among functions from several starts. `free`
+    are the names whose prior mean was learned.
     """
 
     reference: Reference
@@ -203,8 +203,8 @@ class Fit:
     ) -> Self:
         """Return the fit of a solution.
 
-        It is compared with the posterior without bounds, `unconstrained`, or with its own posterior if l is smaller
-        there.
+        The solution is compared with the posterior without bounds, `unconstrained`, or with the solution's own
+        posterior if l is smaller for its hyperparameters.
         """
         learned = solution.posterior
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
@@ -251,10 +251,11 @@ class Fit:
 
     @property
     def duality_gap(self) -> float:
-        """An upper bound of a further decrease of J for the same hyperparameters: 2 Σ_a λ_a (q_a − bound_a) ≥ 0.
+        """An upper bound of a further decrease of J for the same hyperparameters: 2 Σ_a λ_a s_a ≥ 0.
 
-        The bounds are those of the plant, not those tightened for the proof. By weak duality it is a bound for linear
-        systems; for nonlinear ones it holds to first order. Given values do not contribute, as they are met exactly.
+        λ_a is the multiplier of the active bound a, and s_a is the slack of the reference at this bound. The bounds are
+        those of the plant, not those tightened for the proof. For linear systems, weak duality proves the bound; for
+        nonlinear ones it holds to first order. Given values do not contribute, because they are met exactly.
         """
         return sum(
             2 * bound.multiplier * self._distance(bound) for bound in self.active_bounds if bound.side != "equal"
@@ -273,7 +274,7 @@ class Fit:
         return self.misfits_to(self.samples)
 
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
-        """Return the misfits to other samples of each flat output, such as all samples that the fit's own represent."""
+        """Return the misfits to other `samples` of each flat output, such as all that the fit's centres represent."""
         off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
         parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
         return tuple(
@@ -302,7 +303,7 @@ class Fit:
     def _variance(self, q: Trajectory, t: Array) -> Array:
         """Return the posterior variance of a coordinate at each time [s]; an array of the same shape as t.
 
-        Formulas are linearised at each t.
+        A nonlinear coordinate is linearised around the reference at each t.
         """
         if (linear := q.functional) is not None:
             return self.posterior.variance_of(linear.rounded, t, q.sampling_time)
@@ -313,7 +314,7 @@ class Fit:
         return np.array(each).reshape(t.shape)
 
     def _off(self, reference: Reference, samples: tuple[Samples, ...]) -> dict[str, Array]:
-        """Return, by name, samples minus their values for a reference."""
+        """Return, by sampled name, the samples minus the values of a reference at their times."""
         flat = zip(self.prior.names, samples, reference.kernel_sums, strict=True)
         return {
             name: of.values - of.stencil.measured(signal, of.times)

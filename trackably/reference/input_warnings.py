@@ -13,21 +13,22 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 
-_OUTLYING = 1e3  # an outlier is this many times the spread of the other samples away from their median
-_FEW = 0.1  # part of the samples that may be outliers
+_OUTLYING = 1e3  # a sample is an outlier if it is further from the median than this many times the spread of the others
+_FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
 _FEWEST = 5  # with fewer samples, outliers cannot be told from the others
 _FEWEST_BESIDE = 10  # with fewer samples, the usual distance of neighbours is not known
-# An outlier is further off its neighbours than the usual distance, the noise, and moves nearby, times these factors.
+# A sample is also an outlier if its distance from its neighbours exceeds the usual distance, the noise, and the moves
+# nearby, each times its factor.
 _TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
-_SLOW = 500.0  # time steps from one sample to the next, from which on units are in doubt; about 0.5 is usual
+_SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
 _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle, and the remedy
-# Parts of a turn: a jump may differ from a whole turn by the first, plus the largest other move, and other moves are no
-# larger than the second.
+# A jump counts as a whole turn if it differs from a turn by at most _OF_TURN of a turn plus the largest other move, and
+# if the largest other move is at most _LARGEST_MOVE of a turn.
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
-_BEYOND = 10.0  # widths of the bounds: most samples, or a mean, lie this far outside
-_MOST = 0.75  # part of the samples that counts as most of them
+_BEYOND = 10.0  # in widths of the bounds: units are in doubt if most samples, or a mean, lie further outside than this
+_MOST = 0.75  # at least this part of the samples counts as most of them
 
 
 def warn_about(questions: Iterable[str], frames: int) -> None:
@@ -64,9 +65,9 @@ def doubts(
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Warn if A is singular, which it is in discrete time only with delays.
+    """Warn if A is singular; in discrete time, A is singular only for systems with delays.
 
-    It may be the A of a differential equation, of which exp(A T_s) is never singular.
+    The user may have given the A of a differential equation in place of exp(A T_s), which is never singular.
     """
     system = plant.system
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
@@ -129,7 +130,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
 
     Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
     compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
-    fit without bounds shows outliers later); and the distance outside of the bounds of a sample between two inside.
+    fit without bounds shows outliers later); and the distance outside of the bounds, if both neighbours are inside.
     """
     if len(samples) < _FEWEST:
         return
@@ -159,7 +160,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
 
 
 def _alone(outside: Array) -> Array:
-    """Return the distances outside of bounds, shape (n,), where the samples before and after are inside; else 0."""
+    """Return `outside` (n,), distances outside of bounds, set to 0 unless the samples before and after are inside."""
     beside = np.pad(outside, 1)
     return np.where((beside[:-2] <= 0) & (beside[2:] <= 0), outside, 0.0)
 
@@ -230,7 +231,7 @@ def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
 
 
 def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
-    """Warn if the prior mean is far outside of the bounds; claims of more than a window refuse it."""
+    """Warn if the prior mean is far outside of the bounds; only for a window, as other claims refuse such a mean."""
     if -bounds.rest.margin(np.array(mean)) > _BEYOND * bounds.width:
         yield (
             f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "

@@ -58,7 +58,7 @@ Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
 """The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
-_FIRST = 200  # from this many first samples of a name, likely hyperparameters are found in a second
+_FIRST = 200  # likely hyperparameters are learned from at most this many first samples of a name, in about a second
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -94,11 +94,11 @@ def learn_reference(
     Parameters
     ----------
     samples
-        By name of the sampled state (or of a flat output, z1, z2, …): one at least for each flat output of the system.
-        Several that show one flat output, such as position and velocity, are learned from together. "rate of x" is the
-        velocity of a state x that has none among the states: its change in one step, per second. A system with one flat
-        output takes samples of its first state without a name. A pandas Series or DataFrame will do, with times
-        in seconds as its index; NaN is no sample.
+        Samples by the name of the sampled state (or of a flat output, z1, z2, …). Each flat output of the system needs
+        at least one name. Names that show the same flat output, such as position and velocity, are learned from
+        together. "rate of x" is the velocity of a state x whose velocity is not a state: the change of x in one step,
+        per second. A system with one flat output takes samples of its first state without a name. A pandas Series or
+        DataFrame will do, with times in seconds as its index; NaN is no sample.
     kernel
         One kernel for all flat outputs, or one for each, by the name of its samples (the first name, where several show
         one flat output). Each hyperparameter is a number (known), a pair (learned in this interval), or left out
@@ -115,9 +115,9 @@ def learn_reference(
         with the function where samples show no noise, where no function is found with the held value, and for the
         `method` "hyperparameters". Where several states show one flat output, each needs a number in its own unit.
     mean
-        The prior mean, in the unit of the sampled states. With a pair, it is learned in this interval, without bounds;
-        left out, in any. Where the claim needs an equilibrium within the bounds, the mean is the likeliest one that
-        stays a hundredth of each width away from them.
+        The prior mean, in the unit of the sampled states. A pair is an interval in which it is learned; left out, it is
+        learned without limits. Neither uses the bounds; but where the claim needs an equilibrium within the bounds, the
+        mean is the likeliest one that stays a hundredth of each width away from them.
     learn_from
         Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
         function is learned from `samples`: the paper's D_θ and D_t. Left out, both are learned from `samples`.
@@ -309,7 +309,7 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 
 
 def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[EmpiricalPrior, Learner]:
-    """Return prior and learner for the function with the hyperparameters and means of `near`, starting at its function.
+    """Return a prior with the hyperparameters and means of `near`, and a learner that starts at the function of `near`.
 
     ValueError: `near` has other names or kernels, or its hyperparameters differ from those that are given as known.
     """
@@ -384,12 +384,11 @@ def _is_no_worse(one: Found, other: Found) -> bool:
 def _quick(
     first: EmpiricalPrior, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
 ) -> Iterator[Callable[[], Found]]:
-    """Yield stages that prove a reference sooner than the whole search does, from hyperparameters
-    that are likely a priori.
+    """Yield stages that prove a reference sooner than the whole search does, for likely hyperparameters.
 
-    If these were not learned `first`, they are learned from the first samples of each name. With a periodic kernel, all
-    samples are used, because a few may not cover a period. The value of l at these hyperparameters then stands for the
-    least one wherever J is explained.
+    If `first` has no learned hyperparameters, they are learned from the first samples of each name. With a periodic
+    kernel, all samples are used, because a few may not cover a period. Explanations of J then use l at these
+    hyperparameters in place of the least l.
     """
     likely = first.likely
     if likely.learned:

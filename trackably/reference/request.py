@@ -126,7 +126,7 @@ class Measurements:
 
     @cached_property
     def all(self) -> dict[str, Samples]:
-        """All samples by name. ValueError: the noise of names that depend on the same flat output is not known."""
+        """All samples by name. ValueError: several names depend on one flat output, and the noise of one is unknown."""
         return with_noise(self.given, self.kinds, self.noise_std)
 
     @cached_property
@@ -169,7 +169,7 @@ class Measurements:
     ) -> tuple[T, tuple[Condensation, ...]]:
         """Return the result of learning from samples of each flat output, and the effect of condensing them.
 
-        If the learned hyperparameters need more centres, learning is repeated, with the result from fewer centres.
+        If the learned hyperparameters need more centres, learn again with more, starting from the last result.
         """
         found = learn(self.signals, before)
         enough, cost = self.enough_for(prior_of(found))
@@ -179,8 +179,8 @@ class Measurements:
         """Return the measurements with enough centres for a prior with known hyperparameters, and
         the effect of condensing.
 
-        "auto" doubles the number of centres until the effect is small, or all samples are used. If hyperparameters are
-        learned, return the same measurements and no effect.
+        "auto" doubles the number of centres until the effect is small, or all samples are used. If some
+        hyperparameters are still to be learned, return the same measurements and no effect.
         """
         cost = () if prior.learned else self.cost(prior)
         if self.centres != "auto" or not any(each.is_large for each in cost):
@@ -322,7 +322,7 @@ def check_rest(
 ) -> None:
     """Raise ValueError if the prior mean is no equilibrium inside the bounds.
 
-    The message gives the reason `why` it has to be one, and an alternative, `or_else`.
+    The message says `why` the mean has to be an equilibrium, and what to do instead (`or_else`).
     """
     means = [part.mean for part in prior.parts]
     for quantity in plant.quantities:

@@ -126,7 +126,7 @@ class Saved(ABC):
 
 @dataclass(frozen=True, repr=False)
 class Unchecked(Generic[T]):
-    """A reference that was read, but is not checked, as that took longer than `seconds`; nothing is known about it.
+    """A reference that was read, but not checked within `seconds`; nothing is known about it.
 
     `check` checks it without a limit of time, and returns the reference or raises as `load` does.
     """

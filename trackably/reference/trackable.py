@@ -157,7 +157,7 @@ class TrackableReference(LearnedReference):
     def method(self) -> Method:
         """What was optimised: "joint" (the function together with the hyperparameters), or "hyperparameters" alone.
 
-        The latter if no function was better than a posterior mean.
+        It is "hyperparameters" also if no learned function had a smaller J than a posterior mean.
         """
         return self.fit.method
 
@@ -168,7 +168,7 @@ class TrackableReference(LearnedReference):
 
     @property
     def duality_gap(self) -> float:
-        """By how much J could be smaller at most, for the same hyperparameters with the best function within bounds."""
+        """The most by which a better function within the bounds could lower J, for the same hyperparameters."""
         return self.fit.duality_gap
 
     @property

@@ -50,7 +50,7 @@ from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
 _NEAR = 30
-"""Number of measurements on each side of a time whose pairs are all examined; more distant ones hardly help."""
+"""Pairs among this many measurements before a time and as many after it are examined; others hardly help."""
 
 _CELLS, _TERMS = 300, 12
 _ROUNDING = 1e-9  # part of the largest error that is added to all errors, as room for rounding
@@ -226,7 +226,7 @@ class Sides:
 
 
 def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
-    """Return the indices of the last `count` of the times before `middle`, and of the first `count` from it on."""
+    """Return the indices of the last `count` times before `middle` [s], and of the first `count` at or after it."""
     return np.arange(np.size(times))[max(0, (place := int(np.searchsorted(times, middle))) - count) : place + count]
 
 
@@ -271,12 +271,12 @@ Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[D
 
 
 def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Derived] = ()) -> Chosen:
-    """Return the pair of measurements for each side of each cell, and derived points.
+    """Return the pair of measurements for each side of each cell (an interval of time), and derived points.
 
-    Derived points are those that are `known_before`, and further ones for the cells with the largest errors.
-    Errors are those of values x at some times [s] of each cell, of shape (cells, T). More than two measurements
-    together bound a signal more tightly: at the ends of the cells with the largest errors, linear programs combine all
-    nearby ones.
+    `x` are values at some `times` [s] of each cell, both of shape (cells, T). The error of a cell is the largest
+    distance between x and one of the sides. Many measurements together bound a signal more tightly than two. So at the
+    ends of the cells with the largest errors, linear programs combine all nearby measurements. The results are further
+    derived points, in addition to those `known_before`.
     """
     derived, asked = [*known_before], {d.time for d in known_before}
     ends, apart = times[:, [0, -1]].tolist(), np.zeros(len(times))
@@ -297,8 +297,8 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
 
 
 _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
-"""For derived points: errors above this part of the largest one are reduced; cells in each round; most derived points;
-measurements on each side that a point is derived from.
+"""Derived points are sought at the ends of cells whose error is at least the part _WORST of the largest error, for
+_AT_ONCE cells in a round, until there are _DERIVED points. Each is derived from _BESIDE measurements on each side.
 """
 
 
@@ -348,7 +348,7 @@ def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction
     return exact
 
 
-_NO_MULTIPLIER = 1e-9  # multipliers up to this one count as 0
+_NO_MULTIPLIER = 1e-9  # a multiplier whose absolute value is at most this counts as 0
 
 
 def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()) -> Array:
@@ -471,7 +471,7 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
     if not which:
         return None
     some = _only(of, which)
-    for k in list(which):  # an irreducible set: without any one of them there is a signal
+    for k in list(which):  # leave out each measurement that the contradiction does not need
         fewer = [i for i in which if i != k]
         if fewer and _contradicting(_only(of, fewer), 16)[0]:
             which, some = fewer, _only(of, fewer)
@@ -528,13 +528,13 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
 
 # The tolerance of a reference, as bounds that move.
 
-_SHARE = 0.98  # part of a tolerance that is imposed; the proof needs the rest, as it bounds cubics by coefficients
+_SHARE = 0.98  # this part of a tolerance is imposed; the proof needs the rest, because it bounds cubics by coefficients
 _WIDER = 100.0  # before the first sample and after the last, bounds are further out by this number of widths
-_FEWER = 100  # cells, in each of which the moving bounds are polynomials
+_FEWER = 100  # about this many cells, or more if there are more measurements; in a cell, moving bounds are polynomials
 
 
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
-    """Return the sides of a class in each cell, with half the largest distance between them as errors."""
+    """Return the sides of a class in each cell; the error of a cell is half the largest distance of its sides."""
     edges = _edges(name, of, claim, _FEWER)
     times = _in_cells(edges)
     middles = np.mean(sides_at(of, times.ravel()), axis=0).reshape(times.shape)

@@ -30,8 +30,9 @@ def waypoints(
 ) -> tuple[Waypoint, ...]:
     """Return the waypoints, sorted by time. If `plant` has tightened bounds, error messages mention the `tightening`.
 
-    Raises ValueError for times that are not claimed, unknown names, inputs of a plant with redundant ones, values
-    outside of their sets, and tolerances that are missing or not positive; TypeError for values that are no numbers.
+    Raises ValueError for times that are not claimed, unknown names, inputs if several inputs act alike,
+    values outside of their sets, and tolerances that are missing or not positive. TypeError for values that are no
+    numbers.
     """
     if not isinstance(at, Mapping):
         raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")

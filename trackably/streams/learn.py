@@ -42,7 +42,7 @@ from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 
-_FEWEST = 8  # a window shorter than so many intervals between samples is refused, unless it spans all samples
+_FEWEST = 8  # a window is refused if it is shorter than this many intervals between samples and does not span all
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
     "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
@@ -95,11 +95,11 @@ def learn_stream(
     window
         The length of each window [s]: several times the kernel's correlation time, with 8 samples at least.
     at, at_tolerance
-        As in `learn_reference`; the window with its time meets each value, and later windows keep it.
+        As in `learn_reference`. The window that contains the time of a value meets it, and later windows keep it.
     disturbance, measurement_noise, feedback, model_error, margin, truth
         As in `learn_reference`.
     others
-        None: `learn_from` and `method` are options of `learn_reference` only.
+        No other option is accepted; `learn_from` and `method` are options of `learn_reference` only.
 
     Warns
     -----

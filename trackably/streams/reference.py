@@ -30,7 +30,7 @@ from trackably.systems.tightening import Tightening
 
 @dataclass(frozen=True, eq=False)
 class SavedStream(Saved):
-    """A reference `learned` in windows of a `length` [s], with the start and end [s] of the claim; None: all times.
+    """A reference `learned` in windows of a `length` [s], with the claim's start and end [s], None for all times.
 
     ValueError: parts do not fit together.
     """

@@ -65,8 +65,8 @@ class Relearner:
     next local minimum of J, which takes a few times longer; with 0 they are fixed. Times of samples are those of the
     loop: step k is at k T_s.
 
-    `reference` is the one that the loop tracks, at first the given one. It holds for all times, so that the loop can
-    track it until there is another one. `step` switches to the last one that was learned within the `budget` [s], if
+    `reference` is what the loop tracks, at first the given reference. It holds for all times, so that the loop can
+    track it until there is another one. `step` switches to the last reference learned within the `budget` [s], if
     the controller has a plan that ends on it; to switch by another rule, set `reference`. The budget does not end a
     call that takes longer. `seconds` are the durations of the windows by the `clock`, late ones included. `noise_std`
     is needed if several states show one flat output, as in `learn_reference`.

@@ -39,9 +39,9 @@ def part_of(samples: Samples, start: float, end: float) -> Samples | None:
 
 
 def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end: float) -> Samples | None:
-    """Return the samples from `since` to `end` [s]; those before `now` have the values of `base` in place of their own.
+    """Return the samples with since ≤ time < end [s]; before `now`, their values are replaced by those of `base`.
 
-    If there are none, return the last sample before `since` in this way. Return None if there is none before `end`.
+    If there are no such samples, return the last sample before `since` instead. None if no sample lies before `end`.
     """
     found = part_of(samples, since, end)
     if found is None and samples.times[0] < since:
@@ -53,7 +53,7 @@ def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end
 
 
 _MEMORY = 12.0  # correlation times: samples older than this change a function by less than 1/1000 of the noise
-_SHORTEST = 1.0  # correlation times: a window with too many places (times with bounds) is divided down to this
+_SHORTEST = 1.0  # correlation times: windows whose program is too large are divided into parts of at least this length
 _BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2  # of a bound's width: how much it is tightened, so that a proof has room
 
 
@@ -139,9 +139,9 @@ def _problem(
 ) -> ConstrainedProblem | None:
     """Return the problem of the window from `now` to `end` [s].
 
-    None if no flat output has samples there, or if one has none before its end. A flat output without samples there is
-    continued, as far as bounds allow. Bounds are constrained from as far back as a change has an effect, until the
-    function is at rest.
+    None if no flat output has samples in the window, or if some flat output has no samples before the end of the
+    window. A flat output without samples in the window is continued from earlier samples, as far as bounds allow.
+    Bounds are imposed from the earliest time at which a change has an effect, until the function is at rest.
     """
     memory = stream.memory
     if all(part_of(of, now, end) is None for of in stream.samples):
@@ -166,7 +166,7 @@ def _problem(
 
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
-    """Return the bounds of a plant at these times, tightened by a part `backoff` of their width."""
+    """Return the bounds of a plant at the given times, tightened by a part `backoff` of their width."""
     return tuple(
         Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), RealTimes(times), backoff / 2)
         for q in plant.quantities

@@ -27,11 +27,11 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
 
-_MAX_LAWS = 10_000  # an input set with more candidates than this is refused
-_AT_ONCE = 2**22  # about the largest number of entries of candidates that are computed at once
+_MAX_LAWS = 10_000  # an input set that needs more candidates (`Allocation.laws`) is refused
+_AT_ONCE = 2**22  # inputs are treated in blocks, whose candidates have about this many numbers at most
 ROUNDING = 2.0**-48
-"""A candidate counts as admissible if it violates no bound by more than this, relative to the sum of the absolute
-values of the terms of the row."""
+"""A candidate still counts as admissible if it exceeds a bound by at most this part of the sum of the absolute values
+of the terms of the row, because rounding can cause such an excess."""
 
 
 class AllocationLaws(NamedTuple):
@@ -53,7 +53,10 @@ class Allocation:
 
     @classmethod
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
-        """Return the allocation; None without redundant inputs or bounds. ValueError: there are too many candidates."""
+        """Return the allocation; None if no input is redundant or no input is bounded.
+
+        ValueError: there are too many candidates (`laws`).
+        """
         kernel = null_space(exact(system.B))
         free = kernel.shape[1]
         if not free or not len(input_set.rows):
@@ -68,7 +71,9 @@ class Allocation:
 
     @property
     def attainable(self) -> list[tuple[tuple[Fraction, ...], Interval]]:
-        """Rows and their bounds, which u satisfies if and only if some input in the set has the same effect as u."""
+        """The rows and bounds of attainable effects: an input u satisfies all of them if and only if some input in the
+        set has the effect of u.
+        """
         U = self.input_set
         sides = zip(U.rows.tolist(), U.lower.tolist(), U.upper.tolist(), strict=True)
         rows = [Row(tuple(map(Fraction, row)), low, high) for row, low, high in sides]
@@ -122,8 +127,8 @@ class Allocation:
     def laws(self) -> AllocationLaws:
         """Candidates for the smallest admissible input, as affine functions of u; the first of them is u itself.
 
-        Each other candidate is the smallest input with the effect of u for which some rows S of R are at one of their
-        bounds, b_S. It is u + Z v with
+        For each other candidate, some rows S of R are at their lower or upper bounds b_S. The candidate is the smallest
+        such input that has the effect of u. It is u + Z v with
 
             v = G⁻¹ P_Sᵀ (P_S G⁻¹ P_Sᵀ)⁻¹ (b_S − R_S u),     G = Zᵀ Z,   P = R Z,
 

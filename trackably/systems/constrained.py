@@ -39,7 +39,7 @@ class ConstrainedSystem:
     """A system with its `state_set` X and its `input_set` U.
 
     ValueError: the sets do not fit the system, a linear system is not controllable or has too many redundant inputs, or
-    an input of a nonlinear system is not bounded. TypeError: the system or a set is of another type.
+    a nonlinear system without a flat form has an unbounded input. TypeError: the system or a set is of another type.
     """
 
     system: System
@@ -130,15 +130,15 @@ class ConstrainedSystem:
 
     @cached_property
     def given_constraints(self) -> tuple[LinearConstraint, ...]:
-        """The rows of X and of U."""
+        """The bounds of all rows of X, then of all rows of U, as they are given."""
         return self._with_names(_rows("state", self.state_set), _rows("input", self.input_set))
 
     @cached_property
     def constraints(self) -> tuple[LinearConstraint, ...]:
         """What a reference must satisfy at each step so that an input in U exists which leads to its next state.
 
-        Without redundant inputs, these are the given constraints. With redundant inputs, combinations take the place of
-        the rows of U. An input satisfies them if and only if some input in U has the same effect.
+        Without redundant inputs, these are the given constraints. With redundant inputs, combinations of the rows of U
+        replace these rows. An input satisfies the combinations if and only if some input in U has the same effect.
         """
         if self.allocation is None:
             return self.given_constraints
@@ -168,7 +168,7 @@ def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
 
 
 def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
-    """Return, by name, the bounds of each state that has a row of its own in the state set, with weight 1."""
+    """Return the bounds of single states by name, from those rows of the state set that are one state of weight 1."""
     found = {}
     for row, bounds in plant.state_set.intervals:
         if np.count_nonzero(row) == 1 and row.sum() == 1.0:

@@ -151,14 +151,14 @@ class Zonotope(checker.Zonotope, _ExactSet):
 
 # Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them.
 
-_MOST_CANDIDATES = 200_000  # choices of n rows that may be tried as vertices
+_MOST_CANDIDATES = 200_000  # largest number of choices of n rows that are tried to find vertices; more are refused
 
 
 @dataclass(frozen=True)
 class ConvexHull(checker.Hull, _ExactSet):
     """The convex hull of `vertices`, exactly; float64 numbers are converted exactly.
 
-    Points inside the hull may be among them. ValueError: shapes do not fit, there is no vertex, or a number is not
+    Some of these points may lie inside the hull. ValueError: shapes do not fit, there is no vertex, or a number is not
     finite.
     """
 
@@ -283,10 +283,10 @@ def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
     return Zonotope(found.centre, found.generators)
 
 
-# A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal one.
+# A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal plant.
 #
-# The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, possibly another
-# point at each step. The reference obeys the nominal matrices for which it is learned. As long as states and inputs
+# The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, possibly at another
+# point in each step. The reference obeys the nominal matrices for which it is learned. As long as states and inputs
 # stay in their sets, which the proof ensures, the effect of the difference lies in a zonotope D, and W ⊕ D takes the
 # place of W. `trackably.checker.model_error` has the theorem and its proof.
 
@@ -330,9 +330,9 @@ class ModelError:
     def intervals(cls, system: LinearSystem, entries: Mapping[tuple[str, str], tuple[float, float]]) -> Self:
         """Return the hull of all systems with entries in intervals, such as {("velocity", "force"): (0.018, 0.022)}.
 
-        The first name is the state of the row; the second one the state or the input of the column, or "1" for c. The
-        other entries are those of `system`. TypeError: an argument is of another type. ValueError: an unknown name, no
-        interval, or more than 6 entries.
+        Each key of `entries` is a pair of names: first the state of the row, then the state or the input of the column,
+        or "1" for c. Entries without an interval have the value in `system`. TypeError: an argument is of another type.
+        ValueError: an unknown name, no interval, or more than 6 entries.
         """
         instance("model_error: intervals: system", system, LinearSystem, "a LinearSystem")
         instance("model_error: intervals", entries, Mapping, "intervals by the names of row and column")
@@ -416,7 +416,7 @@ def _rows(bounded: Polytope) -> Rows:
 
 
 def _end(end: End) -> CheckedEnd:
-    """Return an end of a bound as the checker has it."""
+    """Return the end of an interval in the type of the checker: a number, or `Pieces` if the end moves."""
     if not isinstance(end, PolynomialPieces):
         return end
     return Pieces(tuple(end.breakpoints.tolist()), tuple(map(tuple, end.coefficients.tolist())), end.beyond)

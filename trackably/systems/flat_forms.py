@@ -31,8 +31,8 @@ from trackably.systems.tracing import Symbol, formulas_of
 
 MOST_SHIFTS = 12  # largest j of a variable z{c}[j]
 MOST_PARTS = 30_000
-"""Largest number of operations, names and numbers in a formula that is found here, when it is written out: a shared
-part counts each time it is used."""
+"""A flat form is found only if each formula has at most this many operations, names and numbers. A part that is used
+several times counts each time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,8 @@ class _Shifts:
 # (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, values are drawn here and
 # compared in float64, to say where f and the flat form differ.
 
-# Draws for each standard deviation; standard deviations; and the least error, relative to 1 + the largest value drawn.
+# Number of draws for each standard deviation; the standard deviations; and the least error that shows a difference,
+# relative to 1 + the largest value drawn.
 _TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
@@ -158,14 +159,14 @@ def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
 # Find flat forms of systems whose equations can be solved one after the other, in small blocks.
 #
 # As many states as there are inputs are taken for flat outputs. If x_i is known and its equation x_i⁺ = f_i contains
-# one unknown v, with f_i = a + b v or f_i = a + b √v, then v is (x_i⁺ − a)/b, or the square of this, which is then
-# assumed to be the square of something positive. If there is no such equation, two or three equations that are affine
-# in as many unknowns, or in their roots, give these unknowns together. If all states and inputs are known in the end,
-# their formulas are a flat form.
+# one unknown v, with f_i = a + b v or f_i = a + b √v, then v is (x_i⁺ − a)/b, or for the root the square of this
+# quotient, and the quotient is assumed to be positive. If there is no such equation, two or three equations that are
+# affine in as many unknowns, or in their roots, give these unknowns together. If all states and inputs are known in the
+# end, their formulas are a flat form.
 
-_MOST_CHOICES = 2000  # of states as flat outputs; no search if there are more
+_MOST_CHOICES = 2000  # choices of states as flat outputs; if there are more, no flat form is searched
 _ROOT = "√"
-_MOST_COUPLED = 3  # equations that are solved together
+_MOST_COUPLED = 3  # largest number of equations that are solved together
 
 
 def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:
@@ -200,7 +201,7 @@ def _form_of_choice(
 def _solve_block(
     waiting: Mapping[str, Formula], unknown: set[str], known: Mapping[str, Formula]
 ) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]] | None:
-    """Find a smallest set of equations that determine as many unknowns; None if there is no such set.
+    """Find a smallest set of equations that has exactly as many unknowns and can be solved for them, or None.
 
     Return the states of these equations, the formulas of the unknowns, and the formulas whose squares are unknowns.
     """

@@ -103,7 +103,10 @@ _FUNCTION_SLOPES: dict[str, Callable[[Formula, Formula, Formula], Term]] = {
 
 
 def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
-    """Return d(base^p)/d(base) = p base^(p − 1), as p base^p / base if p is no integer: p − 1 may not be a float64."""
+    """Return d(base^p)/d(base) = p base^(p − 1).
+
+    If p is no integer, this is written p base^p / base, because p − 1 may not be exact in float64.
+    """
     if not exponent.is_integer():
         return Operation("/", Operation("*", Number(exponent), node), base)
     lower = {0.0: None, 1.0: ONE, 2.0: base}.get(exponent, Power(base, exponent - 1))

@@ -18,7 +18,7 @@ _ROUNDING = 1e-12  # a value this near to a bound, relative to the width, differ
 def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
     """Format a number with at most `digits` digits; if these do not give its exact value, it is rounded `towards`.
 
-    The direction is that in which the text claims less than the number does.
+    Callers choose the direction in which the text claims less than the exact number.
     """
     nearest = f"{value + 0.0:.{digits}g}"  # −0 is shown as 0
     if float(nearest) == value or not math.isfinite(value):
@@ -77,7 +77,7 @@ class Interval:
 
     @property
     def hull(self) -> Interval:
-        """The smallest constant interval that contains this one at all times of a grid."""
+        """The smallest constant interval that contains this interval at all times of a grid."""
         return self
 
     @property
@@ -102,7 +102,7 @@ class Interval:
             times = z.breakpoints
             if z.beyond == "period":
                 turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded, so neighbours follow
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded; add neighbours, too
                 times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
             found.append(times)
         times = np.unique(np.concatenate(found))
@@ -123,7 +123,7 @@ class Interval:
         return nearer if abs(value - nearer) <= _ROUNDING * self.width else value
 
     def margin_of(self, other: Interval) -> float:
-        """Return the smallest margin of the values in another interval."""
+        """Return the smallest margin that a value of the interval `other` has in this interval."""
         return min(other.lower - self.lower, self.upper - other.upper)
 
     def __str__(self) -> str:
@@ -131,7 +131,7 @@ class Interval:
 
     @property
     def exactly(self) -> str:
-        """Both bounds as text, exactly: a value outside of this interval may lie inside one with rounded ends."""
+        """Both bounds as text, exactly, because a value outside may lie inside of an interval with rounded ends."""
         ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
         return f"[{', '.join(ends)}]"
 
@@ -164,7 +164,7 @@ def shift_end(end: End, by: float) -> End:
 
 
 class Corridor(Interval):
-    """[low(t), high(t)], where at least one end moves. At a breakpoint, the tighter of the values on both sides counts.
+    """[low(t), high(t)], where at least one end moves. An end that jumps has the tighter of both values.
 
     `lower` and `upper` raise ValueError, so that no code takes an end that moves for a constant. ValueError: an end is
     only known between its breakpoints, an end is infinite, or the ends meet.

@@ -77,7 +77,10 @@ def _trajectories(by_output: list[Rationals], offset: Rationals, sampling_time: 
 
 
 def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
-    """Return κ_c for each c: the number of columns B_c, A B_c, … among the first independent ones of [B, A B, …]."""
+    """Return κ_c for each input c: how many of B_c, A B_c, … are among the first independent columns of [B, A B, …].
+
+    ValueError: the system is not controllable, or nearly not.
+    """
     n, m = B.shape
     every = B
     while len(pivots := row_echelon(every)[1]) < n and every.shape[1] < n * m:
@@ -97,7 +100,10 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
 
 
 def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
-    """Return the rows q_c, which map the last column of chain c to 1 and all other chosen columns to zero."""
+    """Return the rows q_c. Each is 1 on the last column of B_c, …, A^(κ_c − 1) B_c, and 0 on all other such columns.
+
+    With as many inputs as states, the q_c are unit vectors. `orders` are the κ_c.
+    """
     n, m = B.shape
     if m == n:
         return exact(np.eye(n))
@@ -240,8 +246,8 @@ class LinearSystem:
     def of_state_space(cls, given: Any, sampling_time: float | None = None) -> Self:
         """Return the system of python-control's `StateSpace`, or of any object with its attributes A, B and dt.
 
-        A system in continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Its
-        labels become names, if they are identifiers. ValueError: there is no sampling time, or dt is another one.
+        A system in continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Its labels
+        become names, if they are identifiers. ValueError: there is no sampling time, or dt and `sampling_time` differ.
         """
         labels = {side: tuple(getattr(given, f"{side[:-1]}_labels", ())) for side in ("states", "inputs")}
         labels = {side: found if all(map(str.isidentifier, found)) else () for side, found in labels.items()}
@@ -267,9 +273,10 @@ class LinearSystem:
         """Return states and inputs as functions of flat outputs.
 
         If there are as many independent inputs as states, the flat outputs are the states themselves. Otherwise they
-        follow from the first independent columns of [B, A B, …] (Luenberger's choice), each scaled to the unit of the
-        first state that it moves at rest. Of several inputs with the same effect, the one with the smallest Euclidean
-        norm is chosen. ValueError: the system is not controllable, or too close to an uncontrollable one for float64.
+        follow from the first independent columns of [B, A B, …] (Luenberger's choice). Each is scaled such that the
+        first state that it moves at rest changes by as much as the flat output. Of several inputs with the same effect,
+        the one with the smallest Euclidean norm is chosen. ValueError: the system is not controllable, or too close to
+        an uncontrollable one for float64.
         """
         A, B, offset, T = exact(self.A), exact(self.B), exact(self.c), self.sampling_time
         independent = B[:, _independent_columns(B)]

@@ -23,18 +23,19 @@ from trackably.systems.tracing import Dynamics, require_same_values, trace
 from trackably.systems.trajectories import Functional, Trajectory, one_of, shifted_outputs
 
 MAX_SIZE = 1000
-"""Largest number of operations, names and numbers in a written formula."""
+"""A formula is refused if it has more operations, names and numbers than this, when it is written out."""
 
 
 @dataclass(frozen=True, eq=False)
 class NonlinearSystem(subject.NonlinearSystem):
     """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
 
-    `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives both as formulas
-    of flat outputs; for chains it is found automatically (`flat_forms.found_form`). Without a flat form, the states are
-    the flat outputs: there are as many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError:
-    the flat form does not satisfy f; without a flat form, f is not affine in the inputs, or G is singular for all
-    states; a formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
+    `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives states and
+    inputs as formulas of flat outputs. If equations can be solved one after the other, it is found automatically
+    (`flat_forms.found_form`). Without a flat form, the states are the flat outputs: there are as many inputs as states,
+    and f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form does not satisfy f; without a flat form,
+    f is not affine in the inputs, or G is singular for all states; a formula is too long; a name is invalid
+    (`require_names`); or the sampling time is not positive.
     """
 
     flat: FlatForm | None = None
@@ -120,8 +121,8 @@ class NonlinearSystem(subject.NonlinearSystem):
 
         f is called with symbols, so it must use ordinary arithmetic only (see `tracing.Symbol`). Numbers that it uses
         become constants of the system. It is also called with numbers, and has to return the values of its formulas.
-        The `flat` form may be left out for chains, and if there are as many inputs as states. ValueError also: f is no
-        such function; the message says why.
+        The `flat` form may be left out for chains, and if there are as many inputs as states. Raises as
+        the class, ValueError also if f is no such function (the message says why), and TypeError if it is no function.
         """
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
@@ -132,7 +133,7 @@ class NonlinearSystem(subject.NonlinearSystem):
 
     @cached_property
     def solution(self) -> Mapping[str, Formula]:
-        """u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`, as the checker solves for it."""
+        """The inputs u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`, solved as the checker does."""
         try:
             return inputs_of(self.f, self.successors, self.inputs)
         except UnsolvableError as error:
@@ -157,7 +158,7 @@ class NonlinearSystem(subject.NonlinearSystem):
 
     @cached_property
     def _slopes(self) -> list[Formula]:
-        """∂f_i/∂v as formulas, for each state or input v of f_1, then for those of f_2, and so on."""
+        """The formulas ∂f_i/∂v: those of f_1 for all states and inputs v, then those of f_2, and so on."""
         return [derivative(formula, name) for formula in self.f for name in (*self.states, *self.inputs)]
 
     def flatness(self) -> Flatness:

@@ -296,7 +296,7 @@ class PolynomialPieces:
 
 
 def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
-    """Return whether `given` is a spline of SciPy. If scipy.interpolate is not loaded, it is none; do not load it."""
+    """Return whether `given` is a spline of SciPy. Without scipy.interpolate loaded, it cannot be one."""
     made = sys.modules.get("scipy.interpolate")
     return made is not None and isinstance(given, made.PPoly | made.BPoly | made.BSpline)
 
@@ -304,8 +304,8 @@ def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
 def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
     """Return breakpoints t_i [s] and coefficients of (t − t_i)^k, shape (degree + 1, K, …), of a spline of SciPy.
 
-    A B-spline of degree k is taken from its knot k to its last knot but k, where all its basis functions are known; its
-    other pieces lie outside of what it interpolates. ValueError: breakpoints decrease, are no numbers, or are all the
+    Of a B-spline of degree k, the first k and the last k knots are left out, because only between the other knots all
+    its basis functions are known. ValueError: breakpoints decrease, are no numbers, or are all the
     same.
     """
     if isinstance(given, scipy.interpolate.BSpline):

@@ -107,7 +107,7 @@ class Polytope:
 
     @property
     def hull(self) -> Polytope:
-        """The set with the smallest constant bounds that contain those of this one at all times of a grid."""
+        """The set with constant bounds: for each row the smallest interval that contains its bounds on a time grid."""
         return self._with([bounds.hull for _, bounds in self.intervals]) if self.moves else self
 
     def _with(self, ends: Sequence[Interval]) -> Polytope:
@@ -170,7 +170,10 @@ class Polytope:
 
     @property
     def depth(self) -> float:
-        """The largest relative margin of a point: its smallest margin / width of a row; ≤ 0 if there is no interior."""
+        """The largest relative margin of any point; ≤ 0 if there is no interior.
+
+        The relative margin of a point is the smallest of the quotients margin / width of all rows.
+        """
         return self._deepest[0] if np.all(self.lower < self.upper) else -np.inf
 
     @property
@@ -181,7 +184,7 @@ class Polytope:
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
         matrix, off, units, centre = self._centred
-        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: the middle of all exists
+        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share nothing: a point is in the middle of each
             return 0.5, units * centre
         found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
         return found[0], units * (centre + found[1])
@@ -292,7 +295,7 @@ def deepest(rows: Array, shares: Array, limits: Array) -> tuple[float, Array]:
 
 
 def _least(row: Array, H: Array, h: Array) -> float:
-    """Return the minimum of row · x on {x : H x ≤ h}, which is not empty; −∞ if there is none."""
+    """Return the minimum of row · x on the nonempty set {x : H x ≤ h}; −∞ if there is no minimum."""
     program = scipy.optimize.linprog(row, A_ub=H, b_ub=h, bounds=(None, None), method="highs")
     return -np.inf if program.fun is None else float(program.fun)
 

@@ -52,7 +52,7 @@ def null_space(matrix: Rationals) -> Rationals:
 
 
 def float_above(number: Fraction) -> float:
-    """Return a float64 ≥ `number`, the smallest or the next one; infinity beyond its range."""
+    """Return a float64 ≥ `number`: the smallest one, or the one after it; infinity if none is finite."""
     try:
         nearest = float(number)
     except OverflowError:
@@ -61,5 +61,5 @@ def float_above(number: Fraction) -> float:
 
 
 def float_below(number: Fraction) -> float:
-    """Return a float64 ≤ `number`, the largest or the next one."""
+    """Return a float64 ≤ `number`: the largest one, or the one before it; −∞ if none is finite."""
     return -float_above(-number)

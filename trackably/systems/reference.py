@@ -23,11 +23,10 @@ def precise_values(
 ) -> Array:
     """Return states or inputs at times that are sums of a few float64 [s]; shape (*time.shape, coordinates).
 
-    Functionals are evaluated in twice the precision, and rounded to float64 once, at the end; formulas of them are
-    evaluated in float64. So a functional is within u |q| +
-    100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals, N the number of their
-    shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute terms of a piece.
-    Certificates rely on this bound (`checker.piecewise`).
+    Functionals are evaluated in twice the precision, and rounded to float64 once, at the end; formulas of functionals
+    are evaluated in float64. So a functional is within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³,
+    n is the degree of the signals, N the number of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the
+    largest sum of the absolute terms of a piece. Certificates rely on this bound (`checker.piecewise`).
     """
     step = np.asarray(coordinates[0].sampling_time)
 
@@ -58,7 +57,7 @@ class Reference:
 
     By construction x_r(k + 1) = f(x_r(k), u_r(k)) for every k, and likewise from any time t to t + T_s. States and
     inputs are evaluated by sums of products, never by fast transforms, because a certificate bounds the rounding errors
-    of these sums. Those of polynomial pieces are evaluated in twice the precision, and at the exact k T_s. If all
+    of these sums. Sums of polynomial pieces are evaluated in twice the precision, and at the exact k T_s. If all
     kernels have one period, times are first moved by whole periods to around t = 0, so that errors do not grow from
     period to period. ValueError: not as many signals as flat outputs, or some are sums of kernels and others polynomial
     pieces.

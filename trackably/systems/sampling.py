@@ -84,8 +84,8 @@ def relative_to_first(
 ) -> dict[str, Samples]:
     """Return samples with their noise relative to σ_n of the first name for the same flat output.
 
-    `kinds` has the names that depend on each flat output, and `noise_std` has σ_n by name. Only flat outputs with
-    several names need it.
+    `kinds` has, for each flat output, the names whose samples depend on it. `noise_std` has σ_n by name; only names
+    that share a flat output need an entry.
     """
     found = dict(samples)
     for first, *others in kinds:
@@ -118,9 +118,9 @@ def prior_for(
 ) -> JointPrior:
     """Return the prior of a plant's flat outputs, in their order.
 
-    `believed` has one prior for each of them, by the name of the sampled state (or of the flat output, z1, z2, …): the
-    kernel of the flat output, σ_n of the samples, and the mean of the sampled state. Hyperparameters named in `shared`
-    are the same for all flat outputs. Raises ValueError where names do not fit the plant.
+    `believed` has a prior for each flat output, by the name of the sampled state (or of the flat output, z1, z2, …):
+    the kernel of the flat output, σ_n of the samples, and the mean of the sampled state. Hyperparameters named in
+    `shared` are the same for all flat outputs. Raises ValueError where names do not fit the plant.
     """
     stencils = stencils_by_name(plant, believed)
     parts = []
@@ -188,7 +188,10 @@ def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
 
 
 def _where(plant: ConstrainedSystem) -> str:
-    """Describe those flat outputs of a linear system that no single state determines, as sums of states."""
+    """Return words such as ", where z1 = x1 + x2": flat outputs of a linear system as sums of states.
+
+    Flat outputs that a single state determines are left out; without any other, the text is empty.
+    """
     said = []
     for signal, row in enumerate(plant.flatness.outputs):
         *shown, name = sampled_names(plant, signal)

@@ -84,12 +84,13 @@ def spectral_radius(A_K: Array) -> float:
 
 # Feedback against disturbances: given, or the linear-quadratic regulator that leaves the most of the bounds.
 
+# Weights of the input, and rates of decay, of the regulators that are tried.
 INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
 RATES = (1.0, 0.95, 0.9, 0.8)
 _SPARED = 0.05  # slack, in widths, that may be given up for an error that decays faster
-_FREE = 1e-6  # weight of the identity, which makes a weight definite where no row bounds
+_FREE = 1e-6  # part of the scaled identity that is added to a weight, so that it is definite also where no row bounds
 _BITS = 20  # entries of K are rounded to so many binary digits, so that rational numbers stay short
-_NOTHING = 1e-10  # relative to the largest entry, in units of the sets: smaller entries are rounding errors
+_NOTHING = 1e-10  # entries of K below this part of the largest one, in units of the sets, become zero
 
 
 def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Array:
@@ -117,10 +118,10 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
 def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Array:
     """Return K of min Σ_k rate⁻²ᵏ (‖x(k)‖²_Q + `input_weight` ‖u(k)‖²_R) for weights Q and R of the sets.
 
-    They weight errors relative to widths (`set_weight`). All eigenvalues of A + B K have absolute values below `rate`,
-    which is at most 1. K has few binary digits, so that it is exact in short rational numbers. Entries that are only
-    rounding errors are set to zero, so that decoupled states stay decoupled. Raises NumPy's LinAlgError if K is not
-    found.
+    Q and R weight errors relative to widths (`set_weight`). All eigenvalues of A + B K have absolute values below
+    `rate`, which is at most 1. K has few binary digits, so that it is exact in short rational numbers. Entries that are
+    only rounding errors are set to zero, so that decoupled states stay decoupled. Raises NumPy's LinAlgError if K is
+    not found.
     """
     Q, R = set_weight(plant.state_set), input_weight * set_weight(plant.input_set)
     A, B = plant.linear.A / rate, plant.linear.B / rate
@@ -136,7 +137,7 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
 def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
     """Return how much of the distance between each pair of bounds the errors take (r,), states first, in float64.
 
-    It has the unit of the bounds, and is no fraction.
+    The result has the unit of the bounds: it is not divided by widths.
     """
     rows = error_rows(plant, K)
     both = np.vstack([rows, -rows])
@@ -162,9 +163,11 @@ def set_weight(bounded: Polytope) -> Array:
 
 # A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.
 
-_CONTRACTION, _ROUNDING = 0.5, 1e-9  # largest α, before it is enlarged by the second number to cover rounding
-_TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5  # the last part of Z is small below this part of the first, or of a width
-_LEAST_EXTENT = 1e-3  # least p_i, relative to the largest one, in scales
+_CONTRACTION, _ROUNDING = 0.5, 1e-9  # α is at most the first number, enlarged by the second to cover rounding
+# The last part of Z counts as small in a row if it is below the first number times the first part, or below the second
+# number times the row's width.
+_TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5
+_LEAST_EXTENT = 1e-3  # each p_i, in units of its scale, is at least this part of the largest extent of the error
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +178,7 @@ class InvariantSet:
     invariant because W ⊆ P and A_Kˢ P ⊆ α P. For then Z_P = (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P is invariant for P, and so for W
     (Raković et al., 2005: Invariant approximations of the minimal robust positively invariant set). Hence A_K Z ⊕ W =
     ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (W ⊕ A_K Z_P) ⊆ Z. P has an interior even if W is flat. The sum over W is part of every
-    invariant set that contains 0, so Z exceeds the smallest one by at most its last part.
+    invariant set that contains 0, so Z exceeds the smallest of these sets by at most the last part of Z.
     """
 
     system: LinearSystem
@@ -259,13 +262,13 @@ _LARGEST_FRACTION = 1e6
 class Tightening:
     """A `given` plant, and the `plant` with the same system and tightened bounds.
 
-    Each bound is tightened by `margin` times the width between both. If there is an `invariant` set Z, it is also
-    tightened by the largest effect of an error in Z: h_Z(row) for states, and h_Z(Kᵀ row) for inputs. If a reference
-    satisfies the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z, the states
-    and the inputs u = u_r + K (x − x_r) of the disturbed system satisfy the given bounds. W is the `disturbance`. If
-    the state is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y, and bounds of
-    states are also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its hull.
-    `is_regulator` says that K was chosen by `best_feedback`. ValueError: nothing is left of a set.
+    Each bound is tightened by `margin` times the distance to the opposite bound. If there is an `invariant` set Z, each
+    bound is also tightened by the largest effect of an error in Z: h_Z(row) for states, and h_Z(Kᵀ row) for inputs. If
+    a reference satisfies the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z,
+    the states and the inputs u = u_r + K (x − x_r) of the disturbed system satisfy the given bounds. W is the
+    `disturbance`. If the state is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y,
+    and bounds of states are also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its
+    hull. `is_regulator` says that K was chosen by `best_feedback`. ValueError: nothing is left of a set.
     """
 
     given: ConstrainedSystem
@@ -381,7 +384,7 @@ class Tightening:
 
 
 def _inwards(end: End, sign: int, by: Fraction) -> End:
-    """Return an upper end (`sign` 1) or a lower one (−1), moved inwards by at least a number."""
+    """Return an upper end (`sign` 1) or a lower one (−1), moved inwards by at least `by`."""
 
     def one(value: float) -> float:
         return sign * float_below(sign * Fraction(value) - by)
@@ -468,7 +471,7 @@ def tighten_plant(
     noise: DisturbanceSet | None,
     model_error: ModelError | None = None,
 ) -> tuple[ConstrainedSystem, Tightening | None]:
-    """Return the plant with tightened bounds, and the tightening; the plant itself and None if nothing requires it.
+    """Return the plant with tightened bounds, and the tightening; the plant itself and None if nothing is tightened.
 
     TypeError: it is no plant. Raises as `tightening`, too.
     """

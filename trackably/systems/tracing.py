@@ -144,7 +144,7 @@ def _by(compute: Callable[..., Any]) -> Callable[..., Formula]:
 
 
 _length = _by(lambda *parts: np.sqrt(sum(map(np.square, parts))))
-"""√(a² + b²), or √(a²). As a formula with derivatives it is undefined at zero."""
+"""√(a² + b²) for np.hypot, and √(a²) for np.abs. As a formula with derivatives it is undefined at zero."""
 
 
 _WRITTEN: dict[str, Callable[..., Formula]] = {

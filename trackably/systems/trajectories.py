@@ -46,7 +46,7 @@ class Functional(subject.Functional):
         return np.asarray(sum(terms, np.asarray(float(self.offset))))
 
     def _term(self, w: Array, signal: Callable[[Array], Array], t: Array) -> Array:
-        """Return Σ_j w_j z(t + j T_s); for a single shift, evaluate only that one."""
+        """Return Σ_j w_j z(t + j T_s); with one nonzero weight, evaluate z only at its shift."""
         (shifts,) = np.nonzero(w)
         if len(shifts) == 1:
             return np.asarray(w[shifts[0]] * signal(t + shifts[0] * self.sampling_time))
@@ -100,7 +100,7 @@ class Trajectory:
 
     @property
     def functional(self) -> Functional | None:
-        """The functional if the trajectory equals one; otherwise None."""
+        """The functional that the trajectory equals; None if it is a formula of functionals."""
         return self.arguments[0][1] if isinstance(self.formula, Name) else None
 
     @cached_property
@@ -199,7 +199,7 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> 
 
 
 def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
-    """Return all z_c(t + j T_s) by name, up to one step later than states and inputs need."""
+    """Return the functionals z_c(t + j T_s) by name, for all c, and j up to one step later than the formulas use."""
     longest = 2 + max(form.orders)
     return {
         shifted_name(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
@@ -227,7 +227,7 @@ class Quantity:
 
     @property
     def functional(self) -> Functional | None:
-        """The functional if the trajectory equals one; otherwise None."""
+        """The functional that the trajectory equals; None if it is a formula of functionals."""
         return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:

@@ -31,7 +31,10 @@ _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 def boxes_left(
     needs: FormulaNeeds, subject: Subject, terms: int, held: Mapping[Box, list[Quantity]]
 ) -> Iterator[tuple[Box, list[Quantity]]]:
-    """Yield each box with the quantities that are not proved here."""
+    """Yield each box with those of its quantities that float64 does not show to stay inside their bounds.
+
+    `held` has the quantities of each box, and `terms` is the number of Taylor coefficients.
+    """
     every = {q.name: q for h in held.values() for q in h}
     signals = {shifted: many_centres(subject, shifted) for shifted in sorted(_needs(every.values()))}
     formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
@@ -45,7 +48,7 @@ def boxes_left(
             for name, q in every.items():
                 where = np.flatnonzero(inside[name])
                 models = {s: found[s].at(np.searchsorted(used[s], where)) for s in _needs([q]) if len(where)}
-                if models:  # without signals, a quantity is a constant
+                if models:  # a quantity without signals is a constant, which is not decided here
                     proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
         yield from ((box, [q for q in held[box] if not proved[q.name][b]]) for b, box in enumerate(some))
 
@@ -64,7 +67,7 @@ def models(
 
 
 def _batches(boxes: list[Box], coefficients: int) -> Iterator[list[Box]]:
-    """Yield the boxes in groups that are processed at once; each box takes this number of `coefficients`."""
+    """Return the boxes in groups, small enough to be processed at once if each box takes so many `coefficients`."""
     at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // max(1, coefficients)))
     return (boxes[begin : begin + at_once] for begin in range(0, len(boxes), at_once))
 
@@ -74,7 +77,7 @@ def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
 
 
 def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
-    """Return a shifted signal, without its mean."""
+    """Return z_s(t + j T) − m_s for `shifted` = (s, j)."""
     s, j = shifted
     return ManyCentres.of(subject.signals[s], j * Fraction(subject.system.sampling_time))
 
@@ -82,7 +85,7 @@ def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
 def _stays_inside(
     needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
 ) -> Mask:
-    """Return the boxes in which a quantity is certainly defined and inside its bounds."""
+    """Return a mask of the boxes in which a quantity is certainly defined and stays inside its bounds."""
     n, count = next(iter(models.values())).coefficients.low.shape
     where, proved = np.arange(count), np.zeros(count, dtype=bool)
     while len(where):
@@ -102,7 +105,7 @@ def _stays_inside(
 def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
     """Return the coefficients of a limit's polynomial in each box, of shape (n, B), or (n, 1) if it is constant.
 
-    They are NaN in a box in which several polynomials hold, or one with more than n coefficients.
+    The coefficients are NaN in a box in which the limit is not one polynomial with at most n coefficients.
     """
     if not isinstance(limit.end, Pieces):
         boxes = boxes[:1]
@@ -125,7 +128,7 @@ def _combine(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
 
 def _evaluate(needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
     """Return models of a formula, with n coefficients each. Raise UndefinedError if it may be undefined."""
-    many: Any = models  # arrays of intervals take the place of single ones
+    many: Any = models  # arrays of intervals take the place of single intervals
     known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
     arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
     model = FormulaValues(needs, n).enclose(q, arguments)
@@ -175,7 +178,7 @@ def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
 
 
 def keeps_subnormals() -> bool:
-    """Return whether float64 arithmetic is IEEE's near zero.
+    """Return whether float64 arithmetic has subnormal numbers, as IEEE arithmetic has.
 
     A processor may be set to replace subnormal numbers by zero.
     """

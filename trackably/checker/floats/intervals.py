@@ -38,7 +38,10 @@ _LEAST = np.full((), _TINY)
 
 @dataclass(frozen=True, eq=False)
 class Floats(Many):
-    """Intervals from `low` to `high`, arrays that broadcast; operands may also be numbers and intervals of mpmath."""
+    """Arrays of intervals; the arrays `low` and `high` have their ends, and broadcast as in NumPy.
+
+    Operands may also be numbers and intervals of mpmath.
+    """
 
     low: Array
     high: Array
@@ -51,7 +54,7 @@ class Floats(Many):
 
     @classmethod
     def of(cls, number: Any) -> "Floats":
-        """Return intervals unchanged, or an interval that contains a number or an interval of mpmath."""
+        """Return arrays of intervals unchanged; for a number or an interval of mpmath, an interval that contains it."""
         if isinstance(number, Floats):
             return number
         if isinstance(number, float):
@@ -79,8 +82,9 @@ class Floats(Many):
 
     @cached_property
     def _around(self) -> tuple[Array, Array, Array, Array, Array]:
-        """A number m, |m|, a bound r of the distance from m, a bound of the absolute value, and
-        r + 2⁻⁴⁸ times that bound.
+        """For each interval: a number m near its middle, |m|, r, b, and a bound of r + 2⁻⁴⁸ b.
+
+        Here r bounds the distances of the interval's numbers from m, and b bounds their absolute values.
         """
         middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
         radius = _LEAST
@@ -111,7 +115,7 @@ class Floats(Many):
         return found
 
     def __matmul__(self, columns: "Floats") -> Any:
-        """Return a matrix of intervals times each column, as `dot` does."""
+        """Return the product of this matrix and a matrix with these `columns`, with the error bounds of `dot`."""
         found: Any = ZERO
         for begin in range(0, len(columns.low), _MOST_SUMMED):
             some = slice(begin, begin + _MOST_SUMMED)
@@ -172,7 +176,7 @@ class Floats(Many):
     __rmul__ = __mul__
 
     def __pow__(self, exponent: int) -> "Floats":
-        """Return x^exponent for a whole number ≥ 1; of |x| where the exponent is even."""
+        """Return x^exponent for a whole exponent ≥ 1; even powers are computed from |x|, which is narrower."""
         base = self if exponent % 2 else abs(self)
         found: Floats = base
         for _ in range(exponent - 1):
@@ -229,7 +233,7 @@ class Floats(Many):
 
 
 def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _TINY) -> Floats:
-    """Move the ends of intervals outwards, by a `part` of their absolute values."""
+    """Move the ends of intervals outwards, by a `part` of their absolute values, and by `tiny` against underflow."""
     down, up = np.abs(low) * part, np.abs(high) * part
     return Floats(low - (down + tiny), high + (up + tiny)) if tiny else Floats(low - down, high + up)
 
@@ -237,7 +241,7 @@ def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _
 def _within(value: Array, off: Array) -> Floats:
     """Return the interval from value − off to value + off, enlarged by rounding errors (`Floats.dot`).
 
-    It is NaN after overflow.
+    Both ends are NaN if `value` has overflowed.
     """
     off = off * (1 + 2.0**-45) + (_TINY + 0 * value)
     return Floats(value - off, value + off)
@@ -272,7 +276,7 @@ def join(parts: Sequence[Floats], axis: int = -1) -> Floats:
 
 
 def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
-    """Return the sums of runs of at most `most` numbers, which begin at `firsts`, along the last axis."""
+    """Return the sums of runs of numbers along the last axis: run k begins at firsts[k] and has at most `most`."""
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
     off = size * ((most + 8) * _OPERATION)
     low, high = (np.add.reduceat(end, firsts, axis=-1) for end in (of.low, of.high))
@@ -293,7 +297,7 @@ def are_positive(pieces: Floats) -> Mask:
     for _ in range(_MOST_HALVINGS):
         tick()
         is_open = ~np.all(pieces.low >= 0, axis=0)
-        # The outer coefficients are values: where they may be negative, halves do not help.
+        # The first and the last coefficient are values at the ends: if one may be negative, halves do not help.
         lost = is_open & ~((pieces.low[0] >= 0) & (pieces.low[-1] >= 0))
         unknown[of[lost]] = True
         is_open &= ~unknown[of]
@@ -352,6 +356,6 @@ def bernstein(n: int) -> Array:
 
 
 def stay_between(near: Floats, least: Floats, most: Floats) -> Mask:
-    """Return which polynomials certainly stay between two others, all given by Bernstein coefficients."""
+    """Return which polynomials `near` certainly stay between `least` and `most`; all by Bernstein coefficients."""
     kept: Mask = np.all(are_positive(join([near - least, most - near])).reshape(2, -1), axis=0)
     return kept

@@ -38,10 +38,10 @@ Cell = tuple[int, int]
 def cells_left(
     subject: Subject, rows: Sequence[tuple[Functional, Fraction, Fraction]], cells: Sequence[Cell], bits: int
 ) -> list[list[Cell]]:
-    """Return for each row the cells in which it is not certain to stay between two numbers.
+    """Return, for each row, the cells in which it is not certain to stay between its two numbers.
 
-    The times of the cells are in units of 2^−`bits` s. No signal on which a row depends changes its polynomial in a
-    cell.
+    `rows` has a weighted sum of signals and its two numbers for each row. The times of `cells` are in units of
+    2^−`bits` s. In a cell, no signal on which a row depends changes its polynomial.
     """
     terms = sorted({term for row, _, _ in rows for term in shifts_of(row)})
     if not terms:
@@ -64,8 +64,9 @@ def cells_left(
 def _are_kept(c: Array, a: Array, b: Array, weights: Array, offsets: Array, least: Array, most: Array) -> Mask:
     """Return which of R weighted sums of T terms c(a + b y) certainly stay between two numbers in each of B cells.
 
-    Shapes: c (n, T, B), a and b (T, B), weights (R, T), result (R, B). The numbers `least` and `most` are those of a
-    sum, (R, 1), or of a sum in a cell, (R, B).
+    The sums are compared for 0 ≤ y ≤ 1. The shapes are: c (n, T, B) with n coefficients, a and b (T, B), weights
+    (R, T), offsets (R, 1), result (R, B). The numbers `least` and `most` belong to a sum, with the shape (R, 1), or to
+    a sum in a cell, with the shape (R, B).
     """
     n, terms, count = c.shape
     with np.errstate(all="ignore"):  # what is not finite is not proved
@@ -78,7 +79,7 @@ def _are_kept(c: Array, a: Array, b: Array, weights: Array, offsets: Array, leas
 
 
 def _nearest(number: Fraction) -> float:
-    """Return the nearest float64; NaN if its error may exceed one rounding."""
+    """Return the nearest float64; NaN for sizes at which its relative error might exceed 2⁻⁵³."""
     nearest = as_float(number)
     return nearest if not number or _SMALL < abs(nearest) < 1 / _SMALL else nan
 
@@ -86,7 +87,10 @@ def _nearest(number: Fraction) -> float:
 def _local(
     subject: Subject, terms: Sequence[tuple[int, int]], n: int, cells: Sequence[Cell], bits: int
 ) -> tuple[Array, Array, Array]:
-    """Return z_s(t + j T) in each cell as c(a + b y): n coefficients c, (n, T, B), and a and b, (T, B)."""
+    """Return z_s(t + j T), for each (s, j) in `terms` and each cell, as a polynomial c(a + b y) of y from 0 to 1.
+
+    The n coefficients c have the shape (n, T, B) for T terms and B cells; a and b have the shape (T, B).
+    """
     step, unit = Fraction(subject.system.sampling_time), 1 << bits
     known: dict[tuple[object, ...], tuple[list[int], list[float], list[float]]] = {}
     coefficients, places = np.zeros((n, len(terms), len(cells))), []
@@ -94,7 +98,7 @@ def _local(
         z = subject.pieces[s]
         of_pieces = np.array(z.coefficients).T
         for k, (_, j) in of_signal:
-            key = (z.breakpoints, z.beyond, j)  # many signals change their polynomials at the same times
+            key = (z.breakpoints, z.beyond, j)  # signals with equal breakpoints share their places
             if key not in known:
                 known[key] = _places(z, whole(j * step * unit), cells, bits)
             places.append(known[key])
@@ -104,7 +108,9 @@ def _local(
 
 
 def _places(z: Pieces, shift: int, cells: Sequence[Cell], bits: int) -> tuple[list[int], list[float], list[float]]:
-    """Return the index of the piece in each cell, the cell's start in the piece [s], and its length [s]."""
+    """Return, for each cell, the index of the piece of z, the time from the piece's start to the cell's start [s],
+    and the length of the cell [s], which is 0 where z rests.
+    """
     tick()
     ends, unit = exact_times(z, bits), 1 << bits
     found = [place(z, ends, a + shift, b - a) for a, b in cells]
@@ -113,15 +119,16 @@ def _places(z: Pieces, shift: int, cells: Sequence[Cell], bits: int) -> tuple[li
 
 
 def _time(units: int, unit: int) -> float:
-    """Return a time [s], rounded once; NaN if its error may be larger."""
+    """Return units/unit [s], rounded once; NaN if its relative error might exceed 2⁻⁵³."""
     time = units / unit
     return time if not units or abs(time) > _SMALL else nan
 
 
 def _sums(c: Array, a: Array, b: Array, weights: Array, offsets: Array, more: float) -> Array:
-    """Return the Bernstein coefficients of the weighted sums in each cell, of shape (n, R B).
+    """Return the Bernstein coefficients of R weighted sums in B cells (`_are_kept`), of shape (n, R B).
 
-    `more` is added to the absolute values in each step of Horner's rule, against underflow.
+    `more` is added in each step of Horner's rule. It is tiny if absolute values are summed, so that no underflow makes
+    their sum too small; otherwise it is 0.
     """
     found = c[-1:] + more
     for k in reversed(range(len(c) - 1)):
@@ -163,5 +170,5 @@ def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
 
 
 def _side_by_side(of: Array) -> Array:
-    """Return arrays (…, J, K) of K pieces of J joints as those of J K cells: (…, J K)."""
+    """Return an array of shape (…, J, K), for K pieces of J joints, in the shape (…, J K) for J K cells."""
     return of.reshape(*of.shape[:-2], -1)

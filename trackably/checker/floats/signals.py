@@ -51,7 +51,7 @@ class CentresBefore:
         at, which = np.unique(last, return_inverse=True)
         is_any, half = self.before > 0, abs(self.along)
         time = self.middles - Floats.exact(self.centres[last])
-        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres any x will do if e^(y − x) is finite
+        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any x with finite e^(y − x) will do
         moments = [m.choose(is_any, m.at((slice(None), which)), 0.0) for m in self.moments(at)]
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * self.along, n)
         ratio: Any = half / radii
@@ -59,8 +59,9 @@ class CentresBefore:
         return join([c.at(None) for c in terms], axis=0), largest * geometric_rest(ratio, n)
 
     def moments(self, at: Indices) -> list[Floats]:
-        """Return m_0, m_1, … of the weights, and of their absolute values, at the centres with
-        these increasing indices: (2, K).
+        """Return the moments m_0, m_1, … at K centres, whose indices `at` increase; each has the shape (2, K).
+
+        The first row has the moments of the weights, the second row those of the absolute weights.
         """
         anchors, counts, used = self.centres[at], np.diff(at, prepend=-1), slice(0, at[-1] + 1)
         weights, v = self.weights[used], self._distances(np.repeat(anchors, counts), self.centres[used])
@@ -69,7 +70,7 @@ class CentresBefore:
         for k in range(self.kernel.degree + 1):
             found.append(sums(part, at - counts + 1, int(counts.max())))
             part = part * v / (k + 1)
-        step = 1  # each moment is that of the centres since the anchor `step` before
+        step = 1  # each moment is that of all centres after the anchor whose index is `step` lower
         while step < len(at):
             earlier = [m.at((slice(None), slice(-step))) for m in found]
             moved = _move(earlier, self._distances(anchors[step:], anchors[:-step]))
@@ -84,7 +85,7 @@ class CentresBefore:
 
 
 def _move(moments: list[Floats], d: Floats) -> list[Floats]:
-    """Return the moments of the same centres at anchors that are d/λ later."""
+    """Return the moments of the same centres at anchors that are later by the time d/λ (see the module)."""
     powers: list[Any] = [ONE]
     for k in range(1, len(moments)):
         powers.append(powers[-1] * d / k)
@@ -93,10 +94,10 @@ def _move(moments: list[Floats], d: Floats) -> list[Floats]:
 
 
 _PAIRS = 4096
-"""Pairs of a box and a centre that are enclosed at once, so that they fit into the cache."""
+"""Pairs of a box and a centre that are enclosed at once; more pairs are split, so that each part fits the cache."""
 
 _NEGLIGIBLE = 2.0**-60
-"""Bound of |κ| for far centres, relative to κ(0); the reserve for rounding is larger."""
+"""Centres are far where |κ| is at most κ(0) times this number; the reserve for rounding is larger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,7 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class Models:
-    """Polynomials in x ∈ [−1, 1] with `coefficients` of shape (n, B), and remainder bounds `missed` of shape (B,)."""
+    """Taylor models in x ∈ [−1, 1] for B boxes: `coefficients` (n, B), and remainder bounds `missed` (B,)."""
 
     coefficients: Floats
     missed: Floats
@@ -152,7 +153,7 @@ class ManyCentres:
 
     @classmethod
     def of(cls, signal: Signal, shift: Fraction) -> "ManyCentres":
-        """Return a shifted signal, without its mean."""
+        """Return z(t + shift) − m for a signal z with the mean m; `shift` is in s."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
         return cls(signal.kernel, shift, centres[order], weights[order])
@@ -166,20 +167,20 @@ class ManyCentres:
     def reach(self) -> tuple[float, Floats]:
         """A distance d [s], and an upper bound of Σ_i |c_i| |κ(r_i)| for all distances |r_i| beyond d.
 
-        They are infinite and 0 if no such distance is found.
+        If no such distance is found, d is infinite, and the bound is 0.
         """
         distance, decay = reach(self.kernel, float(self.centres[-1] - self.centres[0]), _NEGLIGIBLE)
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
         return distance, weight * decay.size
 
     def at(self, time: float) -> Floats:
-        """Return the value at a time [s]; ends are summed without rounding, as a state may be a small difference."""
+        """Return the value at a time [s]. Ends are summed with one rounding, as a state may be a small difference."""
         r = Floats.exact(time) + self.exact_shift - Floats.exact(self.centres)
         none = Floats.exact(np.zeros(len(self.centres)))
         values = self.kernel.taylor(abs(r), none, 1)[0] + self.kernel.jump(r, none) * SIGN
         parts = values * Floats.exact(self.weights)
         ends = (np.array(fsum(e) if np.all(np.abs(e) < 1e300) else np.nan) for e in (parts.low, parts.high))
-        return Floats(*ends) + 0.0  # moved outwards by more than the last rounding
+        return Floats(*ends) + 0.0  # this sum moves the ends outwards by more than the rounding of `fsum`
 
     def enclose(self, boxes: Boxes, n: int) -> Models:
         """Return Taylor models with n terms in the boxes."""
@@ -213,7 +214,7 @@ class ManyCentres:
         """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
         reach, shift = self.reach[0], float(self.exact_shift.low)
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
-        # Enlarged by more than the rounding of a few numbers of these sizes, so omitted centres are beyond the reach.
+        # The reach is enlarged by more than the rounding of a few numbers of these sizes: all other centres are far.
         reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
         return first, np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right")
@@ -222,14 +223,17 @@ class ManyCentres:
         """Return, for each box, the indices of two centres: the first that is not certainly before the box, and the
         first after it that is certainly after the box.
 
-        The centres from the one to the other may be inside.
+        Only the centres from the first index to just before the second may be inside the box.
         """
         start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, end.high), first)
 
     def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Models:
-        """Return models of all centres before and after the boxes, of a Matérn kernel."""
+        """Return models of the sums over all centres before and after each box, for a Matérn kernel.
+
+        Centres with indices below `first` are before the box, and centres from the index `stop` on are after it.
+        """
         middles, radii, after = boxes.middles + self.exact_shift, Floats.exact(boxes.radii), len(self.centres) - stop
         left = CentresBefore(self.kernel, self.centres, self.weights, first, middles, boxes.halves)
         # with time reversed, the centres after a box are before it
@@ -237,7 +241,7 @@ class ManyCentres:
         return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
 
     def _block(self, boxes: Boxes, first: Indices, counts: Indices, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients and remainder bounds, for boxes and as many centres each, from the `first` on."""
+        """Return coefficients and remainder bounds of sums over counts[b] centres from first[b] on, in each box b."""
         tick()
         firsts, of_box = np.concatenate([[0], np.cumsum(counts)[:-1]]), np.repeat(np.arange(len(counts)), counts)
         which = np.arange(len(of_box)) + np.repeat(first - firsts, counts)
@@ -252,7 +256,11 @@ class ManyCentres:
         return join(terms, axis=0), sums(abs(weights) * each.missed, firsts, most)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
-        """Return masks of whether all times of a box are before the centre, or all after it, decided exactly."""
+        """Return two masks over pairs of a box and a centre, decided exactly.
+
+        They say whether no time of the box is after the centre, and whether no time of the box is before the centre.
+        `of_box` has the index of the box in each pair.
+        """
         starts, ends, moved = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres) - self.exact_shift
         if not self.shift:
             moved = Floats.exact(centres)

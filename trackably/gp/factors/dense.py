@@ -20,7 +20,7 @@ class Dense(Factorisation):
 
     @classmethod
     def of(cls, entries: Entries, noise_variance: Array) -> Self | None:
-        """Factorise for n noise variances; None if A is not positive definite in float64."""
+        """Factorise A = K + V with the `entries` of K, and n noise variances; None if A is not positive definite."""
         n = len(noise_variance)
         covariance, gradient = gram(n, entries)
         covariance[diagonal(n)] += noise_variance

@@ -89,8 +89,8 @@ class Ladder:
 
     def waves(self, rung: Rung) -> Waves:
         """Return the waves of a rung, from the cache of the most recently used ones if they are there."""
-        # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else results
-        # would depend on these in their last bits.
+        # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else the
+        # last bits of results would depend on earlier calls.
         key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
@@ -116,7 +116,7 @@ class Ladder:
 
 @dataclass(frozen=True)
 class Fourier(Factorisation):
-    """A as above, by the stored entries of the `factor` L of B = L Lᵀ.
+    """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the stored entries of the `factor` L of B = I + Mᵀ M = L Lᵀ.
 
     `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
     """

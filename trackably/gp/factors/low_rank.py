@@ -20,7 +20,7 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 # L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2, 3 and 5.
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
-_CHECKED = 7 / 8  # of the coefficients: the last one above rounding level must lie within this part
+_CHECKED = 7 / 8  # coefficients that are above rounding level must lie within this first part of all coefficients
 _CACHE_SIZE = 4  # bases that are kept: an optimiser's iterates alternate between a few numbers of points
 _ON_NODE = 1e-200  # of the interval: a time closer to a node counts as this node, as a division would overflow
 

@@ -38,7 +38,7 @@ from trackably.gp.rows import Terms
 def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
     """Cut increasing `times` [s] into blocks of at least the `fewest` samples, except for the last one.
 
-    Only neighbouring blocks have times within `reach` [s].
+    Times that are at most `reach` [s] apart lie in the same block or in neighbouring blocks.
     """
     cuts = [0]
     while (cut := max(int(np.searchsorted(times, times[cuts[-1]] + reach, "right")), cuts[-1] + fewest)) < len(times):
@@ -54,7 +54,7 @@ class Cut(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """The time that a factorisation takes [ns], about."""
+        """About the time [ns] that a factorisation takes."""
         own = np.array([row.stop - row.start for row in self.rows], dtype=float)
         after = np.zeros(len(own)) if self.tails else np.append(own[1:], 0.0)
         return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))
@@ -101,7 +101,7 @@ def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
     """Return the covariances of rows in the blocks of a cut.
 
     Rows have `terms`, at least one each, and are in the order of their first times. The `covariance` of two instants
-    has as many derivatives as the tails.
+    comes with as many ∂/∂ln θ_j as the tails.
     """
     stops = [row.stop for row in cut.rows]
     t, weights = terms.by_row(stops[-1])

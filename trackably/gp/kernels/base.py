@@ -26,7 +26,7 @@ from trackably.gp.hyperparameter import Parametrized, Scales, Search
 def lengthscale_gradient(jet: Array, r: Array) -> Array:
     """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ for a κ that depends on time through r/ℓ only, from a jet that is one order longer.
 
-    A longer ℓ is a slower clock: ∂κ/∂ln ℓ = −r κ̇, and n time derivatives later −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
+    With ∂κ/∂ln ℓ = −r κ̇, the n-th time derivative of ∂κ/∂ln ℓ is −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
     """
     gradient = r * jet[1:]
     for n in range(1, len(gradient)):
@@ -53,9 +53,10 @@ def leibniz(f: Array, g: Array) -> Array:
 # are computed from moments. Computing time then grows with the number of centres t_i plus the number of times t, not
 # with their product.
 #
-# With S_k(i) = Σ_{j ≤ i} w_j x_ij^k e^(−x_ij), x_ij = λ (u_i − u_j), the moments of all centres up to the i-th, the sum
-# over the centres before a time t is the same polynomial of the moments, moved from the last centre before t to t:
-# S_k moved by x is e^(−x) Σ_l C(k, l) x^(k − l) S_l. The centres after t are those before it in reversed time.
+# For centres u_j in increasing order with weights w_j, let S_k(i) = Σ_{j ≤ i} w_j x_ij^k e^(−x_ij) be the moments of
+# all centres up to the i-th, with x_ij = λ (u_i − u_j). The sum over the centres before a time t is the kernel's
+# polynomial with S_k in the place of x^k e^(−x), after the moments are moved from the last centre before t to t. Moved
+# by x, S_k becomes e^(−x) Σ_l C(k, l) x^(k − l) S_l. For the centres after t, time is reversed.
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,10 @@ class Decay:
         return found * np.exp(-x)
 
     def derivatives(self, order: int) -> list[Array]:
-        """Return the coefficients of P, λ (d/dx − 1) P, … of the first function P e^(−x) and its derivatives, r > 0."""
+        """Return the coefficients of P, λ (d/dx − 1) P, …, one for each derivative up to `order` by r > 0.
+
+        The first function is P e^(−x), and its derivatives are the other polynomials times e^(−x).
+        """
         found = [Polynomial(self.coefficients[0])]
         for _ in range(order):
             found.append(self.rate * (found[-1].deriv() - found[-1]))
@@ -101,8 +105,10 @@ class Decay:
 def sum_by_moments(
     decays: Sequence[Decay], centres: Array, weights: Array, t: Array, order: int, row: int = 0
 ) -> Array:
-    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … order, where κ is the sum of a `row` of the `decays`; shape
-    (order + 1, *t.shape).
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … `order`, with `centres` t_i and `weights` c_i.
+
+    The shape is (order + 1, *t.shape). κ is the sum of the functions in this `row` of the `decays`: the kernel for row
+    0, or its ∂/∂ln θ_j.
 
     Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
     at most the logarithm of the number of centres.
@@ -125,7 +131,10 @@ def sum_by_moments(
 
 
 def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times: Array) -> Array:
-    """Return the sums over the centres that lie strictly before each time, for each factor."""
+    """Return the sums over the centres that lie strictly before each of the `times`, one row for each derivative.
+
+    `factors` has the coefficients of the derivatives, and `at` has the centres in increasing order.
+    """
     moments = np.zeros((decay.size, len(at)))
     moments[0] = weights
     apart = 1
@@ -144,7 +153,7 @@ def _move(decay: Decay, moments: Array, by: Array) -> Array:
     return np.asarray(np.einsum("lkn,ln->kn", decay.moved(by), moments))
 
 
-# Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast, as their densities do.
+# Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast and have densities that decay fast.
 
 _TINY = float(np.finfo(float).tiny)
 
@@ -174,7 +183,7 @@ class SpectralDensity:
         return SpectralDensity(self.largest + other.largest, reach, limit, at)
 
     def filtered(self, gain: Callable[[Array], Array], largest: float, length: float) -> "SpectralDensity":
-        """Return the density after a filter of this `length` [s], whose `gain` is |F(ω)|² of its transform F.
+        """Return the density after a filter of this `length` [s]; its `gain` is |F(ω)|², with its Fourier transform F.
 
         The filter raises no covariance by more than the factor `largest`.
         """
@@ -259,7 +268,7 @@ class Kernel(Parametrized):
 
     @property
     def spectral_density(self) -> SpectralDensity | None:
-        """The spectral density of κ; None if it decays slowly, or if it is not a function."""
+        """The spectral density of κ; None if κ or its density decays slowly, or if the density is not a function."""
         return None
 
     @cached_property
@@ -341,7 +350,7 @@ class Sum(_Pair):
         left, right = self.left.decays, self.right.decays
         if not (left and right):
             return ()
-        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part depends on those of the other
+        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part depends on the other's
         return (
             *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
             *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),

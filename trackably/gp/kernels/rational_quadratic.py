@@ -12,7 +12,9 @@ from trackably.gp.kernels.elementary import Radial
 
 @dataclass(frozen=True, repr=False)
 class RationalQuadratic(Radial):
-    """φ(s) = (1 + s²/(2α))^(−α), with the hyperparameter `shape` α: squared exponentials of many length scales.
+    """φ(s) = (1 + s²/(2α))^(−α), with the hyperparameter `shape` α.
+
+    It is a mixture of squared exponentials of many length scales.
 
     With q = 1 + s²/(2α), |φ'| = s q^(−α−1) has the slope q^(−α−2) (1 − s² (2α + 1)/(2α)), negative from
     s = √(2α/(2α + 1)) on: ζ = θ₂ √(2α/(2α + 1)).

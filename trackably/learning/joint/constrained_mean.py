@@ -2,13 +2,13 @@
 
     g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
-a convex program whose minimum is that of the posterior mean plus D(θ) = min ‖g − m⁺‖²_{H⁺}. A row L_a is a linear
+a convex program. Its minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. A row L_a is a linear
 functional of the signals that has to be at least (or, for given values, equal to) a limit. Formulas are linearised at
 the function at which sequential convex programs end.
 
 A working set holds the places whose bounds are active for some θ on the way. A search meets hundreds of places, and few
 are active at once. The covariance of the rows in the working set is much smaller than that of all rows, and the
-function for these rows is the function for all places as soon as it violates no bound at the others.
+function for these rows is the function for all places as soon as it violates no bound at the other places.
 """
 
 from dataclasses import dataclass
@@ -29,17 +29,18 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem
 from trackably.systems.trajectories import Signals
 from trackably.work import done
 
-_CORRECTIONS = 5
-_MET = 1e-10  # relative to a width: corrections end when residuals are smaller, which is less than any back-off
+_CORRECTIONS = 5  # the largest number of corrections of the multipliers of one function
+_MET = 1e-10  # relative to a width: corrections end when residuals are smaller; back-offs (tightenings) are larger
 # These parts of the rows' variances are added to the diagonal of K⁺, in turn, until it can be factored.
 _JITTERS = 1e-12, 1e-10, 1e-8
-_NEGLIGIBLE = 1e-6
-_NEAR = 0.02  # relative to a width: rows further from their limit are left out, as the linear program moves less
+_NEGLIGIBLE = 1e-6  # relative to the largest effect of an active bound: smaller effects are not listed
+# Relative to a width: rows further from their limit are left out of the linearised program, as values move less.
+_NEAR = 0.02
 
 
 @dataclass(frozen=True)
 class ConstrainedMean:
-    """m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of the rows, and the price D(θ) as `price`.
+    """The function m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of r rows, and the `price` D(θ) of the bounds.
 
     `given` is the posterior of the rows that are `demanded`. If `contradicts` holds, no function meets all demands, and
     the rows with the largest `multipliers` contradict each other.
@@ -79,7 +80,7 @@ class ConstrainedMean:
         return kept
 
     def _solve(self, right: Array) -> Array:
-        """Return x with K⁺ x = r for the active rows."""
+        """Return x with K⁺ x = r for r = `right`, where x and r have a number for each active row."""
         active = np.flatnonzero(self.multipliers)
         if not self.given.system:
             return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
@@ -96,14 +97,14 @@ class ConstrainedMean:
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
-        """The rows with a multiplier, and the cost of each: D = Σ_a λ_a (b_a − L_a m⁺)."""
+        """The rows whose multiplier is not zero, and the cost of each: D = Σ_a λ_a (b_a − L_a m⁺)."""
         return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
 
     @property
     def most_influential(self) -> tuple[ActiveBound, ...]:
         """The active bounds in decreasing order of |λ_a| √K⁺_aa, the size of their effect.
 
-        Negligible ones are left out.
+        Bounds with a negligible effect are left out.
         """
         moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
         by_size = np.argsort(-moves, kind="stable")
@@ -173,12 +174,12 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
 
 
 _MISSED = 1e-9  # relative to a width: rows that miss their limit by more join the working set
-_MAX_ROUNDS = 30
+_MAX_ROUNDS = 30  # after this number of programs with a part of the rows, all rows are used
 
 
 @dataclass
 class WorkingSet:
-    """The `demanded` rows, and flags (r,) of those `chosen` so far.
+    """The `demanded` rows, and a flag for each row (r,) that says whether it is `chosen` so far.
 
     The set only grows, so that J stays smooth near a minimum. The search for active rows starts at the active rows of
     the last function.
@@ -188,7 +189,7 @@ class WorkingSet:
     chosen: Flags
     _active: Flags | None = None
     _own: Demands | None = None
-    """The chosen rows: one object for every θ until a row is added, because it caches the order of its terms."""
+    """The demands of the chosen rows. One object serves all θ until a row is added, as it caches the order of terms."""
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
         """Return the function that meets all demands. Raises IllConditioned."""

@@ -16,7 +16,7 @@ from trackably.arrays import Array, Flags
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables, for each variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of wrong variables
-_ROUNDING = 2 * float(np.finfo(float).eps)
+_ROUNDING = 2 * float(np.finfo(float).eps)  # times Σ|x| + |b|: a slope is negative only if it is below minus this
 
 
 def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Array:
@@ -33,7 +33,7 @@ def _pivot(G: Array, b: Array, positive: Flags) -> Array | None:
     """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `_MOST_EXCHANGES`.
 
     Block principal pivoting: the equations y = 0 are solved for the `positive` variables, and all variables with x < 0
-    or y < 0 are exchanged together. If that does not help, one is exchanged at a time (Júdice and Pires 1994: A block
+    or y < 0 are exchanged together. If that does not help, single ones are exchanged (Júdice and Pires 1994: A block
     principal pivoting algorithm for large-scale strictly monotone linear complementarity problems, Computers and
     Operations Research 21). y counts as zero within the rounding error of G x.
     """
@@ -73,10 +73,10 @@ def _by_single_steps(G: Array, b: Array) -> Array:
 
 # Rows at neighbouring places are nearly dependent: this part of each row's variance is added to the diagonal.
 _JITTER = 1e-12
-_LARGEST_JITTER = 1e-4
-_WEAK = 1e-9
-# If rows contradict, the dual value is about the squared residual divided by the jitter. So they contradict if a jitter
-# that is _LARGER times larger lowers the value to less than the part _CHEAPER of it.
+_LARGEST_JITTER = 1e-4  # if even this one does not suffice, the program counts as not solvable
+_WEAK = 1e-9  # relative to the largest eigenvalue: directions with smaller eigenvalues count as the null space
+# If rows contradict, the dual value is about the squared residual divided by the jitter. So rows contradict if a
+# jitter that is _LARGER times as large lowers the value to less than _CHEAPER times the value.
 _LARGER = 100.0
 _CHEAPER = 0.1
 _MISSED = 1e-7  # relative to √value: with smaller residuals, rows do not contradict
@@ -128,7 +128,7 @@ def solve_symmetric(covariance: Array, right: Array) -> Array:
 def _norms(covariance: Array) -> Array:
     """Return the norms of the rows, and 1 for rows with norm 0.
 
-    A row with norm 0 has the same value for every δ: its bound is kept by all of them, or by none.
+    A row with norm 0 has the same value for every δ, so that every δ keeps its bound, or none does.
     """
     norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     return np.where(norms > 0, norms, 1.0)

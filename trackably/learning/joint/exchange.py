@@ -14,24 +14,26 @@ from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
-MAX_ROUNDS = 40
-_CROWD = 800  # with more active places, new ones are thinned out: a larger back-off (tightening) does the rest
-_CROWDED = 100  # more violated places than this are neighbours along stretches where a bound is active
+# A back-off is a tightening of the bounds. A larger one, later, removes small violations that an exchange leaves.
+MAX_ROUNDS = 40  # the largest number of programs in an exchange
+_CROWD = 800  # with more active places, new places are thinned out, and a larger back-off removes what is left
+_CROWDED = 100  # if more places than this are violated, a bound is active along whole stretches of time
 _MATTERS = 1e-5  # relative to a width: with many places, smaller violations are left to a larger back-off
 _SPARSE = 0.2  # relative to a time step: the distance of thinned places, between which violations stay small
 _SAME_TIME = 3e-4  # relative to a correlation time: closer places count as one, as violations between them stay small
 _JUMPED = 0.1  # relative to a width: a larger violation means that the formulas went to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many rounds with such violations, as more places hardly help then
 _OF_BACKOFF = 0.25  # a larger back-off removes violations up to this part of it; half of it is for times between places
-_FAR = 3.0  # a back-off is worth another search if it is more than this many times twice the present one
-_NO_GAIN = 1e-9  # relative to the price: if a round raises it by less, what is violated is not worth another program
+_FAR = 3.0  # a larger back-off is worth another search only if it is over 2 _FAR times the present back-off
+_NO_GAIN = 1e-9  # relative to the price: if a round raises the price by less, violations are not worth another program
 
 
 @dataclass(frozen=True)
 class ExchangeResult:
-    """A function with its `places`, and the `active` ones among them; `margin` is its smallest relative margin.
+    """The function `mean`, the `places` for a next program, and those of them at which bounds are `active`.
 
-    That is the margin of the constraint with the index `constraint`, at `time` [s].
+    `margin` is the smallest relative margin of the function. It is the margin of the constraint with the index
+    `constraint`, at `time` [s].
     """
 
     mean: ConstrainedMean
@@ -55,7 +57,8 @@ def exchange_bounds(
 
     Each round solves a program, with formulas near the signals `near`, and adds places where its function violates
     bounds. The exchange ends when
-    - no bound is violated by more than `tolerance`, a part of its width, or than a later, larger back-off removes,
+    - no bound is violated by more than `tolerance` (a part of its width), or by more than a later, larger back-off
+      removes,
     - the bounds contradict each other,
     - the price exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises the price,
@@ -116,8 +119,9 @@ def exchange_bounds(
 def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
     """Return the violation, relative to a width, that the next back-off removes for a function with kinks; 0 if none.
 
-    If its bounds are active for long, it later gets the largest back-off that raises J by the allowed gap, which makes
-    its proof short. Rounds that remove smaller violations would be wasted.
+    If bounds are active for long, they are later tightened by the largest back-off that raises J by no more than the
+    allowed gap, because this makes the proof short. Rounds that remove violations which this back-off removes anyway
+    would be wasted.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
         return 0.0
@@ -126,10 +130,9 @@ def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> f
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
-    """Return the places of rough functions, moved by up to half a time step to times that are whole steps from a
-    sample.
+    """Return places of functions with kinks, moved by up to half a step, to whole steps from the first sample.
 
-    A sample acts at one time. An active bound of g(t + T_s) − g(t) passes its effect on from step to step. At places
+    A sample acts at one time. An active bound of g(t + T_s) − g(t) passes this effect on from step to step. At places
     whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time
     cancel. At other places, many multipliers share the effect, and their weights cancel only after evaluation, with
     rounding errors that can be a thousand times larger. A place is not moved to within `same` [s] of a known place.

@@ -58,7 +58,8 @@ def _newton_step(
 ) -> tuple[Array, Array, Array]:
     """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
 
-    Before, K λ − d − s is `missed`. `solve` is that of K + D for rows that are not divided by their `scale`.
+    Before the step, K λ − d − s is `missed`. `solve` solves equations with K + D, for rows that are not yet divided by
+    their `scale`.
     """
     wanted = products / multipliers - slacks
     right = wanted - missed
@@ -67,7 +68,10 @@ def _newton_step(
 
 
 def _longest(multipliers: Array, slacks: Array, along: Array, across: Array) -> float:
-    """Return the part of these changes, at most all of them, that keeps multipliers and slacks positive."""
+    """Return the largest factor, at most 1, of the changes `along` and `across` at which no number becomes negative.
+
+    `along` are the changes of the multipliers, `across` those of the slacks.
+    """
     values, changes = np.concatenate([multipliers, slacks]), np.concatenate([along, across])
     falls = changes < 0
     return float(np.min(-values[falls] / changes[falls], initial=1.0))

@@ -31,14 +31,14 @@ from trackably.learning.constraint import (
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
-LOWER, UPPER = 1.0, -1.0
+LOWER, UPPER = 1.0, -1.0  # the sides of bounds, which are also the signs of their rows
 
 Places = tuple[Array, ...]
 """For each constraint an array (n, 2) of times [s] and sides: `LOWER` or `UPPER`."""
 
 
 class Label(NamedTuple):
-    """The bound that a row represents: of the quantity `name`, on its `side`, at `time` [s]."""
+    """The bound that a row represents: the quantity's `name`, the `side` of the bound, and the `time` [s]."""
 
     name: str
     side: Side
@@ -71,7 +71,10 @@ class Demands:
 
 
 def select(places: Places, flags: Flags) -> Places:
-    """Return the places whose rows have a flag. The rows of required values come last and have no places."""
+    """Return the places whose rows are flagged.
+
+    `flags` has an entry for each place of all constraints in order, and then one for each required value.
+    """
     ends = accumulate(map(len, places))
     return tuple(
         of_constraint[flags[end - len(of_constraint) : end]] for of_constraint, end in zip(places, ends, strict=True)
@@ -79,7 +82,7 @@ def select(places: Places, flags: Flags) -> Places:
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
-    """Return the places of active bounds for the quantities with these names, without required values."""
+    """Return the places of active bounds, one array for each quantity in `names`; required values have no places."""
     sides = {"lower": LOWER, "upper": UPPER}
     return tuple(
         np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
@@ -95,7 +98,7 @@ def flags(places: Places, among: Places) -> Flags:
 
 
 def merge(places: Places, new: Places, same: float) -> Places:
-    """Return the union of places, sorted; of two places closer than `same` [s], the known one is kept."""
+    """Return the union of places, sorted by time; a new place within `same` [s] of another on its side is left out."""
     return tuple(_unite(*pair, same) for pair in zip(places, new, strict=True))
 
 
@@ -188,7 +191,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     return offsets, np.array([np.broadcast_to(slopes[name], times.shape) for name in at])
 
 
-_CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next steps of θ
+_CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next values of θ
 _IN_REACH = 0.5  # relative to a width: with formulas, only places with a smaller slack are kept for steps of θ
 
 Minima = list[tuple[Array, Array]]
@@ -216,7 +219,7 @@ class MarginScan:
         return joined(minima, between(self._known, self._all, [at[:, 0] for at in places]))
 
     def with_overlooked(self, found: Minima) -> Minima:
-        """Add the places between kinks where a bound is violated that the grid of `closest` missed."""
+        """Return the minima `found` before, and further violations between kinks that the grid of `closest` missed."""
         centres = [each.suspect_centres(self) for each in self._known]
         return joined(found, between(self._known, self._all, centres, CLOSER))
 

@@ -50,24 +50,25 @@ from trackably.learning.search import best_solution, solution_from
 from trackably.learning.search import continued as continued_alone
 from trackably.systems.trajectories import Signals
 
-_MAX_ROUNDS = 30
-_SAME_VALUE = 1e-9
+_MAX_ROUNDS = 30  # the largest number of steps of a descent
+_SAME_VALUE = 1e-9  # relative to 1 + |J|: a decrease of J by less counts as none
 _PRECISION = 1e-11  # relative to 1 + |J|: J is not minimised more precisely, as covariances of rows are no better
-_NEARBY = 0.1
+_NEARBY = 0.1  # in each ln θ: the first step in a relaxation, and from the solution of a similar problem
 # The largest first step in each ln θ, for linear plants and with formulas. A rejected step is divided by _SHORTER; a
 # descent ends when steps are limited to less than _SHORTEST.
 _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
-# Functions on the way to a minimum may violate their bounds by this part of the width. Rough solutions, and those
-# with large rounding errors, may, too: a larger back-off (tightening of the bounds) removes that, other starts do not.
+# Functions on the way to a minimum may violate their bounds by this part of the width. So may solutions that are rough
+# or have large rounding errors: a larger back-off (tightening of the bounds) removes such violations, other starts do
+# not.
 _ALMOST = 3e-3
-_ROUGH = 1e-6  # relative to a width: after a larger violation no more steps in θ are taken; they need too many places
+_ROUGH = 1e-6  # relative to a width: after a larger violation no fine descent follows, as it would need too many places
 _MOST_GIVEN_UP = 3  # largest number of steps of a descent that lead to no function; a shorter step may lead to one
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # with formulas, bounds are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
 _OF_GAP = 0.1  # with formulas, a descent ends when a step can lower J by no more than this part of the allowed gap
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
-# Noises that are tried for a start, each twice the last; and rounds of the exchange that estimate the price for each.
+# Values of noise_std that are tried for a start, each twice the last; rounds of the exchange that estimate J for each.
 _DOUBLINGS, _GLANCE = 10, 3
 _FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
 
@@ -148,12 +149,12 @@ class Point:
         return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
-        """Whether bounds are violated although the exchange ended below the ceiling of J, without a contradiction."""
+        """Whether the exchange ended too early: bounds are violated without contradiction, yet J ≤ `ceiling`."""
         return not (self.is_solution or self.function.mean.contradicts or self.objective > ceiling)
 
     @property
     def ceiling(self) -> float:
-        """The value of J above which another point is worse than this one."""
+        """The value of J above which another point is worse than this one; infinite if this point is no solution."""
         return self.objective if self.is_solution else np.inf
 
 
@@ -233,7 +234,7 @@ class JointSearch:
         """Return the start with its noise doubled for as long as this lowers J.
 
         What bounds cut off from the samples counts as noise. With the noise that is likeliest without bounds, rough
-        functions violate them nearly everywhere, and thousands of places are active on the way down.
+        functions violate their bounds nearly everywhere, and thousands of places are active during the descent.
         """
         noise = np.array([name.endswith(NOISE) for name in self.problem.prior.learned])
         steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))

@@ -60,9 +60,9 @@ class KnownValues:
 class FormulaProgram:
     """The program in ξ (k,) for `bounds`.
 
-    `times` are the instants of each process [s], `mean` is L m⁺ at those of all processes (P,), and `root` is W (P, k).
-    `arguments` (1 + k, N) are the arguments of all formulas: the values for the posterior mean, and the derivatives by
-    ξ.
+    `times` are the instants [s] of each process; P is their number for all processes. `mean` is L m⁺ (P,), the
+    posterior means at these instants, and `root` is W (P, k). `arguments` (1 + k, N) has the N arguments of all
+    formulas for the posterior means, and then their derivatives by ξ.
     """
 
     bounds: list[PlacedBounds]
@@ -73,7 +73,7 @@ class FormulaProgram:
 
     @classmethod
     def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Self:
-        """Factor the covariance of the values. Raises IllConditioned."""
+        """Return the program for bounds at these `places`. Raises IllConditioned."""
         bounds = placed_bounds(problem, places)
         asked = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(posterior.parts))
         times = tuple(np.unique(of.times) for of in asked.terms)
@@ -137,7 +137,7 @@ def _root(covariance: Array, largest: float) -> Array:
     return np.asarray(directions[:, kept] * np.sqrt(powers[kept]))
 
 
-_KNOTS, _FINE = 4, 2000  # knots for each correlation time; points of a path
+_KNOTS, _FINE = 4, 2000  # knots of splines for each correlation time; points at which a path is computed
 # Times of regular places: the number in each correlation time, and the least and the largest number in all.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
 _SLOWER = 0.5  # the distance from the prior means is multiplied by this
@@ -214,8 +214,8 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
 def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
     """Return the problem with bounds moved off points of rest at which a formula has no derivative.
 
-    Near such a point, as where a vehicle stops, functions for a few places jump from one local minimum to another
-    between these places.
+    Near such a point (for example, where a vehicle stops), a function that is bounded at a few places may jump from one
+    local minimum to another between these places.
     """
     levels = [part.mean for part in problem.prior.parts]
     return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in timed(problem.constraints)))
