@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -154,6 +155,10 @@ def to_json(value: object) -> bytes:
     return text.encode(errors="backslashreplace")  # a lone surrogate, of a file's name, is \udcff in JSON too
 
 
+_ENDED = re.compile(r"\n---\s*\Z")
+"""The mark after a document that nothing follows, as `ros2 topic echo` writes it."""
+
+
 def from_yaml(data: bytes) -> object:
     """Parse YAML. ValueError: `data` is not YAML, or is nested too deeply, or has too many values.
 
@@ -163,7 +168,7 @@ def from_yaml(data: bytes) -> object:
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
 
     try:
-        text = data.decode()
+        text = _ENDED.sub("\n", data.decode())
         _require_small(YAML(typ="safe", pure=True).parse(text))
         content: object = YAML(typ="safe", pure=True).load(text)
     except (YAMLError, ValueError) as error:

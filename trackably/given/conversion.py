@@ -19,6 +19,7 @@ from scipy.interpolate import (
 
 from trackably.arguments import numbers
 from trackably.arrays import Array
+from trackably.given.table import Table
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import Beyond, PolynomialPieces, is_spline, pieces_of_spline
 
@@ -128,6 +129,8 @@ def as_pieces(
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:
     if isinstance(given, Samples):
         return given.times, given.values
+    if isinstance(given, Table):
+        raise TypeError("trajectory: expected a curve, got a Table; certify_table proves tables, at their steps")
     if callable(given) or isinstance(given, str):
         raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
     values = numbers("trajectory", given)

@@ -149,6 +149,8 @@ def costs(fit: Fit) -> str:
     """Return sentences on the cost of the bounds, and on which bounds are active when."""
     of = "bounds and given values" if fit.pinned else "bounds"
     said = [f"the {of} cost {fit.price:.3g} in −2 ln p"]
+    if not fit.contacts and fit.price > LEAST_GAP:
+        said = [f"no bound is active; −2 ln p is {fit.price:.3g} less for other hyperparameters, found without bounds"]
     dearest = [str(contact) for contact in fit.contacts[:_DEAREST] if contact.price > 0]
     if dearest:
         said.append(", ".join(dearest))

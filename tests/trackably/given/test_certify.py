@@ -26,6 +26,7 @@ from trackably import (
     Proved,
     Refuted,
     Samples,
+    Table,
     Unproved,
     certify,
     check,
@@ -159,3 +160,8 @@ def test_a_jump_right_after_the_end_of_a_claim_is_no_part_of_it():
     unproved = later.certificate.first_unproved
     assert unproved(np.array([3.0, np.nextafter(3.0, 4)])) is None
     assert unproved(np.array([3.0, 3.0 + 1e-13])) == (1, "outside of what is proved, all real t from 0 s to 3 s")
+
+
+def test_a_table_is_for_another_name():
+    with pytest.raises(TypeError, match="expected a curve, got a Table; certify_table proves tables"):
+        certify(Table(np.zeros((5, 2)), np.zeros((4, 1))), AXIS)

@@ -234,3 +234,9 @@ def test_what_is_read_is_compared_with_what_the_planner_says():
 def test_a_joint_has_one_curve(inside):
     with pytest.raises(TypeError, match="expected a curve for each joint"):
         JointTrajectory.of({"a": inside})
+
+
+def test_the_mark_after_a_document_is_no_second_one(tmp_path):
+    file = message(tmp_path, POINT.format(1, 2, "", 0), POINT.format(2, 2, "", 1))
+    file.write_text(f"{file.read_text()}---\n")
+    assert read_joint_trajectory(file).names == ("a",)

@@ -1,5 +1,6 @@
 """What a learned reference says of itself: what its bounds cost, and whether it follows its samples."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,9 @@ from tests.pipeline.published import example1
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
+    DoubtfulInputWarning,
     IgnoresSamplesWarning,
+    LinearSystem,
     Polytope,
     Samples,
     SquaredExponential,
@@ -112,3 +115,16 @@ HARMLESS = {
 def test_samples_are_ignored_where_three_conditions_hold(name):
     assert LARGE.is_large
     assert not replace(LARGE, **HARMLESS[name]).is_large
+
+
+def test_bounds_that_are_not_active_are_not_said_to_cost():
+    system = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.02, states=["position", "velocity"], inputs=["a"])
+    plant = ConstrainedSystem(system, Polytope.box([-100, -500], [100, 500]), Polytope.box([-1000], [1000]))
+    t = np.arange(0, 3, 0.1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DoubtfulInputWarning)  # samples without noise
+        found = learn_reference(
+            {"position": Samples(t, 0.3 * np.sin(t))}, plant, SquaredExponential(), (0.0, 2.9), progress=False
+        )
+    assert not found.active_bounds
+    assert "the bounds cost" not in found.explanation or found.price < 0.01
