@@ -217,6 +217,14 @@ def by_field(plant: ConstrainedSystem, topics: Mapping[str, Topic], left_out: Co
             yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
+def by_topic(topics: Mapping[str, Topic]) -> Iterator[Panel]:
+    """Yield a plot of each topic, with a line for each of its fields."""
+    for name, topic in topics.items():
+        lines = [Line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
+        if lines:
+            yield plot(name or topic.name.removeprefix("/"), lines)
+
+
 def observed(topics: Topics, name: str) -> Iterator[Line]:
     """Yield what is known of a coordinate: its samples, held-out samples and the truth."""
     for group, (color, joined) in OBSERVED.items():
@@ -281,11 +289,11 @@ def layout_of(
         "Iterations": list(by_field(plant, found.below("iterations"), ["k_bar"])),
         "Closed loops": list(by_field(plant, found.below("loops"))),
         "Feasible sets": list(_feasible(plant, found)),
-        "Learned again": [panel for group in ("online", "offers") for panel in by_field(plant, found.below(group))],
+        "Learned again": [*by_field(plant, found.below("online")), *by_topic(found.below("offers"))],
         "Uncertainty": list(by_field(plant, found.below("references"), plant.names)),
     }
     logs = found.of_schema(LOG)
-    tabs["Further"] = [panel for name, topic in found.rest.items() for panel in by_field(plant, {name: topic})]
+    tabs["Further"] = list(by_topic(found.rest))
     below = [Panel("RosOut", topic, {"topicToRender": topic, "searchTerms": [], "minLogLevel": 1}) for topic in logs]
     return layout({title: panels for title, panels in tabs.items() if panels}, below)
 
