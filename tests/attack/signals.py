@@ -10,12 +10,13 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
 from tests.attack.command import run
 from tests.attack.truth import distance, distances
-from tests.trackably.reference.test_truth import NOISE, BangBang, measured
+from tests.trackably.reference.test_truth import LIMIT, NOISE, BangBang, measured, nearly_known
 from tests.trackably.test_model_error import PLANT, SYSTEM, A, B, W, gain
 from trackably import (
     ConstrainedSystem,
@@ -38,18 +39,15 @@ from trackably.codec import decode
 from trackably.reference.truth import no_signal
 
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
-LIMIT = 0.5
 
 
 def learn_signal(seed: int, plant: ConstrainedSystem = WIDE, **more: object) -> tuple[TrackableReference, BangBang]:
-    draw, f = np.random.default_rng([seed, 7]), BangBang(seed, 0.97 * LIMIT)
-    t = np.sort(draw.choice(np.arange(0.0, 2.0, 0.02), 25, replace=False))
-    values = f(t) + NOISE * draw.choice([-1.0, 1.0], len(t))
+    samples, f = nearly_known(seed)
     kernel = SquaredExponential(signal_std=0.2, lengthscale=0.4)
-    window = float(t[0]), float(t[-1])
+    window = float(samples.times[0]), float(samples.times[-1])
     truth = Truth(NOISE * (1 + 1e-9), second_derivative=LIMIT)  # a little more than it takes: programs find signals
     found = learn_reference(
-        Samples(t, values), plant, kernel, window, noise_std=NOISE, mean=0.0, truth=truth, progress=False, **more
+        samples, plant, kernel, window, noise_std=NOISE, mean=0.0, truth=truth, progress=False, **more
     )
     return found, f
 
@@ -63,9 +61,9 @@ def attack_signals(count: int, seed: int) -> tuple[object, list[str]]:
         _, apart, errors = distances(found, truth, f)
         drawn.append(float(np.max(apart)) / truth.error)
         reached = 0.0
-        for at in _worst_times(truth):
+        for cells, at in product(_CELLS, _worst_times(truth)):
             x = float(found.reference.state_at(np.array([at]))[0, 0])
-            reached = max(reached, distance(truth.of, x, at, cells=6))
+            reached = max(reached, distance(truth.of, x, at, cells))
             if reached > _NEAR * truth.error:
                 break
         adversarial.append(reached / truth.error)
@@ -78,8 +76,10 @@ def attack_signals(count: int, seed: int) -> tuple[object, list[str]]:
     }, false
 
 
-_NEAR, _ASKED = 0.9, 6
-"""Part of ε that an adversarial signal reaches; cells that are searched for it."""
+_NEAR, _ASKED, _CELLS = 0.9, 6, (6, 60)
+"""Part of ε that an adversarial signal reaches; cells of the proof that are searched for it, and cells of its program
+between two measurements (with few of them no signal may explain the samples).
+"""
 
 
 def _worst_times(truth: TrueSignal) -> list[float]:

@@ -34,6 +34,7 @@ from trackably.checker.truth import (
     VERSION,
     ContradictedSamples,
     contradiction_of,
+    extreme,
     gaps,
     places,
     side,
@@ -311,16 +312,35 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
     parts = [_around(of.samples.times, t, _BESIDE), n + _around(of.rates.times if of.rates else (), t, _BESIDE)]
     which = np.concatenate(parts).tolist()
     some = replace(_only(of, which), slope=None)
-    signals = Signals.of(some, (t,))
-    found = []
-    for sign in (-1.0, 1.0):  # the largest value, then the least one
-        solved = signals.courses.minimise(sign * signals.value_at(t))
-        prices = None if solved.x is None else solved.ineqlin.marginals.reshape(2, -1)
-        multipliers = None if prices is None else _rationals(some, sign * (prices[0] - prices[1]), 1, Fraction(t))
+    sides = [_extreme(some, t, sign) for sign in (1, -1)]
+    if sides[0] is None or sides[1] is None:
+        return None
+    return Derived(t, *(tuple((which[i], m) for i, m in side) for side in sides))
+
+
+def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction], ...] | None:
+    """Return the multipliers that bound a signal from above at a time [s]; from below for `sign` −1.
+
+    The program is solved with finer cells until the bound of its multipliers is near the value of a signal it found.
+    """
+    found = None
+    for cells in (4, 16, 64):
+        signals = Signals.of(of, (t,), cells)
+        solved = signals.courses.minimise(-sign * signals.value_at(t))
+        if solved.x is None:
+            continue
+        prices = solved.ineqlin.marginals.reshape(2, -1)
+        multipliers = _rationals(of, sign * (prices[1] - prices[0]), 1, Fraction(t))
         if multipliers is None:
             return None
-        found.append(tuple((which[i], m) for i, m in enumerate(multipliers) if m))
-    return Derived(t, *found)
+        found = tuple((i, m) for i, m in enumerate(multipliers) if m)
+        bound = extreme(of, Derived(t, found, found), sign)
+        if bound is None or sign * float(bound) + solved.fun * signals.unit <= _GAP * signals.unit:
+            break
+    return found
+
+
+_GAP = 0.05  # part of the noise by which a bound at a derived point may exceed the value of a signal
 
 
 def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction) -> list[Fraction] | None:

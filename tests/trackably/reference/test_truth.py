@@ -28,7 +28,7 @@ from trackably.checker import Contradicted, Failed, NotACertificate, Proved, che
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal, Window
 from trackably.checker.truth import extreme, places, side
-from trackably.reference.truth import _derive, no_signal, sides_at, true_signals
+from trackably.reference.truth import Signals, _derive, no_signal, sides_at, true_signals
 
 T, NOISE, LIMIT = 0.02, 0.002, 0.5
 SYSTEM = LinearSystem.discretised(
@@ -72,6 +72,27 @@ def measured(of, draw, count=12):
     return SignalClass(
         Measured(tuple(t), tuple(values), noise), Measured(tuple(s), tuple(rates), 0.0101), steepest, LIMIT
     )
+
+
+def nearly_known(seed):
+    """Return 25 samples that are off by all of their noise, and their signal, which has little freedom left."""
+    draw, f = np.random.default_rng([seed, 7]), BangBang(seed, 0.97 * LIMIT)
+    t = np.sort(draw.choice(np.arange(0.0, 2.0, 0.02), 25, replace=False))
+    return Samples(t, f(t) + NOISE * draw.choice([-1.0, 1.0], len(t))), f
+
+
+@pytest.mark.parametrize(
+    "seed", [31090, 31102]
+)  # coarse programs find no signal, or loose bounds
+def test_derived_bounds_are_nearly_reached_where_few_signals_explain_the_samples(seed):
+    samples, _ = nearly_known(seed)
+    t, y = samples.times, samples.values
+    of = SignalClass(Measured(tuple(t), tuple(y), NOISE * (1 + 1e-9)), None, None, LIMIT)
+    for at in np.linspace(t[0], t[-1], 8)[1:-1]:
+        lower, upper = Signals.of(of, (at,), 64).ends_at(at)
+        derived = _derive(of, at)
+        assert extreme(of, derived, 1) <= upper + 0.1 * NOISE
+        assert extreme(of, derived, -1) >= lower - 0.1 * NOISE
 
 
 @pytest.mark.parametrize("seed", range(5))
