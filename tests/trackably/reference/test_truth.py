@@ -81,9 +81,7 @@ def nearly_known(seed):
     return Samples(t, f(t) + NOISE * draw.choice([-1.0, 1.0], len(t))), f
 
 
-@pytest.mark.parametrize(
-    "seed", [31090, 31102]
-)  # coarse programs find no signal, or loose bounds
+@pytest.mark.parametrize("seed", [31090, 31102])  # coarse programs find no signal, or loose bounds
 def test_derived_bounds_are_nearly_reached_where_few_signals_explain_the_samples(seed):
     samples, _ = nearly_known(seed)
     t, y = samples.times, samples.values
