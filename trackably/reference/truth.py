@@ -324,7 +324,7 @@ def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction]
     The program is solved with finer cells until the bound of its multipliers is near the value of a signal it found.
     """
     found = None
-    for cells in (4, 16, 64):
+    for cells in _FINER:
         signals = Signals.of(of, (t,), cells)
         solved = signals.courses.minimise(-sign * signals.value_at(t))
         if solved.x is None:
@@ -341,6 +341,7 @@ def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction]
 
 
 _GAP = 0.05  # part of the noise by which a bound at a derived point may exceed the value of a signal
+_FINER = 4, 16, 64  # cells between measurements: where few signals are in a class, a coarse program finds none of them
 
 
 def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction) -> list[Fraction] | None:
@@ -639,7 +640,7 @@ def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
     times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
-    ends = Signals.of(truth.of, (widest,)).ends_at(widest)
+    ends = next(filter(None, (Signals.of(truth.of, (widest,), cells).ends_at(widest) for cells in _FINER)), None)
     radius = 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
     return Accuracy(truth.error, truth.plant, radius, _least_error(certificate.reference.plant, truth))
 
