@@ -32,3 +32,7 @@ def unreadable() -> Samples:
 
 def learned(recordings: Any, folder: Path, claim: Any = "all_times", kernel: Any = KERNEL, **options: Any) -> Fleet:
     return learn_many(recordings, PLANT, kernel, claim, folder=folder, **{"noise_std": 0.01, **options})
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
