@@ -81,12 +81,9 @@ HEAD = "k,position,velocity,force\n"
 STILL = HEAD + "0,0,0,0\n1,0,0,0\n"
 UNUSABLE = {
     "a step is left out": (HEAD + "0,0,0,0\n2,0,0,0\n", {}, "bad.csv: line 3: rows must be successive steps"),
-    "half a step": (HEAD + "0.5,0,0,0\n1.5,0,0,0\n", {}, "bad.csv: line 2: rows must be successive steps"),
     "a word": (HEAD + "0,0,0,0\n1,0,fast,0\n", {}, "bad.csv, line 3, column 'velocity': expected a finite number"),
-    "short rows": (HEAD + "0,0\n1,0\n", {}, "bad.csv, line 2: expected 4 cells, as in the header, got 2"),
     "no input": ("k;position;velocity\n0;0;0\n1;0;0\n", {}, "bad.csv: there is no column force"),
     "a column twice": (STILL.replace("velocity", "position [mm]"), {}, "but 'position' is there twice"),
-    "an unknown field": (STILL, {"system": {**SYSTEM["system"], "D": 0}}, "bad.json: system: has an unknown field D"),
     "half a set": (STILL, {"input_set": {"lower": [0]}}, "bad.json: input_set: expected lower with upper"),
     "no JSON": (STILL, None, "bad.json: expected JSON, got "),
     "no file": (None, {}, "bad.csv: there is no such file"),

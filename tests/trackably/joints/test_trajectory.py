@@ -17,7 +17,6 @@ from trackably import (
     JointTrajectory,
     certify_joints,
     read_joint_trajectory,
-    repair_joints,
     stretch_joints,
     write_joint_trajectory,
 )
@@ -112,12 +111,10 @@ RESTING = GATE.at_rest([0.0, 0.0], 0.0)
 through = JointTrajectory.through
 one = partial(Joints, names=["a"])
 WRONG = {
-    "a limit in words": (lambda: one(velocity="fast"), "velocity of a: expected numbers, got 'fast'"),
     "limits turned round": (lambda: one(position={"a": (1, 0)}), "both infinite, got [1.0, 0.0]"),
     "a function": (lambda: certify_joints(np.sin, ARM), "expected a spline of SciPy with a column"),
     "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, but 'a' is"),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
-    "a start of another shape": (lambda: repair_joints(CURVE, ARM, start=[[0.0]]), "start: orders, joints must have"),
     "joints that must move": (
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
         "limits of the velocity of a must have 0 inside",
@@ -127,10 +124,6 @@ WRONG = {
         "gate: the position of a must be in [-2, 2], got 9",
     ),
     "now before what runs": (lambda: GATE(CURVE, RESTING, -1.0), "after now, -1 s"),
-    "a message": (
-        lambda: read_joint_trajectory({"points": [{"positions": [0.1] * 9, "at": i} for i in range(9)]}),
-        "a path, got {'points': [{'at': 0, 'positions': [0.1,",
-    ),
     "a file of another kind": (lambda: read_joint_trajectory("a.txt"), "an .mcap or .yaml file, got a.txt"),
     "degree 7": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
@@ -150,7 +143,6 @@ def test_what_is_wrong_is_said_in_a_sentence(name):
         call()
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
-    assert len(str(refused.value)) < 400
 
 
 MESSAGES = {
@@ -209,7 +201,6 @@ def ruckig_like(*phases, brake=((0.0, 0.0),), off=0.0, jump=0.0, duration=1.3):
 SEVEN = ((0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0))
 BRAKED = partial(ruckig_like, *SEVEN, brake=((0.1, -10.0), (0.1, 10.0)))
 RUCKIG = {
-    "smooth": BRAKED(),
     "with jumps of the acceleration": BRAKED(jump=3.0),
     "of no time": ruckig_like(*[(0.0, 0.0)] * 7, duration=0.0),
 }
