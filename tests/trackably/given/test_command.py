@@ -99,14 +99,3 @@ def test_what_cannot_be_used(folder, capsys, name):
     code, text = said(capsys, "bad.csv", "--system", "bad.json")
     assert code == 2
     assert reason in text
-
-
-def test_systems_and_sets_are_written_as_in_params_yaml(folder, capsys):
-    """A table at rest of the library's tank: its bounds are half-spaces, together with a box."""
-    rest = {"H": [[1], [-1]], "h": [3, -0.5]}, {"lower": [0], "upper": [3], "H": [[1]], "h": [2]}
-    system = {"model": "tank", "sampling_time": 1, "parameters": {"outflow": 0.5}}
-    (folder / "tank.json").write_text(json.dumps({"system": system, "state_set": rest[0], "input_set": rest[1]}))
-    (folder / "tank.csv").write_text("\n".join(["k,level,inflow", *(f"{k},1.0,0.5" for k in range(4))]))
-    code, text = said(capsys, "tank.csv", "--system", "tank.json", "--save", "proof.json")
-    assert (code, main(["check", "proof.json"])) == (0, 0)
-    assert "level in [0.5, 3], inflow in [0, 3], inflow (2) in [-1e-06, 2]" in text

@@ -33,7 +33,6 @@ MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.ran
 PUSHED = Zonotope.box([-1e-3, -5e-3], [1e-3, 5e-3])
 NOISE = Zonotope.box([-1e-3, -2e-3], [1e-3, 2e-3])
 OPTIONS = {
-    "nominal": {},
     "all times": {"claim": "all_times"},
     "margin": {"margin": 0.05},
     "pushed": {"disturbance": PUSHED},
