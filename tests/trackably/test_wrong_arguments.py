@@ -70,11 +70,11 @@ def test_wrong_arguments_are_named(name):
 A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
 
 IMPOSSIBLE = {
-    "A": [np.zeros((2, 3)), np.zeros(2), np.diag([1.0, INF])],
-    "B": [np.zeros((3, 1)), np.zeros(2), [[NAN], [1.0]]],
-    "c": [np.zeros(3), np.zeros((2, 1)), [0.0, INF]],
+    "A": [np.zeros((2, 3)), np.diag([1.0, INF])],
+    "B": [np.zeros((3, 1)), [[NAN], [1.0]]],
+    "c": [np.zeros((2, 1))],
     "states": [("p",), ("p", "p"), ("u1", "v")],
-    "sampling_time": [0.0, -0.1, NAN, INF],
+    "sampling_time": [0.0, INF],
 }
 
 

@@ -1,11 +1,8 @@
 """One motion, written in every encoding, is read as the same signals."""
 
 import json
-from dataclasses import replace
 
-import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
 
@@ -93,12 +90,3 @@ def test_stamps_in_json_keep_every_digit(path):
     write_plain(path, [f'{{"t": 1700000000.00000000{k}, "x": 1}}'.encode() for k in (1, 2)])
     recording = read(path, "x", Stamp("t", "epoch s"))
     assert (recording.origin, recording["x"].times.tolist()) == (START, [0.0, 1e-9])
-
-
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-@each_encoding
-@given(values=st.lists(FLOATS, min_size=len(STATES), max_size=len(STATES)))
-def test_values_come_back_bit_for_bit(path, write, values):
-    states = [replace(state, x=x) for state, x in zip(STATES, values, strict=True)]
-    write(path, states, CompressionType.NONE)
-    assert read(path, "position.x")["x"].values.tobytes() == np.array(values).tobytes()
