@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from tests.pipeline.published import example1
+from tests.trackably.plants import SCALAR
 from trackably import (
     Samples,
     SquaredExponential,
@@ -24,7 +24,7 @@ class Terminal(io.StringIO):
 
 def learned(*, progress=True):
     given = Samples(np.array([0.0, 0.1, 0.2, 0.3, 0.4]), np.array([-0.5, -0.2, 0.0, 0.0, 0.0]))
-    return learn_reference(given, example1.SYSTEM, SquaredExponential(), "all_times", noise_std=0.01, progress=progress)
+    return learn_reference(given, SCALAR, SquaredExponential(), "all_times", noise_std=0.01, progress=progress)
 
 
 def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch):

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.codec.instances import GENERAL, REFERENCE, SIGNAL, edited
-from trackably.arrays import Array
-from trackably.codec import CodecError, decode, encode, loads
-from trackably.gp.kernels.elementary import Elementary
+from trackably.codec import CodecError, decode, encode
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
@@ -49,30 +47,11 @@ def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, co
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("data", [b"", b"{", b"\xff", b'{"lower": NaN, "upper": 1}', b'{"lower": 0, "lower": 0}'])
-def test_bytes_that_are_no_json_are_refused(data: bytes) -> None:
-    with pytest.raises(CodecError, match=r"Interval: (expected JSON|NaN is no|key .lower. appears)"):
-        loads(Interval, data)
-
-
-class Unknown(Elementary):
-    def jet(self, r: Array, order: int) -> Array:
-        raise NotImplementedError
-
-    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        raise NotImplementedError
-
-    @property
-    def decay_distance(self) -> float:
-        return 1.0
-
-
 @pytest.mark.parametrize(
     ("make", "complaint"),
     [
         (lambda: replace(SIGNAL, mean=math.nan), r"nan @ \$.mean"),
         (lambda: replace(SIGNAL, weights=np.array([1.0, np.inf])), r"must be finite.* @ \$.weights\[1\]"),
-        (Unknown, "kernel: expected one of squared_exponential"),
         (lambda: Interval, "only a dataclass"),
         (lambda: Strange(len), "Strange"),
     ],

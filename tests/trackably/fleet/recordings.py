@@ -1,18 +1,14 @@
-"""Small recordings of one motion to rest, the plant that is to follow it, and fleets learned from them."""
+"""Small recordings of one motion to rest, and fleets learned from them."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackably import ConstrainedSystem, Fleet, LinearSystem, Polytope, Samples, SquaredExponential, learn_many
+from tests.trackably.plants import SCALAR as PLANT
+from trackably import Fleet, Samples, SquaredExponential, learn_many
 from trackably.errors import InputError
 
-PLANT = ConstrainedSystem(
-    LinearSystem(A=[[0.9]], B=[[0.5]], sampling_time=0.01),
-    state_set=Polytope.box([-2.0], [0.05]),
-    input_set=Polytope.box([-0.5], [0.5]),
-)
 KERNEL = SquaredExponential()
 
 

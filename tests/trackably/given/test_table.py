@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.trackably.exports.references import TANK
 from tests.trackably.plants import AXIS, CART
 from tests.trackably.systems.forms.instances import robot
 from trackably import (
@@ -22,12 +23,6 @@ from trackably import (
     Unproved,
     certify_table,
     check,
-)
-
-TANK = ConstrainedSystem(
-    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0] / (1 + x[0] ** 2)], ["level"], ["flow"], 0.1),
-    Polytope.box([-2], [2]),
-    Polytope.box([-1], [1]),
 )
 
 
