@@ -19,7 +19,7 @@ from trackably import (
     stretch_joints,
 )
 
-SEEDS = range(6)
+SEEDS = range(4)
 T = np.linspace(0.0, 2.0, 9)
 
 
