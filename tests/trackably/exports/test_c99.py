@@ -102,7 +102,9 @@ def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
 AT_OR_STEP = "t < 100 ? reference_at(t, x, u) : reference_step((long)t - 100, x, u)"
 
 
-@pytest.mark.parametrize(("kind", "beyond"), [("spline", "period"), ("steps", "rest"), ("steps", "end")])
+@pytest.mark.parametrize(
+    ("kind", "beyond"), [("spline", "period"), ("steps", "rest"), ("steps", "period"), ("steps", "end")]
+)
 def test_values_of_polynomial_pieces_are_within_the_certified_error(kind: str, beyond: str, tmp_path: Path) -> None:
     pieces, wide = random_pieces(kind, beyond), [1e4, 1e4]
     plant = ConstrainedSystem(AXIS.system, Polytope.box([-1e4, -1e4], wide), Polytope.box([-1e4], [1e4]))

@@ -11,6 +11,7 @@ from urllib.parse import unquote_to_bytes
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyarrow import parquet
 
 from tests.trackably.fleet.recordings import learned, motions, unreadable
 from trackably import Fleet, Samples, Source, TrackableReference
@@ -108,3 +109,15 @@ def test_no_cell_of_the_table_is_a_formula_and_names_are_still_told_apart(tmp_pa
     assert not any(re.match("[=+@\t\r\n\uff0b\uff0d\uff1d\uff20-]", cell) for row in cells for cell in row)
     assert cells[0][header.index("sentence")] == "'" + fleet.rows[0].sentence
     assert fleet.columns()["name"] == RUN
+
+
+def test_names_from_elsewhere_print_as_lines_and_stand_in_every_table(tmp_path):
+    """Topics may hold anything: a terminal is sent no control characters, and the lines stay lines."""
+    names = ["a\nproved: all", "\x1b[2J", "\u202eb", "\udcff"]
+    fleet = learned([Source(name, unreadable) for name in names], tmp_path)
+    said = str(fleet)
+    assert all(line.isprintable() for line in said.splitlines())
+    assert len(said.splitlines()) == 1 + len(names)
+    fleet.to_parquet(tmp_path / "fleet.parquet")
+    assert parquet.read_table(tmp_path / "fleet.parquet").to_pydict() == fleet.columns()
+    assert fleet.columns()["name"] == [*names[:3], "\\udcff"]

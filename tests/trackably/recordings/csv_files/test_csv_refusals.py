@@ -15,6 +15,7 @@ REFUSALS = {
         {},
         ": there is no column 'x'; with the separator ';' there are 't', 'a,b', ",
     ),
+    "two columns of a name": ("t,x,x\n0,1,2\n", {}, ": expected one column 'x', got 2"),
     "text": (
         "t,x\n0,1\n\n1,one\n",
         {},
