@@ -94,6 +94,7 @@ def test_values_of_each_kernel_are_within_the_certified_error(name: str, tmp_pat
 def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
     """Cubic pieces that meet, or steps; breakpoints are near to multiples of the sampling time."""
     times = np.linspace(0.0, 4.0, 9) if kind == "spline" else np.array([0.0, 0.35, 0.6000000000000001, 1.45, 4.0])
+    times = np.array([0.0, 0.1, 0.15000000000000002, 0.3]) if (kind, beyond) == ("steps", "period") else times
     spline = CubicSpline(times, np.append(RNG.standard_normal(len(times) - 1), 0.0), bc_type="natural")
     coefficients = spline.c[::-1].T if kind == "spline" else RNG.standard_normal((len(times) - 1, 2))
     return PolynomialPieces(times, coefficients, beyond)  # type: ignore[arg-type]
@@ -109,9 +110,10 @@ def test_values_of_polynomial_pieces_are_within_the_certified_error(kind: str, b
     pieces, wide = random_pieces(kind, beyond), [1e4, 1e4]
     plant = ConstrainedSystem(AXIS.system, Polytope.box([-1e4, -1e4], wide), Polytope.box([-1e4], [1e4]))
     proved = stub(Reference((pieces,), plant))
-    ends = pieces.breakpoints[:-1]
-    times = np.concatenate([TIMES, ends, np.nextafter(ends, 9), np.nextafter(ends, 0)])
-    times = times if beyond != "end" else times[(times >= 0) & (times < 3.85)]
+    ends = pieces.breakpoints[:-1] + (np.arange(-6, 20)[:, None] * pieces.period if beyond == "period" else 0.0)
+    times = np.concatenate([TIMES, *(of.ravel() for of in (ends, np.nextafter(ends, 99), np.nextafter(ends, -99)))])
+    first, last = (0.0, 3.85) if beyond == "end" else (-2.0, 6.0)
+    times = times[(first <= times) & (times < last)]
     k, reference = np.arange(76), proved.reference
     refused, values = run(compiled(proved, tmp_path, AT_OR_STEP), np.concatenate([times, 100.0 + k]))
     assert not refused.any()
