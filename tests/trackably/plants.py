@@ -9,6 +9,9 @@ AXIS = ConstrainedSystem(
     Polytope.box([-1.1, -1.0], [0.2, 1.0]),
     Polytope.box([-2.5], [2.5]),
 )
+SCALAR = ConstrainedSystem(  # that of the paper's Example 1
+    LinearSystem([[0.9]], [[0.5]], sampling_time=0.01), Polytope.box([-2.0], [0.05]), Polytope.box([-0.5], [0.5])
+)
 TIMES = np.linspace(0, 3, 16)
 MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
 SAMPLES = Samples(TIMES, MOVED + 0.02 * np.random.default_rng(0).standard_normal(TIMES.size))

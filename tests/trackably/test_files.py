@@ -21,11 +21,9 @@ def test_a_result_has_the_permissions_of_any_new_file(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system cannot kill like that")
-@pytest.mark.parametrize("existed", [True, False])
-def test_a_kill_leaves_what_was_there_and_at_most_a_hidden_file(tmp_path, existed):
+def test_a_kill_leaves_what_was_there_and_at_most_a_hidden_file(tmp_path):
     path = tmp_path / "result"
-    if existed:
-        path.write_bytes(b"before")
+    path.write_bytes(b"before")
     killed_before_the_end = (
         "import os, signal, sys; from pathlib import Path; from trackably.files import write_atomically\n"
         "os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -34,8 +32,8 @@ def test_a_kill_leaves_what_was_there_and_at_most_a_hidden_file(tmp_path, existe
     done = subprocess.run([sys.executable, "-c", killed_before_the_end, str(path)], check=False)
     assert done.returncode == -signal.SIGKILL
     visible = [name for name in names(tmp_path) if not (name.startswith(".result.") and name.endswith(".tmp"))]
-    assert visible == ["result"] * existed
-    assert not existed or path.read_bytes() == b"before"
+    assert visible == ["result"]
+    assert path.read_bytes() == b"before"
 
 
 def test_a_link_is_replaced_and_its_target_kept(tmp_path):

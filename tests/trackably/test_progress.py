@@ -1,7 +1,6 @@
 """What is under way is told to whoever watches, and changes no result."""
 
 import io
-import logging
 import re
 import subprocess
 import sys
@@ -9,12 +8,11 @@ import sys
 import numpy as np
 import pytest
 
-from tests.pipeline.published import example1
+from tests.trackably.plants import SCALAR
 from trackably import (
     Samples,
     SquaredExponential,
     learn_reference,
-    progress,
 )
 from trackably.work import done, watch
 
@@ -26,7 +24,7 @@ class Terminal(io.StringIO):
 
 def learned(*, progress=True):
     given = Samples(np.array([0.0, 0.1, 0.2, 0.3, 0.4]), np.array([-0.5, -0.2, 0.0, 0.0, 0.0]))
-    return learn_reference(given, example1.SYSTEM, SquaredExponential(), "all_times", noise_std=0.01, progress=progress)
+    return learn_reference(given, SCALAR, SquaredExponential(), "all_times", noise_std=0.01, progress=progress)
 
 
 def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch):
@@ -53,20 +51,6 @@ def test_an_interrupt_ends_it_at_once():
     assert len(heard) == 5
     done("fit")
     assert len(heard) == 5  # nobody watches any more
-
-
-def test_who_asks_for_messages_hears_how_far_long_work_is(monkeypatch, caplog):
-    quiet = learned()
-    monkeypatch.setattr(progress, "_EVERY", 0.0)
-    caplog.set_level(logging.INFO, "trackably")
-    heard = learned()
-    assert {(record.name, record.levelno) for record in caplog.records} == {("trackably", logging.INFO)}
-    told = re.compile(r"learn reference, fits: 1, evaluations: [1-9]\d*, boxes proved: [1-9]\d* \[\d+ s\]")
-    assert told.fullmatch(caplog.messages[-1])
-    caplog.clear()
-    learned(progress=False)
-    assert not caplog.records
-    assert np.array_equal(quiet.state(np.arange(50)), heard.state(np.arange(50)))
 
 
 def test_the_command_line_says_how_far_a_long_check_is(tmp_path):

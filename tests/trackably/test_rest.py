@@ -6,13 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.trackably.plants import SCALAR
 from trackably import (
-    ConstrainedSystem,
     Failed,
-    LinearSystem,
     PiecewisePolynomial2,
     PiecewisePolynomial3,
-    Polytope,
     Proved,
     Samples,
     check,
@@ -23,11 +21,6 @@ from trackably.certificates.form import encode_certificate
 TIMES = np.linspace(0, 0.6, 13)
 MOVED = np.where(TIMES < 0.4, -0.5 - 0.5 * np.cos(np.pi * TIMES / 0.4), 0.0)
 SAMPLES = Samples(TIMES, MOVED + 0.01 * np.random.default_rng(4).standard_normal(TIMES.size))
-SCALAR = ConstrainedSystem(
-    LinearSystem([[0.9]], [[0.5]], states=("state",), inputs=("input",), sampling_time=0.01),
-    Polytope.box([-2.0], [0.05]),
-    Polytope.box([-0.5], [0.5]),
-)
 MEANS = {"at zero": 0.0, "elsewhere": 0.0125}
 
 

@@ -23,7 +23,7 @@ from trackably.errors import InputError
 from trackably.systems.reference import Reference
 from trackably.theorem import theorem
 
-THEORY = ("Statement", "Jets", "Polynomials", "Forms", "Disturbance", "Checker")
+THEORY = ROOT / "theorem"
 RESULTS = ROOT / "data" / "results"
 
 
@@ -37,38 +37,32 @@ def certificate(name):
 
 @pytest.fixture(scope="module")
 def coq(tmp_path_factory):
-    """Compile the theory in a folder of its own; return what compiles theorems about some contents there, as one file.
+    """Compile the theory as `make theorem` does, unless that was done; return what compiles theorems, as one file.
 
-    Each is in a module of its own. Of what is `false`, the last computation must not be accepted.
+    Each is given as a content, whether arithmetic is emulated, and what follows it, and is in a module of its own. Of
+    what is `false`, the last computation must not be accepted.
     """
     if shutil.which("coqc") is None:
         pytest.skip("Coq is not installed")
     found = subprocess.run(["coqc", "-where"], capture_output=True, text=True, check=True).stdout.strip()
     if not (Path(found) / "user-contrib" / "Interval").is_dir():
         pytest.skip("CoqInterval is not installed")
+    subprocess.run(["make", "--silent", "theorem/Checker.vo"], cwd=ROOT, capture_output=True, check=True)
     folder = tmp_path_factory.mktemp("theorem")
 
-    def run(name, *options):
-        command = ["coqc", "-q", *options, "-Q", ".", "Trackably", name]
-        return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-
-    for name in (*(f"{name}.v" for name in THEORY), "assumptions.txt"):
-        shutil.copy(ROOT / "theorem" / name, folder)
-    for name in THEORY:
-        assert run(f"{name}.v").returncode == 0
-
-    def compiled(*contents, emulated=False, false=False, more=""):
+    def compiled(*given, false=False):
         modules, scope = [], "Open Scope Q_scope.\n"
-        for i, content in enumerate(contents):
+        for i, (content, emulated, more) in enumerate(given):
             (folder / "given.json").write_text(json.dumps(content))
             head, _, body = theorem(folder / "given.json", emulated).text.partition(scope)
             if false:
                 body = "Fail Qed.\nAbort.".join(body.rsplit("Qed.", 1))
             modules.append(f"Module M{i}.\n{body}{more}End M{i}.\n")
         (folder / "stated.v").write_text("".join((head, scope, *modules)))
-        return run("stated.v", *(["-test-mode"] if false else []))  # it tells how a command fails
+        options = ["-test-mode"] if false else []  # it tells how a command fails
+        command = ["coqc", "-q", *options, "-Q", THEORY, "Trackably", "stated.v"]
+        return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
-    compiled.run, compiled.folder = run, folder
     return compiled
 
 
@@ -149,26 +143,31 @@ def acceleration_drawn_in():
     return content, at
 
 
-def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth(coq):
-    answer = coq(certificate("example1/sound"), *(with_kernel(kernel, "1e-6")[0] for kernel in KERNELS.values()))
-    assert answer.returncode == 0, answer.stderr
-    robust, said = map(certificate, ("example1/robust", "vehicle/robust")), "withstands reference disturbed"
-    answer = coq(*robust, more=f"Check trackable_though_disturbed : {said}.\n")
-    assert answer.returncode == 0, answer.stderr
+def plain(*contents):
+    return [(content, False, "") for content in contents]
 
 
-def test_coq_refuses_what_is_false_and_proves_that_it_does_not_hold(coq):
-    assert all(value(content, name, at) > mpf(bound) for content, name, at, bound in faults())
+def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth_and_refutes_what_is_false_by_one(coq):
+    robust = (certificate(f"{name}/robust") for name in ("example1", "vehicle"))
     acceleration, then = acceleration_drawn_in()
-    false = [*(content for content, *_ in faults()), acceleration, not_the_system(), disturbed_too_much()]
-    answer = coq(*false, false=True)
+    answer = coq(
+        *plain(certificate("example1/sound"), *(with_kernel(kernel, "1e-6")[0] for kernel in KERNELS.values())),
+        *((of, False, "Check trackable_though_disturbed : withstands reference disturbed.\n") for of in robust),
+        (with_kernel(PERIODIC, "0.1")[0], True, "Check Emulated.check_sound.\n"),
+        *plain(*(as_counterexample(content, name, at) for content, name, at, _ in faults())),
+        *plain(as_counterexample(acceleration, "ax+ay", then)),
+    )
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_coq_refuses_what_is_false(coq):
+    assert all(value(content, name, at) > mpf(bound) for content, name, at, bound in faults())
+    false = [*(content for content, *_ in faults()), acceleration_drawn_in()[0], not_the_system(), disturbed_too_much()]
+    answer = coq(*plain(*false), false=True)
     said = " ".join((answer.stdout + answer.stderr).split()).split("The command has indeed failed with message:")[1:]
     assert answer.returncode == 0, f"number {len(said)} is accepted: {answer.stderr}"
     assert len(said) == len(false)
     assert all('has type "true = true" while it is expected to have type "Native.check' in each for each in said)
-    refuted = [as_counterexample(content, name, at) for content, name, at, _ in faults()]
-    answer = coq(*refuted, as_counterexample(acceleration, "ax+ay", then))
-    assert answer.returncode == 0, answer.stderr
 
 
 def not_the_system():
@@ -199,18 +198,18 @@ def disturbed_too_much():
 
 
 @pytest.fixture(scope="module")
-def extracted(coq):
+def extracted(coq, tmp_path_factory):
     """Build the program that Coq extracts from its checker; return what tells its answers of some contents."""
     query = ["ocamlfind", "query", "zarith", "coq-core.kernel"]
     there = shutil.which("ocamlfind") and subprocess.run(query, capture_output=True, text=True, check=False).stdout
     if not there or not Path(there.split()[-1], "kernel.cmxa").exists():  # Coq alone brings no libraries to link with
         pytest.skip("OCaml with Coq's libraries is not installed")
-    folder = coq.folder / "theorem"
+    folder = tmp_path_factory.mktemp("extracted") / "theorem"
     folder.mkdir()
-    for file in (*coq.folder.glob("*.vo"), ROOT / "theorem" / "Extraction.v", ROOT / "theorem" / "program.ml"):
+    for file in (*THEORY.glob("*.vo"), THEORY / "Extraction.v", THEORY / "program.ml"):
         shutil.copy(file, folder)
     make = ["make", "--silent", "--file", ROOT / "Makefile", "--old-file", "theorem/Checker.vo", "extracted"]
-    subprocess.run(make, cwd=coq.folder, capture_output=True, check=True)
+    subprocess.run(make, cwd=folder.parent, capture_output=True, check=True)
 
     def decided(content):
         (folder / "given.json").write_text(json.dumps(content))
@@ -239,20 +238,19 @@ def test_the_extracted_checker_refuses_what_is_false(extracted):
         assert extracted(content) == (1, ["holds reference: NOT DECIDED"])
 
 
-def test_emulated_arithmetic_does_not_trust_the_processor(coq):
+def test_emulated_arithmetic_does_not_trust_the_processor():
     """`make theorem` compares all names; Coq prints those of native arithmetic with what is on record."""
-    *_, emulated = (ROOT / "theorem" / "assumptions.txt").read_text().split("Axioms:")
+    *_, emulated = (THEORY / "assumptions.txt").read_text().split("Axioms:")
     assert "Uint63" in emulated
     assert "Float" not in emulated
-    answer = coq(with_kernel(PERIODIC, "0.1")[0], emulated=True, more="Check Emulated.check_sound.\n")
-    assert answer.returncode == 0, answer.stderr
 
 
-def test_coq_proves_what_is_on_record(coq):
+@pytest.mark.usefixtures("coq")
+def test_coq_proves_what_is_on_record():
     stated = theorem(file_of("example1/joint"))
-    run = run_coq(stated, coq.folder)
+    run = run_coq(stated)
     assert run.accepted, run.complaint
-    on_record, proved = read_record(ROOT / "theorem")["example1"]["joint"], proved_in(stated, run, coq.folder)
+    on_record, proved = read_record()["example1"]["joint"], proved_in(stated, run)
     if proved.coq != on_record.coq:  # another version may print it otherwise, and name its axioms otherwise
         proved = Proved(
             **proved.model_dump(exclude={"coq", "axioms", "printed"}),
@@ -261,21 +259,22 @@ def test_coq_proves_what_is_on_record(coq):
     assert proved == on_record
 
 
-def test_a_proof_that_rests_on_another_axiom_is_not_recorded(coq):
+@pytest.mark.usefixtures("coq")
+def test_a_proof_that_rests_on_another_axiom_is_not_recorded():
     stated = theorem(file_of("example1/joint"))
     (only,) = stated.parts
     assumed = f"{only.definition}\nAxiom Assumed : true = true -> holds reference.\n"
     unproved = replace(stated, parts=(replace(only, definition=assumed, lemma="Assumed"),))
-    run = run_coq(unproved, coq.folder)
+    run = run_coq(unproved)
     assert run.accepted, run.complaint
     with pytest.raises(InputError, match="Assumed"):
-        proved_in(unproved, run, coq.folder)
+        proved_in(unproved, run)
 
 
 def test_all_that_coq_covers_is_on_record():
     for name in ("example1", "example1-resampled", "example2", "hand", "robot-axis", "vehicle"):
         results = Results(name, RESULTS)
-        assert {file.stem for file in files_of(results)} == set(proved_by_coq(results, ROOT / "theorem"))
+        assert {file.stem for file in files_of(results)} == set(proved_by_coq(results))
 
 
 @pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint"])

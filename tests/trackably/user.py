@@ -106,13 +106,10 @@ from trackably.checker import Contradicted
 
 kernel = SquaredExponential(lengthscale=(0.1, 2.0))
 assert_type(kernel.lengthscale, float)
-assert_type(RationalQuadratic().shape, float)
-assert_type(Periodic(period=2.0).period, float)
+assert_type(RationalQuadratic().shape + Periodic(period=2.0).period, float)
 assert_type(PiecewisePolynomial2(lengthscale=2.0) * PiecewisePolynomial3(), Product)
-assert_type(Periodic() * kernel + Matern52(), Sum)
-assert_type(Matern32(1.0, 0.2) * Matern72(), Product)
+assert_type(Matern32(1.0, 0.2) * Matern72() + Matern52(), Sum)
 general: Kernel = kernel
-assert_type(general.period, float | None)
 
 assert_type(Samples([0.0, 1.0], [0.1, 0.2]).times, npt.NDArray[np.float64])
 try:
@@ -120,51 +117,36 @@ try:
 except InputError as wrong:
     sys.exit(str(wrong))
 assert_type(recording, Recording)
-assert_type(read_mcap("axis.mcap", {"position": Field("/axis", "position")}), Recording)
-assert_type(recording.samples("position"), Samples)
+assert_type(read_mcap("axis.mcap", {"position": Field("/axis", "position")}).samples("position"), Samples)
 
 axis = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.01, states=("position", "velocity"))
-assert_type(axis, LinearSystem)
 tank = NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ["level"], ["inflow"], 5.0)
-assert_type(tank, NonlinearSystem)
 for system in (mobile_robot(0.1), kinematic_bicycle(0.1, wheelbase=2.7), two_tanks(1.0), pendulum(0.05), draining(1.0)):
     assert_type(system, NonlinearSystem)
 chain = FlatForm.of(lambda z: ([z[0][0], z[1][0] - z[0][0]], [z[2][0] - 2 * z[1][0] + z[0][0]]), outputs=1)
-assert_type(
-    NonlinearSystem.of(lambda x, u: [x[0] + x[1], x[1] + u[0]], ["x", "v"], ["a"], 1.0, flat=chain), NonlinearSystem
-)
+NonlinearSystem.of(lambda x, u: [x[0] + x[1], x[1] + u[0]], ["x", "v"], ["a"], 1.0, flat=chain)
 plant = ConstrainedSystem(axis, Polytope.box([-1.0, -1.0], [1.0, 1.0]), Polytope.box([-1.0], [1.0]))
 
 try:
     reference = learn_reference(recording.samples("position"), plant, kernel, "all_times", noise_std=(0.01, 0.1))
     assert_type(reference, TrackableReference)
-    assert_type(reference.hyperparameters, dict[str, float])
-    assert_type(reference.price, float)
     assert_type(reference([0.0, 1.0]), npt.NDArray[np.float64])
-    assert_type(reference.to_acados(20).at(0).yref_e, npt.NDArray[np.float64])
     assert_type(reference.to_csv("r.csv", units={"position": "m"}), Path)
-    assert_type(reference.to_c("r.h", "axis"), Path)
     assert_type(reference.to_ros2("r.mcap", {"slide": {"positions": "position"}}), Path)
-    assert_type(reference.to_control().response().inputs, npt.NDArray[np.float64])
     assert_type([bound.multiplier for bound in reference.active_bounds], list[float])
 except NotTrackableError as error:
     assert_type(error.outcome.explanation, str)
     if isinstance(error.outcome, Impossible):
-        error.save_contradiction("impossible.json")
         assert_type(error.outcome.missing, float)
     if isinstance(error.outcome, InfeasibleTightening):
         assert_type(error.outcome.tightening.margin, float)
 learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
-learn_reference(recording.samples("position"), plant, kernel, "all_times", at={6.0: "rest"})
 pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
-learn_reference(recording.samples("position"), plant, kernel, (0.0, 10.0), disturbance=cut, measurement_noise=pushed)
-stream = learn_stream(recording.samples("position"), plant, kernel, "all_times", window=20.0, centres=None)
-assert_type(stream, StreamReference)
-assert_type(StreamReference.load("stream.json"), StreamReference)
+learn_reference(Samples([0], [0]), plant, kernel, (0, 9), at={6.0: "rest"}, disturbance=cut, measurement_noise=pushed)
+assert_type(learn_stream(Samples([0], [0]), plant, kernel, "all_times", window=20.0), StreamReference)
 soon = TrackableReference.load("reference.json", seconds=1.0)
 assert_type(soon, TrackableReference | Unchecked[TrackableReference])
 several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
-assert_type(several, tuple[Source, ...])
 fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)
 assert_type(fleet, Fleet)
 assert_type(fleet.reference("axis"), TrackableReference)
@@ -172,7 +154,7 @@ assert_type(learn_many(several, plant, kernel, "recorded", folder="l", learn=lea
 for parts_of in (parts_of_csv, parts_of_parquet):
     assert_type(parts_of("all.parquet", "name", "t", "s", {"position": "y"}), tuple[Source, ...])
 assert_type(topics_of("all.mcap", {"position": Field("/{name}/pose", "y")}), tuple[Source, ...])
-assert_type(read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")}), Recording)
+read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")})
 curve = PolynomialPieces([0, 1, 2], [[0, 0.1], [0.1, 0]], "rest")
 certified = certify({"position": curve}, plant, "all_times")
 assert_type(certified, CertifiedReference | Counterexample | Unproved)
@@ -187,10 +169,8 @@ arm = Joints(
     position={"elbow": (-2, 2)}, velocity=1.0, jerk={"elbow": 40}, continuous=["wrist"], names=["elbow", "wrist"]
 )
 assert_type(arm.plant(0.01), ConstrainedSystem)
-assert_type(Joints.from_urdf("arm.urdf", acceleration=4.0), Joints)
-assert_type(Joints.from_joint_limits_yaml(Path("joint_limits.yaml")), Joints)
+Joints.from_urdf("arm.urdf", acceleration=4.0)
 moves = JointTrajectory.through([0.0, 1.0], [[0.0, 0.0], [0.1, 0.2]], names=arm.names)
-assert_type(moves(0.5, 1), npt.NDArray[np.float64])
 assert_type(write_joint_trajectory(read_joint_trajectory("moves.yaml"), "moves.mcap"), Path)
 assert_type(repair_joints(moves, arm, start=[[0.0, 0.0]]), CertifiedTrajectory | Unproved)
 for moved in (certify_joints(moves, arm), stretch_joints(moves, arm)):
@@ -200,7 +180,6 @@ for moved in (certify_joints(moves, arm), stretch_joints(moves, arm)):
 gate = Gate(arm, lead=0.02, budget=0.1)
 answered = gate(moves, gate.at_rest([0.0, 0.0], now=0.0), now=0.1)
 assert_type(answered, GateAnswer)
-assert_type(gate.stop(answered.running, 0.2).running, CertifiedTrajectory)
 near = learn_reference(
     {"position": recording.samples("position")},
     plant,

@@ -8,7 +8,7 @@ from typing import Literal
 from trackably.arguments import is_number
 from trackably.checker.certificate import KINDS, AllPhases, AllTimes, Claim, Instants, Window
 from trackably.gp.joint import JointPrior, has_period
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.intervals import ends_within
 
 Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
@@ -25,8 +25,7 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
     """
     match written:
         case "recorded" if samples:
-            first = min(float(of.times[0]) for of in samples.values())
-            last = max(float(of.times[-1]) for of in samples.values())
+            first, last = recorded_span(samples.values())
             before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
             return Window(min(first, before * step), max(last, after * step))
         case AllTimes() | AllPhases():

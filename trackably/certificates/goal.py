@@ -10,7 +10,7 @@ from trackably.certificates.claim import refusal
 from trackably.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.gp.joint import JointPrior, common_period, has_period
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
@@ -82,6 +82,6 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
     """
     if has_period(prior):
         return Goal(AllPhases(), prove)
-    first, last = min(float(s.times[0]) for s in samples), max(float(s.times[-1]) for s in samples)
+    first, last = recorded_span(samples)
     window = Window(max(2 * first - last, 0.0), 2 * last - first + plant.sampling_time)
     return Goal(window, prove_while_settling, is_extensible=True)

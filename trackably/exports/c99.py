@@ -14,6 +14,7 @@ from trackably.checker.formulas import Angle, Formula, Function, Name, Number, O
 from trackably.checker.formulas import text as text_of
 from trackably.exports.proved import Proved
 from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.elementary import Radial
 from trackably.gp.kernels.matern import Matern
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
@@ -52,24 +53,7 @@ def _filled(template: str, **words: object) -> str:
 _KERNEL = """\
 static inline double NAME(double r)
 {
-    const double s = r / LENGTHSCALE;
 BODY
-    return phi * VARIANCE;
-}
-"""
-
-_PERIODIC = """\
-static inline double NAME(double r)
-{
-    const double sine = sin(RATE * r);
-    return VARIANCE * exp(-(SHARPNESS * (sine * sine)));
-}
-"""
-
-_PAIR = """\
-static inline double NAME(double r)
-{
-    return NAME_left(r) OPERATOR NAME_right(r);
 }
 """
 
@@ -79,35 +63,39 @@ def kernel_function(kernel: Kernel, name: str) -> str:
 
     ValueError: no formula in C is known for the kernel.
     """
+    if isinstance(kernel, Sum | Product):
+        parts = kernel_function(kernel.left, f"{name}_left") + kernel_function(kernel.right, f"{name}_right")
+        body = [f"return {name}_left(r) {'+' if isinstance(kernel, Sum) else '*'} {name}_right(r);"]
+        return parts + _filled(_KERNEL, NAME=name, BODY=_indented(body))
+    assert isinstance(kernel, Periodic | Radial), "no other kernels are elementary"
+    body = [f"const double s = r / {number(kernel.lengthscale)};"]
     match kernel:
-        case Sum(left, right) | Product(left, right):
-            parts = kernel_function(left, f"{name}_left") + kernel_function(right, f"{name}_right")
-            return parts + _filled(_PAIR, NAME=name, OPERATOR="+" if isinstance(kernel, Sum) else "*")
         case Periodic():
-            rate, sharpness = tau / kernel.period / 2, 2 * kernel.lengthscale**-2
-            words = {"RATE": number(rate), "SHARPNESS": number(sharpness)}
-            return _filled(_PERIODIC, NAME=name, VARIANCE=number(kernel.signal_std**2), **words)
+            body = [
+                f"const double sine = sin({number(tau / kernel.period / 2)} * r);",
+                f"const double phi = exp(-({number(2 * kernel.lengthscale**-2)} * (sine * sine)));",
+            ]
         case SquaredExponential():
-            body = ["const double phi = exp(s * s * -0.5);"]
+            body += ["const double phi = exp(s * s * -0.5);"]
         case Matern():
             phi = horner(kernel.polynomial.coef.tolist(), "x")
-            body = [f"const double x = {number(kernel.rate)} * fabs(s);", f"const double phi = {phi} * exp(-x);"]
+            body += [f"const double x = {number(kernel.rate)} * fabs(s);", f"const double phi = {phi} * exp(-x);"]
         case RationalQuadratic():
-            body = [
+            body += [
                 f"const double q = 1.0 + s * s / {number(2 * kernel.shape)};",
                 f"const double phi = pow(q, {number(-kernel.shape)});",
             ]
         case PiecewisePolynomial2() | PiecewisePolynomial3():
             phi = horner(kernel.polynomial.coef.tolist(), "x")
-            body = [
+            body += [
                 "const double x = fabs(s) < 1.0 ? fabs(s) : 1.0;",
                 "const double y = 1.0 - x;",
                 f"const double phi = {phi} * ({' * '.join(['y'] * kernel.power)});",
             ]
         case _:
             raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
-    words = {"LENGTHSCALE": number(kernel.lengthscale), "VARIANCE": number(kernel.signal_std**2)}
-    return _filled(_KERNEL, NAME=name, BODY=_indented(body), **words)
+    body += [f"return phi * {number(kernel.signal_std**2)};"]
+    return _filled(_KERNEL, NAME=name, BODY=_indented(body))
 
 
 def horner(coefficients: Sequence[float], x: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -218,3 +219,9 @@ class Samples:
     def __repr__(self) -> str:
         span = f"{self.times[0]:.12g} s to {self.times[-1]:.12g} s"
         return f"Samples({len(self)} from {span}, values from {self.values.min():.6g} to {self.values.max():.6g})"
+
+
+def recorded_span(samples: Iterable[Samples]) -> tuple[float, float]:
+    """Return the first and the last time of several samples [s]."""
+    times = [of.times for of in samples]
+    return float(min(t[0] for t in times)), float(max(t[-1] for t in times))

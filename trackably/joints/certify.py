@@ -12,8 +12,8 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyder
+from scipy.interpolate import PPoly
 
 from trackably.arguments import instance, positive
 from trackably.arrays import Array, Flags
@@ -243,41 +243,26 @@ def _content(form: str, trajectory: JointTrajectory, joints: Joints, tolerance: 
 # Violations are searched for in float64, and then computed exactly.
 
 
-def _on_pieces(c: Array, r: int, widths: Array) -> Array:
-    """Return the Bernstein coefficients of r-th derivatives on pieces, along the last axis.
-
-    On its piece, a polynomial lies between its least and its largest Bernstein coefficient. `c` has the shape (J, K, n)
-    of joints, pieces and powers of time, and `widths` (K,) [s].
-    """
-    d = polyder(c, r, axis=2)
-    n = d.shape[2]
-    return np.asarray((d * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T)
-
-
 def within_limits(c: Array, widths: Array, joints: Joints) -> Flags:
     """Return for each piece whether the Bernstein coefficients of all derivatives are within the limits: shape (K,).
 
-    If so, all joints keep all limits on this piece, up to rounding. `c` has the shape (J, K, n) of joints, pieces and
-    powers of time, and `widths` (K,) [s].
+    On its piece, a polynomial lies between its least and its largest Bernstein coefficient. So all joints keep all
+    limits there, up to rounding. `c` has the shape (J, K, n) of joints, pieces and powers of time, and `widths` (K,)
+    [s].
     """
     kept = np.full(len(widths), True)
     for r in range(joints.order + 1):
-        b, (low, high) = _on_pieces(c, r, widths), joints.limits[r].T[:, :, None, None]
+        d, (low, high) = polyder(c, r, axis=2), joints.limits[r].T[:, :, None, None]
+        n = d.shape[2]
+        b = (d * widths[:, None] ** np.arange(float(n))) @ bernstein(n).T
         kept &= np.all((low <= b) & (b <= high), axis=(0, 2))
     return kept
 
 
-def _roots(p: Polynomial, width: float) -> list[float]:
-    """Return the times [s], since the start of a piece of this `width`, at which p is zero, up to rounding."""
-    sizes = np.abs(p.coef) * width ** np.arange(float(len(p.coef)))
-    used = np.flatnonzero(sizes > 1e-14 * np.max(sizes))
-    found = np.roots(p.coef[: used[-1] + 1][::-1]) if len(used) else np.zeros(0)
-    return sorted(found.real[(np.abs(found.imag) < 1e-6 * width) & (found.real > 0) & (found.real < width)].tolist())
-
-
-def extremes(p: Polynomial, width: float) -> Array:
-    """Return the times [s], since the start of a piece of this `width`, at which p may have its minimum or maximum."""
-    return np.array([0.0, *_roots(p.deriv(), width), width])
+def _times_at(curve: PPoly, value: float) -> Array:
+    """Return the times [s] at which a curve of one column has a value or jumps over it, up to rounding."""
+    found = curve.solve(value, extrapolate=False)
+    return found[np.isfinite(found)]  # a piece that has the value throughout gives its start and NaN
 
 
 def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> Iterator[BrokenLimit]:
@@ -306,21 +291,26 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
     assert limit is not None, "only derivatives with limits are undecided"
     exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
-    p, h = Polynomial([float(c) for c in exact]), float(width)
+    h = float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
-    by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in extremes(p, h).tolist())
+    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # a rest has no width
+    times = [0.0, *_times_at(curve.derivative(), 0.0).tolist(), h]
+    by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times)
     if by <= 0:
         return None
-    begins, place = t + _begins(p, limit, h), {"joint": j, "order": r, "piece": i, "since": since}
+    begins, place = t + _begins(curve, limit, h, since), {"joint": j, "order": r, "piece": i, "since": since}
     return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, begins, t + since, _below(by), False, place)
 
 
-def _begins(p: Polynomial, limit: tuple[float, float], h: float) -> float:
-    """Return the first time, since the start of a piece of width h [s], at which p is outside; h if none is found."""
-    ends = np.sort([0.0, h, *(t for end in limit for t in _roots(p - end, h))])
-    between = p((ends[:-1] + ends[1:]) / 2)
+def _begins(curve: PPoly, limit: tuple[float, float], h: float, since: float) -> float:
+    """Return the first time, since the start of a piece of width h [s], at which it is outside of its limit.
+
+    If rounding hides that time, return `since`, a time at which it is outside for certain.
+    """
+    ends = np.sort([0.0, h, *(t for end in limit for t in _times_at(curve, end))])
+    between = curve((ends[:-1] + ends[1:]) / 2)
     outside = np.flatnonzero((between < limit[0]) | (between > limit[1]))
-    return float(ends[outside[0]] if len(outside) else h)
+    return float(ends[outside[0]] if len(outside) else since)
 
 
 def _below(by: Fraction) -> float:
@@ -329,7 +319,7 @@ def _below(by: Fraction) -> float:
 
 def _least_factor(given: JointTrajectory, joints: Joints) -> float:
     """Return the least s ≥ 1 for which all derivatives, divided by s^r for order r, keep their limits."""
-    widths, s = np.diff(given.breakpoints), 1.0
+    s, ends = 1.0, given.at_ends(joints.order + 1)
     for r in range(1, joints.order + 1):
         low, high = joints.limits[r].T
         if len(wrong := np.flatnonzero(~((low < 0) & (high > 0)))):
@@ -338,14 +328,9 @@ def _least_factor(given: JointTrajectory, joints: Joints) -> float:
                 f"stretch_joints: the limits of the {ORDERS[r]} of {name} must have 0 inside, as slowing down "
                 "brings it close to 0"
             )
-
-        def largest(values: Array, low: Any, high: Any) -> Any:
-            return np.max(np.maximum(values / high, values / low), axis=-1)
-
-        most = largest(_on_pieces(given.coefficients, r, widths), low[:, None, None], high[:, None, None])
-        for j, i in zip(*np.unravel_index(np.argsort(-most, axis=None), most.shape), strict=True):
-            if most[j, i] <= s**r:
-                break
-            p = Polynomial(given.coefficients[j, i]).deriv(r)
-            s = max(s, float(largest(p(extremes(p, widths[i])), low[j], high[j])) ** (1 / r))
+        for j, c in enumerate(given.coefficients):
+            curve = PPoly(c.T[::-1], given.breakpoints).derivative(r)
+            starts_and_extremes = np.append(given.breakpoints[:-1], _times_at(curve.derivative(), 0.0))
+            values = np.append(curve(starts_and_extremes), ends[r, :, j])
+            s = max(s, float(np.max(np.maximum(values / high[j], values / low[j]))) ** (1 / r))
     return s

@@ -145,15 +145,18 @@ def _usual(rows: Rows, name: str) -> float:
     return _TIMES_USUAL * float(np.median(moving)) if len(moving) >= _FEWEST else np.inf
 
 
-Repair = Callable[[Rows], tuple[Rows, tuple[Finding, ...]]]
+Repaired = tuple[Rows, tuple[Finding, ...]]
+"""The rows after a repair, and what was found."""
+
+Repair = Callable[[Rows], Repaired]
 
 
-def drop_rows_without_time(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def drop_rows_without_time(rows: Rows) -> Repaired:
     """Drop rows without a time."""
     return _without(rows, [row for row, stamp in enumerate(rows.stamps) if stamp is None], "no time, dropped")
 
 
-def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def drop_zero_rows(rows: Rows) -> Repaired:
     """Drop rows in which every signal is zero, which some devices write after losing their target.
 
     If only one signal is read, a true zero looks the same: read all axes of the device together with this repair.
@@ -161,29 +164,29 @@ def drop_zero_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
     return _without(rows, rows.all_zero(), "zero in every signal, dropped")
 
 
-def drop_rows_out_of_order(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def drop_rows_out_of_order(rows: Rows) -> Repaired:
     """Drop the fewest rows such that times never decrease: for wrong stamps. InputError: a row without a time."""
     return _without(rows, out_of_order(rows.require_times()), "out of order, dropped")
 
 
-def sort_rows(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def sort_rows(rows: Rows) -> Repaired:
     """Sort the rows by time: for correct stamps written late. InputError: a row without a time."""
     stamps = rows.require_times()
     moved = out_of_order(stamps)
     return rows.only(sorted(range(len(rows)), key=stamps.__getitem__)), _finding(rows, moved, "out of order, sorted")
 
 
-def keep_first_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def keep_first_of_repeated(rows: Rows) -> Repaired:
     """Keep the first of several values of a signal at one time. InputError: a row without a time."""
     return _merge(rows, lambda column, _: float(column[0]), "time repeated, first kept")
 
 
-def keep_last_of_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def keep_last_of_repeated(rows: Rows) -> Repaired:
     """Keep the last of several values of a signal at one time. InputError: a row without a time."""
     return _merge(rows, lambda column, _: float(column[-1]), "time repeated, last kept")
 
 
-def average_repeated(rows: Rows) -> tuple[Rows, tuple[Finding, ...]]:
+def average_repeated(rows: Rows) -> Repaired:
     """Replace several values of a signal at one time by their mean.
 
     Its standard deviation is that of the mean of independent samples. Values that differ by more than noise explains
@@ -217,7 +220,7 @@ def chosen_repairs(repairs: Sequence[Repair | str]) -> tuple[Repair, ...]:
     return tuple(REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs)
 
 
-def _without(rows: Rows, dropped: Sequence[int], what: str) -> tuple[Rows, tuple[Finding, ...]]:
+def _without(rows: Rows, dropped: Sequence[int], what: str) -> Repaired:
     gone = set(dropped)
     return rows.only([row for row in range(len(rows)) if row not in gone]), _finding(rows, dropped, what)
 
@@ -226,9 +229,7 @@ def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]
     return (Finding(what, len(found), rows.places[min(found)]),) if found else ()
 
 
-def _merge(
-    rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str
-) -> tuple[Rows, tuple[Finding, ...]]:
+def _merge(rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str) -> Repaired:
     """Merge several values of a signal at one time into the first of their rows; other signals are kept in their rows.
 
     `merged` receives the values, and a function that combines them: the sum, or for standard deviations the root of the

@@ -13,7 +13,7 @@ from trackably.gp.bounded import BoundedNormal, root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
@@ -131,8 +131,8 @@ def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[
     of a bound has a local minimum below 1e-2 of its width.
     """
     t_s = reference.plant.sampling_time
-    first = max(np.ceil(min(of.times[0] for of in samples) / t_s), np.ceil(span[0] / t_s))
-    last = min(np.floor(max(of.times[-1] for of in samples) / t_s), np.floor(span[1] / t_s))
+    (begun, ended), (start, end) = recorded_span(samples), span
+    first, last = np.ceil(max(begun, start) / t_s), np.floor(min(ended, end) / t_s)
     if last < first:
         return np.empty(0)
     regular = np.round(np.linspace(first, last, _BETWEEN_SAMPLES + 1))

@@ -19,7 +19,7 @@ from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, recorded_span
 from trackably.learning.joint.search import learn_jointly
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
@@ -182,8 +182,7 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
     ValueError: no window has samples of each name.
     """
     given = measured.given
-    start = min(float(of.times[0]) for of in given.values())
-    end = max(float(of.times[-1]) for of in given.values())
+    start, end = recorded_span(given.values())
     most, best, whole = -1.0, dict[str, Samples](), {name: _motion(of) or 1.0 for name, of in given.items()}
     for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)):
         since = start + i * length / 2
@@ -214,9 +213,10 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         return first.prior.as_known()
 
     def learn_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
-        times = Window(min(float(of.times[0]) for of in samples), max(float(of.times[-1]) for of in samples))
         space = SearchSpace.around(samples, prior, starts)
-        return learn_jointly(ConstrainedProblem(samples, prior, space, constraints_at(times, plant)))
+        return learn_jointly(
+            ConstrainedProblem(samples, prior, space, constraints_at(Window(*recorded_span(samples)), plant))
+        )
 
     solution, _ = begun.learn_enough(
         lambda of, _: found_or_raise(first.best(partial(learn_with, of))),

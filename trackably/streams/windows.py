@@ -15,7 +15,7 @@ from trackably.certificates.prove import Failure, prove_on_window, prove_while_s
 from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPrior
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, recorded_span
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
@@ -80,8 +80,7 @@ class Stream:
     @property
     def windows(self) -> Iterator[tuple[float, float]]:
         """The first time of each window, and the first time after it [s]; the last window contains the last sample."""
-        first = min(float(of.times[0]) for of in self.samples)
-        last = max(float(of.times[-1]) for of in self.samples)
+        first, last = recorded_span(self.samples)
         count = max(1, int(np.ceil((last - first) / self.length)))
         ends = [first + i * self.length for i in range(count)]
         yield from zip(ends, [*ends[1:], float(np.nextafter(last, np.inf))], strict=True)
@@ -152,15 +151,15 @@ def _problem(
     if any(of is None for of in samples):
         return None
     given = tuple(of for of in samples if of is not None)
-    last = max(float(of.times[-1]) for of in given)
     earliest = stream.claim.span[0]
-    times = Window(max(min(earliest, now), now - 2 * memory), last + memory + stream.plant.sampling_time)
+    until = recorded_span(given)[1] + memory + stream.plant.sampling_time
+    times = Window(max(min(earliest, now), now - 2 * memory), until)
     constraints = constraints_at(times, stream.plant, backoff)
     space = SearchSpace.around(given, stream.prior, starts=1)
     # Required values that the window can still change, and those that it has to prepare for. Times before the first
     # sample belong to the first window, and times after the last sample to the last one.
-    ends = [float(of.times[i]) for of in stream.samples for i in (0, -1)]
-    within = (at for at in stream.pinned if times.start <= min(max(at.time, min(ends)), max(ends)) <= times.end)
+    first, last = recorded_span(stream.samples)
+    within = (at for at in stream.pinned if times.start <= min(max(at.time, first), last) <= times.end)
     required = tuple(value for at in within for value in at.required_values(stream.plant))
     return ConstrainedProblem(given, stream.prior, space, constraints, required, bases=bases)
 

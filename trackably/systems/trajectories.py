@@ -300,30 +300,17 @@ class Quantities:
         return np.where(np.isnan(margins), -np.inf, margins)
 
     def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
-        """Return the bounds of quantity `which[i]`, at t[..., i] [s] if they move; shapes broadcast with t."""
-        lower, upper = (of[which] for of in self._constant_ends)
-        for q in self._moving:
+        """Return the bounds of quantity `which[i]` at t[..., i] [s], each of the shape of t."""
+        lower, upper = np.empty((2, *t.shape))
+        for q, quantity in enumerate(self.quantities):
             here = np.broadcast_to(which == q, t.shape)
-            lower, upper = (np.array(np.broadcast_to(of, t.shape)) for of in (lower, upper))
-            lower[here], upper[here] = self.quantities[q].bounds.ends(t[here])
+            lower[here], upper[here] = quantity.bounds.ends(t[here])
         return lower, upper
-
-    @cached_property
-    def _moving(self) -> list[int]:
-        return [q for q, quantity in enumerate(self.quantities) if quantity.bounds.moving]
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times between `start` and `end` [s] at which some bound may jump or have a kink."""
         found = (quantity.bounds.breakpoints_in(start, end) for quantity in self.quantities)
         return np.unique(np.concatenate([np.empty(0), *found]))
-
-    @cached_property
-    def _constant_ends(self) -> tuple[Array, Array]:
-        """The lower and the upper bounds, NaN if they move; each has shape (Q,)."""
-        none = np.full(2, np.nan)
-        ends = [none if q in self._moving else of.bounds.ends(none[0]) for q, of in enumerate(self.quantities)]
-        lower, upper = np.array(ends, dtype=float).reshape(-1, 2).T
-        return lower, upper
 
     @property
     def is_linear(self) -> bool:

@@ -1,18 +1,14 @@
-"""Small recordings of one motion to rest, the plant that is to follow it, and fleets learned from them."""
+"""Small recordings of one motion to rest, and fleets learned from them."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from trackably import ConstrainedSystem, Fleet, LinearSystem, Polytope, Samples, SquaredExponential, learn_many
+from tests.trackably.plants import SCALAR as PLANT
+from trackably import Fleet, Samples, SquaredExponential, learn_many
 from trackably.errors import InputError
 
-PLANT = ConstrainedSystem(
-    LinearSystem(A=[[0.9]], B=[[0.5]], sampling_time=0.01),
-    state_set=Polytope.box([-2.0], [0.05]),
-    input_set=Polytope.box([-0.5], [0.5]),
-)
 KERNEL = SquaredExponential()
 
 
@@ -32,3 +28,7 @@ def unreadable() -> Samples:
 
 def learned(recordings: Any, folder: Path, claim: Any = "all_times", kernel: Any = KERNEL, **options: Any) -> Fleet:
     return learn_many(recordings, PLANT, kernel, claim, folder=folder, **{"noise_std": 0.01, **options})
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

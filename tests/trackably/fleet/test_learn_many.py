@@ -2,25 +2,16 @@
 
 import math
 import shutil
-import signal
-import subprocess
-import sys
-import time
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.trackably.fleet.recordings import KERNEL, PLANT, learned, motion, motions, unreadable
+from tests.trackably.fleet.recordings import KERNEL, PLANT, contents, learned, motion, motions, unreadable
 from trackably import Samples, Source, SquaredExponential, check, learn_reference, learn_stream
 from trackably.checker import Proved
 from trackably.errors import InputError
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def written(folder: Path) -> dict[str, int]:
@@ -35,36 +26,12 @@ def test_each_reference_is_that_of_learn_reference_and_its_certificate_is_proved
     assert isinstance(check(two.folder / "run 1" / "certificate.json"), Proved)
 
 
-@pytest.mark.parametrize("who", ["processes", "cluster"])
-def test_whoever_learns_writes_the_same_bytes(tmp_path, two, who):
+def test_a_cluster_writes_the_same_bytes(tmp_path, two):
     from distributed import LocalCluster  # noqa: PLC0415  only here
 
-    with ExitStack() as stack:
-        options = {"workers": 2}
-        if who == "cluster":
-            cluster = LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None)
-            options = {"cluster": stack.enter_context(cluster).scheduler_address}
-        learned(motions(2), tmp_path, **options)
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        learned(motions(2), tmp_path, cluster=cluster.scheduler_address)
     assert contents(tmp_path) == contents(two.folder)
-
-
-def test_a_run_that_was_killed_goes_on_and_does_no_work_twice(tmp_path, two):
-    script = f"""
-from pathlib import Path
-from tests.trackably.fleet.recordings import learned, motions
-learned(motions(2), Path({str(tmp_path)!r}))
-"""
-    run = subprocess.Popen([sys.executable, "-c", script])
-    while run.poll() is None and not written(tmp_path):
-        time.sleep(0.005)
-    run.send_signal(signal.SIGKILL)
-    run.wait()
-    before = written(tmp_path)
-    assert before.keys() == {"run 0"}
-    learned(motions(2), tmp_path)
-    assert written(tmp_path)["run 0"] == before["run 0"]
-    found = {name: content for name, content in contents(tmp_path).items() if not name.endswith(".tmp")}
-    assert found == contents(two.folder)
 
 
 def changed_in(file: str):

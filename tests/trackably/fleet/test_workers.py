@@ -11,18 +11,19 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tests.project import ROOT
+from tests.trackably.fleet.recordings import contents, learned, motions
 
 RUN = """
 import sys, time
 from pathlib import Path
-from tests.trackably.fleet.recordings import learned, unreadable
+from tests.trackably.fleet.recordings import learned, motion
 from trackably import Source
 
 def without_end():
     time.sleep(3600)
 
 if __name__ == "__main__":
-    sources = [Source("first", unreadable), Source("second", without_end), Source("third", without_end)]
+    sources = [Source("run 0", lambda: motion(0)), Source("run 1", without_end), Source("run 2", without_end)]
     learned(sources, Path(sys.argv[1]), workers=2)
 """
 SECONDS = 60.0
@@ -31,14 +32,14 @@ SECONDS = 60.0
 
 @contextmanager
 def running(folder: Path) -> Iterator[subprocess.Popen[str]]:
-    """A run, and all its processes in a group, that has answered the first recording and waits for others."""
+    """A run of two processes, all in a group, that has answered the first recording and waits for others."""
     (folder / "run.py").write_text(RUN)
     command = [sys.executable, str(folder / "run.py"), str(folder / "fleet")]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     path = {**os.environ, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(command, cwd=ROOT, env=path, text=True, start_new_session=True, **pipes) as run:
         try:
-            while run.poll() is None and not (folder / "fleet" / "first" / "row.json").exists():
+            while run.poll() is None and not (folder / "fleet" / "run 0" / "row.json").exists():
                 time.sleep(0.02)
             time.sleep(0.5)  # an interrupt within the bookkeeping of the first would count it or not
             yield run
@@ -53,11 +54,18 @@ def with_group(run: subprocess.Popen[str], sent: signal.Signals) -> None:
         assert run.poll() is not None
 
 
-def test_workers_end_where_their_parent_is_killed(tmp_path):
+def test_workers_end_where_their_parent_is_killed_and_what_they_answered_is_kept(tmp_path, two):
     """Every process of the run holds its output open: the end of it is read when the last one has ended."""
     with running(tmp_path) as run:
         run.kill()
         run.communicate(timeout=SECONDS)
+    fleet = tmp_path / "fleet"
+    before = contents(fleet)
+    assert {path.split("/")[0] for path in before} == {"run 0"}
+    when = (fleet / "run 0" / "row.json").stat().st_mtime_ns
+    learned(motions(2), fleet)
+    assert (fleet / "run 0" / "row.json").stat().st_mtime_ns == when, "no work is done twice"
+    assert contents(fleet) == contents(two.folder), "whoever learned it"
 
 
 def test_an_interrupt_ends_all_processes_and_says_what_is_kept(tmp_path):

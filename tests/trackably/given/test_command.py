@@ -81,12 +81,9 @@ HEAD = "k,position,velocity,force\n"
 STILL = HEAD + "0,0,0,0\n1,0,0,0\n"
 UNUSABLE = {
     "a step is left out": (HEAD + "0,0,0,0\n2,0,0,0\n", {}, "bad.csv: line 3: rows must be successive steps"),
-    "half a step": (HEAD + "0.5,0,0,0\n1.5,0,0,0\n", {}, "bad.csv: line 2: rows must be successive steps"),
     "a word": (HEAD + "0,0,0,0\n1,0,fast,0\n", {}, "bad.csv, line 3, column 'velocity': expected a finite number"),
-    "short rows": (HEAD + "0,0\n1,0\n", {}, "bad.csv, line 2: expected 4 cells, as in the header, got 2"),
     "no input": ("k;position;velocity\n0;0;0\n1;0;0\n", {}, "bad.csv: there is no column force"),
     "a column twice": (STILL.replace("velocity", "position [mm]"), {}, "but 'position' is there twice"),
-    "an unknown field": (STILL, {"system": {**SYSTEM["system"], "D": 0}}, "bad.json: system: has an unknown field D"),
     "half a set": (STILL, {"input_set": {"lower": [0]}}, "bad.json: input_set: expected lower with upper"),
     "no JSON": (STILL, None, "bad.json: expected JSON, got "),
     "no file": (None, {}, "bad.csv: there is no such file"),
@@ -102,14 +99,3 @@ def test_what_cannot_be_used(folder, capsys, name):
     code, text = said(capsys, "bad.csv", "--system", "bad.json")
     assert code == 2
     assert reason in text
-
-
-def test_systems_and_sets_are_written_as_in_params_yaml(folder, capsys):
-    """A table at rest of the library's tank: its bounds are half-spaces, together with a box."""
-    rest = {"H": [[1], [-1]], "h": [3, -0.5]}, {"lower": [0], "upper": [3], "H": [[1]], "h": [2]}
-    system = {"model": "tank", "sampling_time": 1, "parameters": {"outflow": 0.5}}
-    (folder / "tank.json").write_text(json.dumps({"system": system, "state_set": rest[0], "input_set": rest[1]}))
-    (folder / "tank.csv").write_text("\n".join(["k,level,inflow", *(f"{k},1.0,0.5" for k in range(4))]))
-    code, text = said(capsys, "tank.csv", "--system", "tank.json", "--save", "proof.json")
-    assert (code, main(["check", "proof.json"])) == (0, 0)
-    assert "level in [0.5, 3], inflow in [0, 3], inflow (2) in [-1e-06, 2]" in text

@@ -83,10 +83,9 @@ def test_a_start_that_breaks_a_bound_is_moved():
 
 
 def test_a_late_motion_is_repaired_as_nearly_as_one_from_the_start():
-    soon, *late = (
+    soon, late = (
         repair(CubicSpline(np.add(X, t), [-1.0, 0.6, 0.0, 0.1], bc_type="clamped"), AXIS, "all_times")
-        for t in (0.0, 0.7, 1e6)
+        for t in (0.0, 1e6)
     )
-    for later in late:
-        assert later.moved["position"].most <= 1.05 * soon.moved["position"].most
-        assert later.state(0) == pytest.approx([-1.0, 0.0], abs=1e-6)
+    assert late.moved["position"].most <= 1.05 * soon.moved["position"].most
+    assert late.state(0) == pytest.approx([-1.0, 0.0], abs=1e-6)

@@ -9,7 +9,7 @@ from trackably import Gate, Joints, JointTrajectory
 ARM = Joints(position=[(-2, 2)] * 3, velocity=2.0, acceleration=10.0, jerk=200.0, names=["a", "b", "c"])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_whatever_comes_what_runs_keeps_its_limits(seed):
     stream = Stream(seed)
     for _ in range(12):

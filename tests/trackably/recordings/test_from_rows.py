@@ -21,7 +21,6 @@ REFUSALS = {
         REPEATED,
         "a.csv, line 4: 'x' has a second value at 1 s, the first is in line 3; 2 rows are repeated ",
     ),
-    "nothing but gaps": (GAPS, "a.csv: 'y' has no value in any of the 2 rows left"),
     "nothing to average": (GAPS, "a.csv: 'y' has no value in any of the 2 rows left", average_repeated),
     "noise of zero": (rows(["0", "1"], noise=[0.1, 0], x=[1, 2]), "a.csv, line 3: expected a positive standard dev"),
     "closer than a float64 can tell": (

@@ -1,17 +1,15 @@
 """A CSV file is read, or refused in one sentence that names file and line."""
 
 import gzip
-import re
 
 import pytest
 
-from tests.trackably.recordings.csv_files.files import COMMAS, X, read
+from tests.trackably.recordings.csv_files.files import COMMAS, read
 from trackably.errors import InputError
-from trackably.recordings import CsvLayout, read_csv
+from trackably.recordings import CsvLayout
 
 REFUSALS = {
     "empty": ("", {}, ": expected a header that names the columns, got an empty file"),
-    "no rows": ("t,x\n", {}, ": there are no rows below the header"),
     "no such column": (
         "t;a,b;y\n0;1;2\n",
         {},
@@ -34,11 +32,6 @@ REFUSALS = {
         ", line 2, column 't': expected a finite number, got '2024-05-01T12:00:00.25Z' (dates have",
     ),
     "too large": ("t,x\n0,1e400\n", {}, ", line 2, column 'x': expected a number that fits a float64, got 1.000e+400"),
-    "numbers where dates were said": (
-        "t,x\n17,1\n",
-        {"unit": "ISO 8601"},
-        ", line 2, column 't': expected a stamp like ",
-    ),
     "decimal commas without quotes": (
         "t,x\n0,1,5\n",
         {"layout": COMMAS},
@@ -52,7 +45,6 @@ REFUSALS = {
     "Latin-1 as UTF-8": ("t,x,größe\n0,1,2\n".encode("latin-1"), {}, ": it is not written in 'utf-8' ("),
     "UTF-16 as UTF-8": ("t,x\n0,1\n".encode("utf-16"), {}, ": it begins with the mark of UTF-16, which the encoding "),
     "binary": (b"\x7fELF\n\xff\0\1", {}, ", line 2: a NUL byte, so this is no text file"),
-    "MCAP": (b"\x89MCAP0\r\n\1\0", {}, ": this is an MCAP file: read_mcap reads it"),
     "Parquet": (b"PAR1\0", {}, ": this is a Parquet file: read_parquet reads it"),
     "unknown encoding": (
         "t,x\n0,1\n",
@@ -68,12 +60,6 @@ def test_refused(tmp_path, name):
     with pytest.raises(InputError) as caught:
         read(path, text, **options)
     assert str(caught.value).startswith(f"{path}{message}")
-
-
-@pytest.mark.parametrize(("name", "message"), [("none.csv", "there is no such file"), (".", "expected a file, got a")])
-def test_no_file(tmp_path, name, message):
-    with pytest.raises(InputError, match=re.escape(f"{tmp_path / name}: {message}")):
-        read_csv(str(tmp_path / name), "t", "s", X)
 
 
 def test_gzip_is_unpacked(tmp_path):
