@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackably import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential
+from trackably import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential, tank
 
 AXIS = ConstrainedSystem(
     LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=("position", "velocity"), inputs=("force",)),
@@ -26,3 +26,4 @@ MIXED = ConstrainedSystem(
     Polytope.box([-9] * 3, [9] * 3),
     Polytope.box([-9] * 2, [9] * 2),
 )
+TANK = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.4]), Polytope.box([0.0], [1.0]))

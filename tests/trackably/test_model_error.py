@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.checker.changes import changed, part_at
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -12,7 +13,6 @@ from trackably import (
     Polytope,
     Samples,
     SquaredExponential,
-    TrackableReference,
     Truth,
     TubeController,
     Zonotope,
@@ -91,12 +91,10 @@ def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_sign
         assert abs(x[0] - 0.08 * np.sin(1.8 * T * (k + 1))) <= truth.plant
 
 
-def test_what_is_saved_is_proved_again(learned, tmp_path):
-    learned.save(tmp_path / "reference.json")
-    again = TrackableReference.load(tmp_path / "reference.json")
-    assert encode_certificate(again.certificate) == encode_certificate(learned.certificate)
-    assert "under every disturbance in " in again.explanation
-    verdict, (truth,) = check(encode_certificate(again.certificate)), again.certificate.truth
+def test_what_is_proved_is_stated_and_comes_back_when_it_is_saved(learned, tmp_path):
+    assert_comes_back(learned, tmp_path)
+    assert "under every disturbance in " in learned.explanation
+    verdict, (truth,) = check(encode_certificate(learned.certificate)), learned.certificate.truth
     assert isinstance(verdict, Proved)
     assert "convex hull of A = [[1.0, 0.02], [0.0, 1.0]]" in verdict.statement
     assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement

@@ -7,20 +7,18 @@ import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS, CART, KERNEL, MOVED, SAMPLES, TIMES
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     DoubtfulInputWarning,
     Failed,
-    NotTrackableError,
     Periodic,
     Proved,
     Samples,
     SquaredExponential,
-    TrackableReference,
     check,
     learn_reference,
 )
 from trackably.certificates.form import encode_certificate
-from trackably.codec import CodecError
 
 
 @pytest.fixture(scope="module")
@@ -54,26 +52,8 @@ def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis):
     np.testing.assert_allclose(axis.input_std(0.31 / step), expected[2:], rtol=1e-2)
 
 
-def test_what_is_saved_is_loaded_and_proved_again(axis, tmp_path):
-    axis.save(tmp_path / "axis.json")
-    again = TrackableReference.load(tmp_path / "axis.json")
-    np.testing.assert_array_equal(again.state(np.arange(99)), axis.state(np.arange(99)))
-    np.testing.assert_array_equal(again.state_std(np.arange(99)), axis.state_std(np.arange(99)))
-    assert encode_certificate(again.certificate) == encode_certificate(axis.certificate)
-    assert (again.hyperparameters, again.objective) == (axis.hyperparameters, axis.objective)
-
-
-def test_a_file_that_was_changed_is_refused(axis, tmp_path):
-    path = tmp_path / "axis.json"
-    axis.save(path)
-    content = json.loads(path.read_text())
-    content["fit"]["reference"]["signals"][0]["weights"][3] *= 1.5
-    path.write_text(json.dumps(content))
-    with pytest.raises(NotTrackableError, match="certainly breaks"):
-        TrackableReference.load(path)
-    path.write_text(json.dumps({**content, "more": 1}))
-    with pytest.raises(CodecError, match="has no more"):
-        TrackableReference.load(path)
+def test_what_is_saved_comes_back(axis, tmp_path):
+    assert_comes_back(axis, tmp_path)
 
 
 def test_the_certificate_stands_alone(axis, tmp_path):

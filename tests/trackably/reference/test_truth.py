@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.checker.changes import changed, part_at
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -17,7 +18,6 @@ from trackably import (
     Polytope,
     Samples,
     SquaredExponential,
-    TrackableReference,
     Truth,
     Zonotope,
     learn_reference,
@@ -174,23 +174,8 @@ def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     assert least <= raised.value.outcome.least <= 1.2 * far.accuracy().error
 
 
-@pytest.mark.parametrize(
-    ("tolerance", "claim", "more"),
-    [
-        (0.0, (0.0, 1.4), {}),
-        ({"velocity": 0.1}, (0.0, 1.4), {}),
-        (0.1, (0.0, 1.4), {"truth": None}),
-        (0.1, "all_phases", {}),
-    ],
-)
-def test_a_tolerance_that_means_nothing_is_refused(tolerance, claim, more):
-    with pytest.raises(ValueError, match="tolerance"):
-        learned_near(claim=claim, tolerance=tolerance, **more)
-
-
-def test_what_is_saved_says_the_same_when_it_is_loaded(learned, tmp_path):
-    learned.save(tmp_path / "reference.json")
-    assert TrackableReference.load(tmp_path / "reference.json").certificate.truth == learned.certificate.truth
+def test_what_is_saved_comes_back(learned, tmp_path):
+    assert_comes_back(learned, tmp_path)
 
 
 CHANGES = {

@@ -6,15 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
     Periodic,
     Polytope,
-    Proved,
     Samples,
-    TrackableReference,
-    check,
     learn_reference,
 )
 from trackably.learning import screening
@@ -35,10 +33,7 @@ def test_a_sine_is_proved_and_followed(monkeypatch: pytest.MonkeyPatch, tmp_path
     times, noise = np.linspace(0, 16, 60), 0.02
     values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
     found = learn_reference(Samples(times, values), chain_of_four(0.01), Periodic(), "all_phases", starts=1)
-    for file in found.save_certificate(tmp_path / "sine.json"):
-        assert isinstance(check(file), Proved)
     assert found.misfit["a"] < 1.05 * noise
     assert found.price == pytest.approx(0.0, abs=1e-3)
     assert re.search(r"lengthscale = [0-9.]+: float64 does not evaluate those twice as long", found.explanation)
-    found.save(tmp_path / "saved.json")
-    assert TrackableReference.load(tmp_path / "saved.json").explanation == found.explanation
+    assert_comes_back(found, tmp_path)

@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
     Periodic,
     Polytope,
-    Proved,
     Samples,
     SquaredExponential,
     TrackableReference,
-    check,
     learn_reference,
 )
-from trackably.gp.stencil import Stencils
 
 SPEED = np.where(TIMES < 1.5, 0.5 * np.pi / 1.5 * np.sin(np.pi * TIMES / 1.5), 0.0)
 FEW = Samples(SAMPLES.times[::5], SAMPLES.values[::5])
@@ -59,14 +57,8 @@ def test_velocities_help(both) -> None:
     assert np.all(both.state_std(np.arange(60))[:, 1] < alone.state_std(np.arange(60))[:, 1])
 
 
-def test_it_is_proved_saved_and_read_again(both, tmp_path: Path) -> None:
-    both.save_certificate(tmp_path / "proof.json")
-    assert isinstance(check(tmp_path / "proof.json"), Proved)
-    both.save(tmp_path / "r.json")
-    again = TrackableReference.load(tmp_path / "r.json")
-    np.testing.assert_array_equal(again.state(np.arange(50)), both.state(np.arange(50)))
-    assert again.misfit == both.misfit
-    assert isinstance(again.samples[0].stencil, Stencils)
+def test_what_is_saved_comes_back(both, tmp_path: Path) -> None:
+    assert_comes_back(both, tmp_path)
 
 
 def test_one_noise_stands_for_all_where_samples_have_their_own() -> None:
