@@ -9,6 +9,13 @@ AXIS = ConstrainedSystem(
     Polytope.box([-1.1, -1.0], [0.2, 1.0]),
     Polytope.box([-2.5], [2.5]),
 )
+SLIDE = ConstrainedSystem(
+    LinearSystem.discretised(
+        [[0, 1], [0, 0]], [[0], [1]], 0.02, states=("position", "velocity"), inputs=("acceleration",)
+    ),
+    Polytope.box([-0.2, -0.5], [0.2, 0.5]),
+    Polytope.box([-1.0], [1.0]),
+)
 TIMES = np.linspace(0, 3, 16)
 MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
 SAMPLES = Samples(TIMES, MOVED + 0.02 * np.random.default_rng(0).standard_normal(TIMES.size))

@@ -83,9 +83,9 @@ PRODUCT = added([0, 0], [0.1, 0.1], Polytope.box([-1.0, -np.inf], [1.0, np.inf])
 
 TOLD: dict[str, tuple[ConstrainedSystem, Written, Waypoints, str, float, float, str]] = {
     "a value": (WEAK, "all_times", {0.0: REST, 1.0: {"position": 0.8}}, "position = 0.8 at t = 1 s",
-        0.8 - 0.1 / 2, 1e-5, "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is out "
-        "of reach by at least 0.749, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper bound "
-        "0.1) from t = 0 s to 0.95 s"),
+        0.8 - 0.1 / 2, 1e-5, "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is "
+        "out of reach by at least 0.749, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper "
+        "bound 0.1) from t = 0 s to 0.95 s"),
     **{f"who cannot brake, {claim}": (WEAK, claim, FAST, *BRAKE) for claim in ("all_times", "all_phases", (-3.0, 9.0))},
     **{f"too short a way from {t} s": (MOVING, (t, t + 3.0), {}, *TOO_SHORT) for t in (0.0, -100.0, -0.04, 1e9)},
     "bounds that move": (between(LINES({1.0: -1.0, 1.5: 0.6}), LINES({1.0: -0.5, 1.4: 1.0})), (0.0, 4.0), {},
