@@ -1,15 +1,15 @@
 """References that come to rest after a finite time, exactly, by kernels with compact support; proved for all times."""
 
 import copy
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from tests.pipeline.published import example1
 from trackably import (
-    ConstrainedSystem,
     Failed,
-    LinearSystem,
     PiecewisePolynomial2,
     PiecewisePolynomial3,
     Polytope,
@@ -23,11 +23,7 @@ from trackably.certificates.form import encode_certificate
 TIMES = np.linspace(0, 0.6, 13)
 MOVED = np.where(TIMES < 0.4, -0.5 - 0.5 * np.cos(np.pi * TIMES / 0.4), 0.0)
 SAMPLES = Samples(TIMES, MOVED + 0.01 * np.random.default_rng(4).standard_normal(TIMES.size))
-SCALAR = ConstrainedSystem(
-    LinearSystem([[0.9]], [[0.5]], states=("state",), inputs=("input",), sampling_time=0.01),
-    Polytope.box([-2.0], [0.05]),
-    Polytope.box([-0.5], [0.5]),
-)
+SCALAR = replace(example1.SYSTEM, state_set=Polytope.box([-2.0], [0.05]))
 MEANS = {"at zero": 0.0, "elsewhere": 0.0125}
 
 

@@ -1,10 +1,12 @@
 """Prior means are learned as they are most likely; hyperparameters may be learned from samples of their own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
-from trackably import DoubtfulInputWarning, Samples, SquaredExponential, TrackableReference, learn_reference
+from trackably import DoubtfulInputWarning, Polytope, Samples, SquaredExponential, TrackableReference, learn_reference
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
@@ -25,10 +27,10 @@ def test_changes_alone_say_nothing_of_the_mean() -> None:
 
 def learned(samples: Samples = SHIFTED, **options) -> TrackableReference:
     given = {"kernel": SquaredExponential(), "claim": "all_times", "noise_std": 0.02, "starts": 2} | options
-    return learn_reference({"position": samples}, AXIS_WIDE, **given)
+    return learn_reference({"position": samples}, WIDE, **given)
 
 
-AXIS_WIDE = type(AXIS)(AXIS.system, type(AXIS.state_set).box([-2.0, -1.2], [0.5, 1.2]), AXIS.input_set)
+WIDE = replace(AXIS, state_set=Polytope.box([-2.0, -1.2], [0.5, 1.2]))
 
 
 def test_an_interval_that_holds_the_mean_back_is_asked_about() -> None:
