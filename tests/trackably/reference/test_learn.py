@@ -78,6 +78,17 @@ def test_what_is_not_proved_is_refused(axis):
     assert axis.window(10**9, 3).states.shape == (4, 2)
 
 
+def test_a_sample_with_much_noise_of_its_own_does_not_matter():
+    spoilt, noise, at = SAMPLES.values.copy(), np.full(16, 0.02), TIMES[4] / 0.05
+    spoilt[4] += 0.5
+    noise[4] = 100.0
+    trusting, knowing = (
+        learn_reference(samples, AXIS, SquaredExponential(0.5, 0.5), (0.0, 3.0), noise_std=noise_std)
+        for samples, noise_std in ((Samples(TIMES, spoilt), 0.02), (Samples(TIMES, spoilt, noise), 1.0))
+    )
+    assert abs(knowing.state(at)[0] - MOVED[4]) < 0.1 < abs(trusting.state(at)[0] - MOVED[4])
+
+
 def test_a_window_is_proved_and_nothing_else():
     up = Samples(TIMES, -0.9 + 0.3 * TIMES)
     found = learn_reference(up, AXIS, KERNEL, (0.0, 3.0), noise_std=0.02, mean=-5.0)
