@@ -150,11 +150,9 @@ def acceleration_drawn_in():
 
 
 def test_coq_proves_what_is_certified_and_what_is_true_by_a_millionth(coq):
-    robust, true = (
-        map(certificate, ("example1/robust", "vehicle/robust")),
-        (with_kernel(k, "1e-6")[0] for k in KERNELS.values()),
-    )
-    said = (f"Check M{i}.trackable_though_disturbed : M{i}.withstands M{i}.reference M{i}.disturbed.\n" for i in (0, 1))
+    robust = certificate("example1/robust"), certificate("vehicle/robust")
+    true = (with_kernel(kernel, "1e-6")[0] for kernel in KERNELS.values())
+    said = (f"Check M{i}.trackable_though_disturbed : withstands M{i}.reference M{i}.disturbed.\n" for i in (0, 1))
     answer = coq(*robust, *true, more="".join(said))
     assert answer.returncode == 0, answer.stderr
 
