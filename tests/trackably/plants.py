@@ -16,8 +16,15 @@ SLIDE = ConstrainedSystem(
     Polytope.box([-0.2, -0.5], [0.2, 0.5]),
     Polytope.box([-1.0], [1.0]),
 )
+
+
+def moved(t):
+    """Return where the axis is that is moved from -1 to 0 within 1.5 s."""
+    return np.where(t < 1.5, -0.5 - 0.5 * np.cos(np.pi * t / 1.5), 0.0)
+
+
 TIMES = np.linspace(0, 3, 16)
-MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
+MOVED = moved(TIMES)
 SAMPLES = Samples(TIMES, MOVED + 0.02 * np.random.default_rng(0).standard_normal(TIMES.size))
 KERNEL = SquaredExponential()
 CART = ConstrainedSystem(

@@ -18,9 +18,13 @@ from trackably import (
     learn_reference,
 )
 
-SPEED = np.where(TIMES < 1.5, 0.5 * np.pi / 1.5 * np.sin(np.pi * TIMES / 1.5), 0.0)
+
+def speed(t: np.ndarray) -> np.ndarray:
+    return np.where(t < 1.5, 0.5 * np.pi / 1.5 * np.sin(np.pi * t / 1.5), 0.0)
+
+
 FEW = Samples(SAMPLES.times[::5], SAMPLES.values[::5])
-VELOCITY = Samples(TIMES, SPEED + 0.05 * np.random.default_rng(1).standard_normal(TIMES.size))
+VELOCITY = Samples(TIMES, speed(TIMES) + 0.05 * np.random.default_rng(1).standard_normal(TIMES.size))
 KERNEL = SquaredExponential(0.7, 0.8)
 STDS = {"position": 0.02, "velocity": 0.05}
 
@@ -36,8 +40,7 @@ def both() -> TrackableReference:
 
 def velocity_error(found: TrackableReference) -> float:
     steps = np.arange(60)
-    clean = np.where(steps * 0.05 < 1.5, 0.5 * np.pi / 1.5 * np.sin(np.pi * steps * 0.05 / 1.5), 0.0)
-    return float(np.sqrt(np.mean((found.state(steps)[:, 1] - clean) ** 2)))
+    return float(np.sqrt(np.mean((found.state(steps)[:, 1] - speed(steps * 0.05)) ** 2)))
 
 
 def test_each_kind_has_its_own_misfit_in_its_own_unit(both) -> None:
