@@ -125,8 +125,8 @@ def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
 COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "progress": False}
 
 
-def learned_near(claim=(0.0, 1.4), **more):
-    return learn_reference(near_samples(), SLIDE, SquaredExponential(), claim, **COARSE | more)
+def learned_near(**more):
+    return learn_reference(near_samples(), SLIDE, SquaredExponential(), (0.0, 0.7), **COARSE | more)
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def far():
 
 
 def near_samples():
-    t = np.arange(0.0, 1.5, 0.1)
+    t = np.arange(0.0, 0.75, 0.1)
     return Samples(t, 0.08 * np.sin(1.8 * t) + np.random.default_rng(0).uniform(-0.001, 0.001, t.size))
 
 
@@ -153,7 +153,7 @@ def test_a_tolerance_below_the_error_of_what_is_learned_is_kept(far):
 def test_a_tolerance_bounds_a_state_that_has_no_bounds():
     free = replace(SLIDE, state_set=Polytope.box([-np.inf, -0.5], [np.inf, 0.5]))
     samples = near_samples()
-    plant, _ = true_signals(COARSE["truth"], 0.05, {"position": samples}, free, Window(0.0, 1.4))
+    plant, _ = true_signals(COARSE["truth"], 0.05, {"position": samples}, free, Window(0.0, 0.7))
     row, bounds = plant.state_set.intervals[-1]
     times, values = samples.times[:-1], samples.values[:-1]
     lower, upper = bounds.ends(times)
