@@ -27,9 +27,10 @@ from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.joints.trajectories import ORDERS
 from tests.trackably.plants import AXIS
+from tests.trackably.plants import SLIDE as PLANT
 from tests.trackably.reference.feasibility.instances import trajectory
 from tests.trackably.reference.test_truth import NOISE, BangBang
-from tests.trackably.test_model_error import PLANT, W, gain
+from tests.trackably.test_model_error import W, gain
 from trackably import (
     BrokenLimits,
     CertifiedTable,

@@ -16,8 +16,9 @@ import numpy as np
 
 from tests.attack.command import run
 from tests.attack.truth import distance, distances
+from tests.trackably.plants import SLIDE as PLANT
 from tests.trackably.reference.test_truth import LIMIT, NOISE, BangBang, measured, nearly_known
-from tests.trackably.test_model_error import PLANT, SYSTEM, A, B, W, gain
+from tests.trackably.test_model_error import A, B, W, gain
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -38,6 +39,7 @@ from trackably.checker.certificate import Measured, SignalClass, TrueSignal
 from trackably.codec import decode
 from trackably.reference.truth import no_signal
 
+SYSTEM = PLANT.system
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
 
 

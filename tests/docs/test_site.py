@@ -9,7 +9,6 @@ from urllib.parse import unquote
 import pytest
 from sphinx.deprecation import RemovedInSphinx11Warning
 
-import trackably
 from pipeline.site.build import build
 from pipeline.site.extension import as_restructured_text
 from tests.project import ROOT
@@ -55,14 +54,6 @@ def test_every_link_leads_to_a_page_and_a_place_on_it(site: tuple[Path, list[str
             if not target.exists() or (place and target in pages and place not in pages[target].places):
                 broken.append((path.relative_to(site[0]).as_posix(), link))
     assert broken == []
-
-
-def test_every_public_name_is_in_the_reference_with_what_its_docstring_begins_with(
-    site: tuple[Path, list[str]],
-) -> None:
-    pages = [path.read_text(encoding="utf-8") for path in (site[0] / "reference").glob("*.html")]
-    for name in trackably.__all__:
-        assert any(f'id="trackably.{name}"' in page for page in pages), name
 
 
 def test_docstrings_are_shown_as_they_are_written() -> None:

@@ -1,9 +1,13 @@
 """Bounds are kept by every plant of a hull, and what the checker accepts is no more than that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.trackably.checker.changes import changed, part_at
+from tests.trackably.plants import SLIDE
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -12,7 +16,6 @@ from trackably import (
     Polytope,
     Samples,
     SquaredExponential,
-    TrackableReference,
     Truth,
     TubeController,
     Zonotope,
@@ -23,10 +26,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, check
 from trackably.systems.tightening import tightening
 
-T = 0.02
-A, B = [[1.0, T], [0.0, 1.0]], np.array([[T**2 / 2], [T]])
-SYSTEM = LinearSystem(A, B, states=("position", "velocity"), inputs=("acceleration",), sampling_time=T)
-PLANT = ConstrainedSystem(SYSTEM, Polytope.box([-0.2, -0.5], [0.2, 0.5]), Polytope.box([-1.0], [1.0]))
+T, (A, B) = 0.02, (SLIDE.system.A.tolist(), SLIDE.system.B)
 W = Zonotope.box([0.0, -5e-4], [0.0, 5e-4])
 TIMES = np.arange(0.0, 2.0, 0.1)
 SAMPLES = Samples(TIMES, 0.08 * np.sin(1.8 * TIMES) + 0.001 * np.cos(70 * TIMES))
@@ -37,7 +37,7 @@ def gain(by):
 
 
 def learn(**more):
-    return learn_reference(SAMPLES, PLANT, SquaredExponential(), (0.0, 1.9), noise_std=0.001, **more)
+    return learn_reference(SAMPLES, SLIDE, SquaredExponential(), (0.0, 1.9), noise_std=0.001, **more)
 
 
 @pytest.fixture(scope="module")
@@ -70,10 +70,10 @@ def test_what_is_added_to_the_disturbance_holds_all_differences(seed):
 def test_the_worst_plants_keep_all_bounds(learned):
     K = learned.tightening.invariant.feedback
     for disturbance in (None, W):
-        found = worst_plant(learned, PLANT, gain(0.2), K, 94, disturbance=disturbance)
+        found = worst_plant(learned, SLIDE, gain(0.2), K, 94, disturbance=disturbance)
         assert not found.breaks
     assert set(found.vertices) <= {0, 1}
-    broken = worst_plant(learned, PLANT, ModelError.of([(A, 12 * B)]), K, 94)
+    broken = worst_plant(learned, SLIDE, ModelError.of([(A, 12 * B)]), K, 94)
     assert broken.breaks
     assert "breaks" in str(broken)
 
@@ -87,16 +87,14 @@ def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_sign
         plan = tube.step(k, x + v, learned)
         assert isinstance(plan, Plan)
         x = np.array(A) @ x + draw.choice([0.8, 1.2]) * B @ plan.input + [0.0, draw.choice([-5e-4, 5e-4])]
-        assert np.all((PLANT.state_set.lower <= x) & (x <= PLANT.state_set.upper))
+        assert np.all((SLIDE.state_set.lower <= x) & (x <= SLIDE.state_set.upper))
         assert abs(x[0] - 0.08 * np.sin(1.8 * T * (k + 1))) <= truth.plant
 
 
-def test_what_is_saved_is_proved_again(learned, tmp_path):
-    learned.save(tmp_path / "reference.json")
-    again = TrackableReference.load(tmp_path / "reference.json")
-    assert encode_certificate(again.certificate) == encode_certificate(learned.certificate)
-    assert "under every disturbance in " in again.explanation
-    verdict, (truth,) = check(encode_certificate(again.certificate)), again.certificate.truth
+def test_what_is_proved_is_stated_and_comes_back_when_it_is_saved(learned, tmp_path):
+    assert_comes_back(learned, tmp_path)
+    assert "under every disturbance in " in learned.explanation
+    verdict, (truth,) = check(encode_certificate(learned.certificate)), learned.certificate.truth
     assert isinstance(verdict, Proved)
     assert "convex hull of A = [[1.0, 0.02], [0.0, 1.0]]" in verdict.statement
     assert f"the state of the system is within {truth.plant!r} of f" in verdict.statement
@@ -124,34 +122,19 @@ def test_a_changed_certificate_is_refused(learned, name):
 def test_the_message_says_which_vertex_costs_what_and_which_share_would_do():
     K = [[-100.0, -20.0]]
     with pytest.raises(ValueError, match=r"vertex \d costs the bounds .* of acceleration") as raised:
-        tightening(PLANT, W, K, model_error=gain(2.0))
+        tightening(SLIDE, W, K, model_error=gain(2.0))
     share = float(str(raised.value).split("up to ")[1].split(" ")[0])
-    tightening(PLANT, W, K, model_error=gain(0.99 * 2.0 * share))
+    tightening(SLIDE, W, K, model_error=gain(0.99 * 2.0 * share))
     with pytest.raises(ValueError, match="model_error"):
-        tightening(PLANT, W, K, model_error=gain(1.01 * 2.0 * share))
+        tightening(SLIDE, W, K, model_error=gain(1.01 * 2.0 * share))
     with pytest.raises(ValueError, match="beside 0 for disturbance and noise"):
-        tightening(PLANT, None, K, model_error=gain(2.0))
+        tightening(SLIDE, None, K, model_error=gain(2.0))
 
 
 def test_intervals_of_entries_are_all_their_corners():
-    found = ModelError.intervals(SYSTEM, {("velocity", "acceleration"): (0.01, 0.03), ("position", "1"): (-1e-3, 1e-3)})
+    entries = {("velocity", "acceleration"): (0.01, 0.03), ("position", "1"): (-1e-3, 1e-3)}
+    found = ModelError.intervals(SLIDE.system, entries)
     assert {(v.B[1, 0], v.c[0]) for v in found.vertices} == {(b, c) for b in (0.01, 0.03) for c in (-1e-3, 1e-3)}
-
-
-GAIN = ("velocity", "acceleration")
-
-
-@pytest.mark.parametrize(
-    ("make", "error", "said"),
-    [
-        (lambda: ModelError.intervals(SYSTEM, {("speed", "acceleration"): (0, 1)}), ValueError, "one of position, vel"),
-        (lambda: ModelError.intervals(SYSTEM, {GAIN: (2, 1)}), ValueError, r"needs lower ≤ upper, got \(2, 1\)"),
-        (lambda: ModelError.of([(A, B), (A,)]), TypeError, r"vertex 2: expected \(A, B\) or \(A, B, c\), got"),
-    ],
-)
-def test_what_is_no_model_error_is_refused(make, error, said):
-    with pytest.raises(error, match=f"^model_error: .*{said}"):
-        make()
 
 
 def test_continuous_plants_are_sampled_only_where_that_is_exact():
@@ -164,8 +147,8 @@ def test_continuous_plants_are_sampled_only_where_that_is_exact():
 
 
 def test_what_nothing_bounds_is_refused():
-    free = ConstrainedSystem(SYSTEM, Polytope([[1.0, 0.0]], [-0.2], [0.2], 2), PLANT.input_set)
-    wrong = ModelError.intervals(SYSTEM, {("velocity", "velocity"): (0.99, 1.01)})
+    free = replace(SLIDE, state_set=Polytope([[1.0, 0.0]], [-0.2], [0.2], 2))
+    wrong = ModelError.intervals(SLIDE.system, {("velocity", "velocity"): (0.99, 1.01)})
     with pytest.raises(ValueError, match="nothing bounds the state 1"):
         tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
     tightening(free, W, [[-100.0, -20.0]], model_error=gain(0.1))

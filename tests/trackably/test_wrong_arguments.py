@@ -11,9 +11,11 @@ from trackably import (
     ConstrainedSystem,
     Controller,
     LinearSystem,
+    ModelError,
     NonlinearSystem,
     Polytope,
     Samples,
+    Truth,
     certify,
     check,
     learn_reference,
@@ -29,6 +31,9 @@ learn = partial(
     learn_reference, **{"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": (0.0, 1.0), "noise_std": 0.02}
 )
 
+hull = partial(ModelError.intervals, AXIS.system)
+A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
+
 RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
 
 WRONG = {
@@ -36,6 +41,16 @@ WRONG = {
     "complex": (lambda: Samples([0, 1], np.array([1j, 2])), "values: expected real numbers, got complex128"),
     "nothing": (lambda: Samples([0, 1], [None, 1.0]), "samples: values[0]: expected a number, got None"),
     "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), "some values are masked"),
+    "none": (lambda: Samples([], []), "times must be a non-empty one-dimensional array, got sh"),
+    "columns": (
+        lambda: Samples([0, 1], [[1], [2]]),
+        "values must be a non-empty one-dimensional array, got shape",
+    ),
+    "endless": (lambda: Samples([0, INF, NAN], [0, 0, 0]), "samples: times[1] must be finite, got inf"),
+    "endless value": (lambda: Samples([0, 1], [-INF, 0]), "samples: values[0] must be finite, got -inf"),
+    "too many": (lambda: Samples([0, 1], [0, 1, 2]), "samples: as many times as values are needed, got 2 and 3"),
+    "repeated": (lambda: Samples([0, 1, 1], [0, 0, 0]), "times[2] = 1 s repeats times[1] = 1 s"),
+    "unsorted": (lambda: Samples([0, 2, 1.5, 1], [0] * 4), "times[2] = 1.5 s lies before times[1] = 2 s"),
     "A of texts": (lambda: system([["a"]], [[1]]), "system: A: expected numbers, got [['a']]"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "rows, a number": (lambda: Polytope(3, [0], [1]), "set: rows must have shape (any, any), got shape ()"),
@@ -55,6 +70,28 @@ WRONG = {
     ),
     "a tank without an area": (lambda: tank(1.0, area=0), "area must be positive, got 0"),
     "a whole number that float64 cannot hold": (lambda: tank(10**400), "sampling_time: expected a number"),
+    "no such state": (
+        lambda: hull({("speed", "force"): (0, 1)}),
+        "a pair of names, one of position, v",
+    ),
+    "no pair": (lambda: hull({"velocity": (0, 1)}), "and one of position, velocity, force, 1, got 'velocity'"),
+    "the wrong way": (lambda: hull({("velocity", "force"): (2, 1)}), "needs lower ≤ upper, got (2, 1)"),
+    "no vertex": (lambda: ModelError.of([]), "expected a list of vertices, (A, B) or (A, B, c), got []"),
+    "half a vertex": (
+        lambda: ModelError.of([(A, B), (A,)]),
+        "vertex 2: expected (A, B) or (A, B, c), got",
+    ),
+    "a truth of any slope": (lambda: Truth(0.1), "truth: expected a bound of the slope, of the second derivative, or"),
+    "negative noise": (lambda: Truth(-1.0, slope=1.0), "truth: noise must not be negative, got -1"),
+    "no slope": (lambda: Truth(0.1, slope=0.0), "truth: slope must be positive, got 0"),
+    "a rate without noise": (
+        lambda: Truth(0.1, second_derivative=1.0, rate="velocity"),
+        "truth: a rate needs rate",
+    ),
+    "a rate that jumps": (
+        lambda: Truth(0.1, slope=1.0, rate="velocity", rate_noise=0.1),
+        "truth: a rate needs rate",
+    ),
     "no certificate": (lambda: check(None), "certificate: expected a path, got None"),
 }
 
@@ -66,8 +103,6 @@ def test_wrong_arguments_are_named(name):
     with pytest.raises((TypeError, ValueError), match=re.escape(sentence)):
         call()
 
-
-A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
 
 IMPOSSIBLE = {
     "A": [np.zeros((2, 3)), np.diag([1.0, INF])],
@@ -85,11 +120,15 @@ def test_impossible_systems_are_refused(name, wrong):
 
 
 def test_what_is_given_is_copied_and_cannot_be_changed():
-    given = {name: np.array(values) for name, values in {"A": A, "lower": [-1.0], "times": [0.0, 1.0]}.items()}
+    arrays = {"A": A, "lower": [-1.0], "times": [0.0, 1.0], "values": [0.1, 0.2], "noise": [1.0, 2.0]}
+    given = {name: np.array(of) for name, of in arrays.items()}
+    samples = Samples(given["times"], given["values"], given["noise"])
     held = {
         "A": system(given["A"], B).A,
         "lower": Polytope.box(given["lower"], [1.0]).lower,
-        "times": Samples(given["times"], [0.0, 1.0]).times,
+        "times": samples.times,
+        "values": samples.values,
+        "noise": samples.relative_noise,
     }
     for name, array in held.items():
         before = array.copy()

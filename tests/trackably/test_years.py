@@ -16,8 +16,6 @@ from trackably import (
 )
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import LATEST, Draft
-from trackably.certificates.form import encode_certificate
-from trackably.checker import Proved, check
 from trackably.checker.certificate import AllPhases, Cover
 from trackably.checker.intervals import exactly
 from trackably.gp.signal import KernelSum
@@ -94,6 +92,5 @@ def test_what_comes_to_rest_has_no_end():
     kernel = Periodic(1.0, 1.0, period=2.0) * KERNEL
     found = learn_reference(SAMPLES, AXIS, kernel, "all_times", noise_std=0.02, starts=1)
     assert found.certificate.evaluated_until == LATEST
-    assert isinstance(check(encode_certificate(found.certificate)), Proved)
     assert "evaluated in float64" not in found.explanation
     assert np.all(found.state(np.array([10**6, 10**12])) == found.state(10**9))

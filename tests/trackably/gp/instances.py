@@ -64,10 +64,6 @@ OTHER_PAIRS: dict[str, Kernel] = {
 DECAYING = RADIAL | DECAYING_PAIRS
 KERNELS = DECAYING | PERIODIC | OTHER_PAIRS
 
-# One of each family, for code that is written once for each.
-FAMILIES = {
-    k: KERNELS[k] for k in ("se_short", "matern32_short", "matern52", "rq_third", "periodic_pi", "sum", "product")
-}
 # For code that sees a covariance and its derivatives only: smooth, rough, heavy-tailed, periodic, combined, deep.
 _REPRESENTATIVE = "se_short", "matern32_short", "rq_heavy", "periodic_pi", "product", "nested"
 REPRESENTATIVE = {name: KERNELS[name] for name in _REPRESENTATIVE}

@@ -1,6 +1,7 @@
 """Random learning problems whose prior mean is an admissible equilibrium, small enough to be solved by brute force."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -52,6 +53,11 @@ class Instance:
             ),
         )
 
+    def smallest_margin(self, found: Any) -> float:
+        """Of all constraints at all of their steps, as a part of the widths of their bounds."""
+        sets = [(c, np.arange(c.index_set.first, c.index_set.last + 1)) for c in self.problem.constraints]
+        return min(float(np.min(c.relative_margin(found, k * self.plant.sampling_time))) for c, k in sets)
+
     def up_to(self, last: int) -> "Instance":
         return replace(self, last=last)
 
@@ -93,5 +99,4 @@ def wild(seed: int) -> Instance:
     return replace(base, samples=Samples(times, values))
 
 
-SEEDS = range(8)
 TIGHT_SEEDS = (0, 3, 4, 6, 8, 9)

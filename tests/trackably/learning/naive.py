@@ -7,29 +7,15 @@ from itertools import product
 import numpy as np
 
 from pipeline.published.scalar import coefficients, interval_sets
+from tests.trackably.gp import naive
 from tests.trackably.learning.instances import Instance
 from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
-
-NOWHERE = 1e12
-
-
-def objective(prior: Prior, samples: Samples) -> float:
-    gram = prior.kernel(samples.times[:, None] - samples.times) + prior.noise_std**2 * np.eye(len(samples))
-    sign, log_determinant = np.linalg.slogdet(gram)
-    residual = samples.values - prior.mean
-    value = log_determinant + residual @ np.linalg.inv(gram) @ residual + len(samples) * math.log(2 * math.pi)
-    return float(value) if sign > 0 and np.isfinite(value) else NOWHERE
 
 
 def states_and_inputs(instance: Instance, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
     """The mean at all constrained steps, and the inputs between them."""
-    samples, plant = instance.samples, instance.plant
-    gram = prior.kernel(samples.times[:, None] - samples.times) + prior.noise_std**2 * np.eye(len(samples))
-    t = np.arange(instance.last + 1) * plant.sampling_time
-    cross = prior.kernel(t[:, None] - samples.times)
-    x = prior.mean + cross @ np.linalg.inv(gram) @ (samples.values - prior.mean)
-    a, b, c = coefficients(plant)
+    x = naive.mean(prior, instance.samples, np.arange(instance.last + 1) * instance.plant.sampling_time)
+    a, b, c = coefficients(instance.plant)
     return x, (x[1:] - a * x[:-1] - c) / b
 
 
@@ -47,15 +33,15 @@ def margins(instance: Instance, prior: Prior) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def best_on_a_grid(instance: Instance, points: int = 30, zooms: int = 3) -> float:
+def best_on_a_grid(instance: Instance, zooms: int = 3) -> float:
     """The smallest objective among feasible points of a grid over the search space, refined around its best."""
     space = instance.problem.space
     low, high = space.log_lower, space.log_upper
-    best, at = math.inf, (low + high) / 2
+    best, at, points = math.inf, (low + high) / 2, 30 if len(low) == 2 else 15
     for _ in range(zooms):
         for log_theta in product(*np.linspace(low, high, points).T):
             prior = prior_at(instance, log_theta)
-            value = objective(prior, instance.samples)
+            value = naive.negative_log_marginal_likelihood(prior, instance.samples)
             if value < best and np.all(margins(instance, prior) >= 0):
                 best, at = value, np.array(log_theta)
         around = 2 * (high - low) / points

@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackably.gp.instances import over
 from tests.trackably.learning import naive
-from tests.trackably.learning.instances import SEEDS, TIGHT_SEEDS, Instance, instance, tight, wild
+from tests.trackably.learning.instances import TIGHT_SEEDS, Instance, instance, tight, wild
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -20,13 +20,11 @@ ROUNDING = 1e-11
 def assert_keeps_every_bound(case: Instance, solution) -> None:
     assert isinstance(solution, Solution), solution.explanation
     assert np.min(naive.margins(case, solution.posterior.prior.parts[0])) >= -ROUNDING
-    for constraint in case.problem.constraints:
-        steps = np.arange(constraint.index_set.first, constraint.index_set.last + 1)
-        margins = constraint.relative_margin(solution.posterior, steps * case.plant.sampling_time)
-        assert np.all(margins >= 0)
+    assert case.smallest_margin(solution.posterior) >= 0
 
 
-CASES = {f"wide {seed}": instance(seed) for seed in SEEDS[:4]} | {f"tight {seed}": tight(seed) for seed in TIGHT_SEEDS}
+CASES = {f"wide {seed}": instance(seed) for seed in range(4)} | {f"tight {seed}": tight(seed) for seed in TIGHT_SEEDS}
+CASES["learned noise"] = replace(CASES["wide 0"], prior=replace(CASES["wide 0"].prior, noise_std=Learned(0.03)))
 
 
 @over(CASES, "case")
@@ -53,15 +51,6 @@ def test_tightening_step_by_step_ends_where_solving_at_once_does(seed):
         stepwise = tightened(stepwise, tighter.problem)
         assert_keeps_every_bound(tighter, stepwise)
     assert stepwise.objective == pytest.approx(best_solution(case.problem).objective, rel=1e-6, abs=1e-6)
-
-
-@pytest.mark.parametrize("seed", [0])
-def test_learned_noise_under_constraints_is_as_good_as_brute_force(seed):
-    base = instance(seed)
-    case = replace(base, prior=replace(base.prior, noise_std=Learned(base.prior.noise_std)))
-    found = best_solution(case.problem)
-    assert_keeps_every_bound(case, found)
-    assert found.objective <= naive.best_on_a_grid(case, points=15) + 1e-9
 
 
 @pytest.mark.parametrize("seed", [0, 3, 5])

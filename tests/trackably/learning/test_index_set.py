@@ -1,6 +1,6 @@
 """Where on its times a margin is smallest: steps against a loop over plateaus, continua against closed forms."""
 
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -104,11 +104,7 @@ def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
     plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
     for start, end in ((10.0, 50.0), (10.2, 49.9)):
         state = Constraint(plant.quantities[0], RealTimes(Window(start, end)), 0.0)
-        times, margins = state.missed_minima(_Signals((waves,)))
+        times, margins = state.missed_minima(SimpleNamespace(signals=(waves,)))
         assert np.all(margins < 0)
         assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))
-        assert not len(state.missed_minima(_Signals((still,)))[0])
-
-
-class _Signals(NamedTuple):
-    signals: tuple[KernelSum, ...]
+        assert not len(state.missed_minima(SimpleNamespace(signals=(still,)))[0])

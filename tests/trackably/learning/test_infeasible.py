@@ -6,10 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pipeline.published.scalar import interval_sets
+from pipeline.published.scalar import interval_sets, scalar
 from tests.trackably.learning import naive
-from tests.trackably.learning.infeasible import INFEASIBLE
-from tests.trackably.learning.instances import instance
+from tests.trackably.learning.instances import Instance, instance
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
@@ -19,6 +18,15 @@ from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.intervals import Interval
 
+# The prior mean 0 is no admissible equilibrium, and the samples are no help: by the quantity that breaks its bounds.
+PRIOR, TIMES = Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1), [0.0, 0.2, 0.4, 0.6, 0.8]
+FAR = scalar(0.9, 0.5, state_set=Interval(1.0, 2.0), input_set=Interval(-5.0, 5.0), sampling_time=0.05)
+DRIFTING = scalar(1.0, -1.0, 1.0, state_set=Interval(-9.0, 9.0), input_set=Interval(-0.5, 0.4), sampling_time=0.05)
+INFEASIBLE = {
+    "state": (Instance(Samples(TIMES, [-9.0, -11.0, -10.0, -10.5, -9.5]), PRIOR, FAR, 60), 0.0),
+    "input": (Instance(Samples(TIMES, [0.3, 0.1, 0.2, 0.15, 0.1]), PRIOR, DRIFTING, 60), 1.0),
+}
+
 
 @cache
 def searched(name: str) -> NothingFeasible | Solution:
@@ -27,8 +35,7 @@ def searched(name: str) -> NothingFeasible | Solution:
 
 @pytest.mark.parametrize("name", INFEASIBLE)
 def test_an_infeasible_problem_is_explained_in_true_numbers(name):
-    case, quantity, at_rest = INFEASIBLE[name]
-    answer = searched(name)
+    (case, at_rest), quantity, answer = INFEASIBLE[name], name, searched(name)
     assert isinstance(answer, NothingFeasible)
     assert answer.quantity.name == quantity
     bounds = dict(zip(("state", "input"), interval_sets(case.plant), strict=True))[quantity]

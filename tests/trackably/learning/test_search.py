@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tests.trackably.learning.searches import followed
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.learning.exchange import Exchange
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
 from trackably.learning.search import best_solution
@@ -32,7 +32,9 @@ def problem() -> ConstrainedProblem:
 def test_the_period_of_two_signals_is_found_though_a_single_start_misses_it():
     """Every multiple of the period is a minimum too, and that is where the single start ends."""
     asked = problem()
-    found, alone = best_solution(asked), followed(asked, asked.space.start_points())
+    found, single = best_solution(asked), Exchange(asked)
+    single.follow(asked.space.start_points())
+    alone = single.outcome
     assert isinstance(found, Solution)
     assert found.posterior.prior.hyperparameters["period"] == pytest.approx(PERIOD, abs=0.01)
     assert isinstance(alone, Solution)

@@ -45,6 +45,12 @@ FAR = (-1.2, 1.0), (0.0, 0.0), (2.0, -2.0), (10.0, 10.0)
 KNOWN = {
     "Rosenbrock's valley": (lambda x: unconstrained(*rosenbrock(x)), [1, 1], 1e-6, FAR),
     "the valley in a disc": (in_disc, [0.7864151509, 0.6176983165], 1e-7, (*FAR[:2], (3.0, -3.0), (0.9, 0.9))),
+    "nearly parallel constraints": (
+        parallel,
+        [0.5499650201, 0.5311565607],
+        1e-6,
+        ((0.0, 0.0), (1.0, 1.0), (-4.0, 3.0), (2.0, -5.0)),
+    ),
     "a curved equality": (on_curve, [1, 0], 1e-6, ((0.8, 0.6), (0.0, 2.0), (-0.3, -1.5), (5.0, 1.0))),
 }
 
@@ -55,19 +61,9 @@ def test_known_minima_are_found_from_every_start(name: str) -> None:
     for start in starts:
         found = minimise(at, np.array(start), *WIDE)
         assert found is not None
+        assert found.converged
         assert found.x == pytest.approx(minimum, abs=within)
         assert found.at.violation < 1e-11
-
-
-@pytest.mark.parametrize("start", [(0.0, 0.0), (1.0, 1.0), (-4.0, 3.0), (2.0, -5.0)])
-def test_nearly_parallel_constraints(start: tuple[float, float]) -> None:
-    found = minimise(parallel, np.array(start), *WIDE)
-    assert found is not None
-    assert found.converged
-    assert found.at.violation < 1e-11
-    dense = np.linspace(-1, 1.5, 2_000_001)
-    lowest = np.min((dense - 1) ** 2 + np.maximum(np.sin(dense + 0.01), 0) ** 2)
-    assert found.at.value == pytest.approx(lowest, abs=1e-9)
 
 
 def test_where_nothing_is_feasible_the_violation_is_least() -> None:

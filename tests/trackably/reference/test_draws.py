@@ -6,8 +6,9 @@ from functools import cache
 import numpy as np
 
 from pipeline.published.ground_truth import setpoint_change
-from tests.project import ROOT
+from tests.pipeline.published import example1
 from tests.trackably.checker.redundant import learned as redundant
+from tests.trackably.systems.instances import unbounded
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -16,7 +17,6 @@ from trackably.gp.samples import Samples
 from trackably.reference.draws import band, draws_within_bounds
 from trackably.reference.learn import learn_reference
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
@@ -26,15 +26,14 @@ WITHIN = np.arange(61)  # from the first sample to the last
 
 
 def plant(lower, upper):
-    system = LinearSystem([[0.9]], [[0.5]], sampling_time=0.01)
-    return ConstrainedSystem(system, Polytope.box([lower], [upper]), Polytope.box([-0.5], [0.5]))
+    return replace(example1.SYSTEM, state_set=Polytope.box([lower], [upper]))
 
 
 @cache
-def example1():
-    k, y = np.loadtxt(ROOT / "data/paper/example1_samples.csv", delimiter=",", skiprows=1).T
-    samples, kernel = Samples(k * 0.01, y), SquaredExponential()
-    return learn_reference(samples, plant(-2.0, 0.01), kernel, "all_times", noise_std=0.01, starts=2, progress=False)
+def learned():
+    return learn_reference(
+        example1.SAMPLES, plant(-2.0, 0.01), SquaredExponential(), "all_times", noise_std=0.01, starts=2
+    )
 
 
 def assert_kept(sets, states, inputs, room=0.0):
@@ -44,17 +43,17 @@ def assert_kept(sets, states, inputs, room=0.0):
 
 
 def test_every_draw_keeps_the_bounds_and_follows_the_system():
-    states, inputs = example1().draws(np.arange(101), 2000)
+    states, inputs = learned().draws(np.arange(101), 2000)
     assert (states.shape, inputs.shape) == ((2000, 101, 1), (2000, 101, 1))
-    assert_kept(sets := example1().reference.plant, states, inputs)
+    assert_kept(sets := learned().reference.plant, states, inputs)
     np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
-    off = states[:, WITHIN[::10], 0] - example1().samples[0].values
+    off = states[:, WITHIN[::10], 0] - learned().samples[0].values
     assert np.max(np.abs(np.mean(off, axis=0))) < 0.01
 
 
 def test_bands_of_example_1_hold_the_truth_and_stay_within_bounds():
     """Between its samples. The band without the bounds leaves the set at 37 of these 61 steps."""
-    found, truth = example1(), setpoint_change(WITHIN * 0.01)
+    found, truth = learned(), setpoint_change(WITHIN * 0.01)
     (lower, upper), _ = found.bands(WITHIN)
     assert np.mean((lower[:, 0] <= truth) & (truth <= upper[:, 0])) >= 0.95
     assert np.max(upper) <= 0.01
@@ -64,13 +63,12 @@ def test_bands_of_example_1_hold_the_truth_and_stay_within_bounds():
 
 
 def test_bounds_that_are_far_away_leave_the_posterior_as_it_is():
-    samples = example1().samples
-    posterior = JointPosterior(example1().prior, samples)
-    wide = ConstrainedSystem(example1().reference.plant.system, Polytope.box([-99], [99]), Polytope.box([-99], [99]))
-    free = Reference(posterior.signals, wide)
+    samples = learned().samples
+    posterior = JointPosterior(learned().prior, samples)
+    free = Reference(posterior.signals, unbounded(example1.SYSTEM.system))
     k = np.array([[3, 15], [44, 71]])
     states, inputs = draws_within_bounds(free, posterior, k, NONE, 4000, 0)
-    found = replace(example1(), fit=replace(example1().fit, reference=free))
+    found = replace(learned(), fit=replace(learned().fit, reference=free))
     for values, mean, std in ((states, free.state(k), found.state_std(k)), (inputs, free.input(k), found.input_std(k))):
         np.testing.assert_allclose(np.mean(values, axis=0), mean, atol=4 * np.max(std) / np.sqrt(4000))
         np.testing.assert_allclose(np.std(values, axis=0), std, rtol=0.05)

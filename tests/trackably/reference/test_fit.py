@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from tests.pipeline.published import example1
-from tests.trackably.plants import AXIS, KERNEL, SAMPLES
+from tests.trackably.plants import AXIS, KERNEL, SAMPLES, SLIDE
 from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
     IgnoresSamplesWarning,
-    LinearSystem,
     Polytope,
     Samples,
     SquaredExponential,
@@ -21,22 +20,18 @@ from trackably import (
 from trackably.gp.joint import JointPosterior
 from trackably.reference.fit import Misfit
 
-SLOW = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -0.9], [0.2, 0.9]), AXIS.input_set)
-LOW = ConstrainedSystem(example1.SYSTEM.system, Polytope.box([-2.0], [0.001]), example1.SYSTEM.input_set)
-
-
-def learned(method):
-    return learn_reference({"position": SAMPLES}, SLOW, KERNEL, "all_times", noise_std=0.02, method=method)
+SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
+LOW = replace(example1.SYSTEM, state_set=Polytope.box([-2.0], [0.001]))
 
 
 @pytest.fixture(scope="module")
 def joint():
-    return learned("joint")
+    return learn_reference(SAMPLES, SLOW, KERNEL, "all_times", noise_std=0.02)
 
 
 @pytest.fixture(scope="module")
 def alone():
-    return learned("hyperparameters")
+    return learn_reference(SAMPLES, SLOW, KERNEL, "all_times", noise_std=0.02, method="hyperparameters")
 
 
 def least(reference):
@@ -118,8 +113,7 @@ def test_samples_are_ignored_where_three_conditions_hold(name):
 
 
 def test_bounds_that_are_not_active_are_not_said_to_cost():
-    system = LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.02, states=["position", "velocity"], inputs=["a"])
-    plant = ConstrainedSystem(system, Polytope.box([-100, -500], [100, 500]), Polytope.box([-1000], [1000]))
+    plant = ConstrainedSystem(SLIDE.system, Polytope.box([-100, -500], [100, 500]), Polytope.box([-1000], [1000]))
     t = np.arange(0, 3, 0.1)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DoubtfulInputWarning)  # samples without noise

@@ -1,10 +1,12 @@
 """`learn_reference` from outside: every way in which it refuses."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.trackably.checker.redundant import PLANT as REDUNDANT
 from tests.trackably.plants import AXIS, CART, KERNEL, MIXED, SAMPLES
 from trackably import (
     ConstrainedSystem,
@@ -13,66 +15,99 @@ from trackably import (
     Periodic,
     Polytope,
     SquaredExponential,
+    Truth,
     learn_reference,
+    mobile_robot,
 )
 from trackably.learning.problem import NothingFeasible
 from trackably.systems.reference import Reference
 
+FREE = replace(AXIS, state_set=Polytope.box([-np.inf, -1.0], [np.inf, 1.0]))
+SLOPING = replace(CART, state_set=Polytope([[1.0, 1.0], [1.0, -1.0]], [-1.0, -1.0], [1.0, 1.0]))
+ROBOT = ConstrainedSystem(
+    mobile_robot(0.1), Polytope.box([-3, -3, -np.inf], [3, 3, np.inf]), Polytope.box([0.1, -2], [1.5, 2])
+)
+BOTH, ON_CART = {"position": SAMPLES, "velocity": SAMPLES}, {"plant": CART, "samples": {"a": SAMPLES, "b": SAMPLES}}
+REST, TRUTH = {"claim": (0.0, 2.0), "at": {1.0: "rest"}}, {"truth": Truth(0.1, slope=2.0)}
+REFUSALS = {
+    "no name for two": ({"plant": CART}, "must be given by name, one for each of 2 flat outputs: one of a, z1; one"),
+    "unknown name": ({"samples": {"speed": SAMPLES}}, "speed is neither a state (position, velocity) nor a flat"),
+    "no level": ({"samples": {"velocity": SAMPLES}}, "velocity says how its flat output moves, but not where it is"),
+    "two, learned noise": (
+        {"samples": BOTH, "noise_std": (0.01, 0.1)},
+        "noise_std: must be given as a number for each of position and velocity, which show the same flat output",
+    ),
+    "two, one noise": (
+        {"samples": BOTH, "noise_std": {"position": 0.1}},
+        "noise_std: is missing for velocity, given for position",
+    ),
+    "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "cannot be seen in samples of a: also give one of b"),
+    "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 depends on several flat outputs"),
+    "no kernel for b": ({**ON_CART, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
+    "no equilibrium": (
+        {"mean": 0.5},
+        "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: ",
+    ),
+    "on a bound": (
+        {"mean": 0.2},
+        "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end",
+    ),
+    "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
+    "no period": ({"claim": "all_phases"}, "claim: all_phases needs periodic kernels of one period, got Squared"),
+    "no claim": ({"claim": "ever"}, "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'"),
+    "no end": ({"claim": (0.0, float("inf"))}, "or (start, end) in seconds, got (0.0, inf)"),
+    "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
+    "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),
+    "noise": ({"noise_std": (2, 1)}, "noise_std must be a positive number (known) or [lower, upper] with 0 <"),
+    "mean, the wrong way": ({"mean": (0.3, -0.1)}, "mean of position: expected a number or [lower, upper] with"),
+    "mean without end": ({"mean": (0.0, np.inf)}, "mean of position: expected a number or [lower, upper] with"),
+    "mean of texts": ({"mean": ("a", "b")}, "mean of position: expected a number or [lower, upper] with"),
+    "no tolerance": ({**TRUTH, "tolerance": 0.0}, "tolerance of position must be positive, got 0"),
+    "tolerance of another": (
+        {**TRUTH, "tolerance": {"velocity": 0.1}},
+        "tolerance: expected a state that truth= describes, position, got velocity",
+    ),
+    "tolerance of nothing": ({"tolerance": 0.1}, "tolerance: give truth= of a sampled state too, and claim a window"),
+    "tolerance for ever": (
+        {**TRUTH, "tolerance": 0.1, "claim": "all_phases"},
+        "tolerance: give truth= of a sampled state too, and claim a window",
+    ),
+    "rest of a robot": (
+        {**REST, "plant": ROBOT, "samples": {"x": SAMPLES, "y": SAMPLES}},
+        "at: rest at 1 s cannot be asked for, as the heading is not defined whi",
+    ),
+    "rest of redundant inputs": (
+        {**REST, "plant": REDUNDANT},
+        "at 1 s cannot be asked for, as several inputs act alike",
+    ),
+    "rest without bounds": ({**REST, "plant": FREE}, "at_tolerance: is needed for position, which has no bounds"),
+    "one of several inputs": (
+        {"plant": REDUNDANT, "at": {0.0: {"u1": 0.0}}},
+        "at: u1 is one of several inputs that act alike; only their effect is",
+    ),
+    "values alone": (
+        {"at": {0.0: {"position": 0.0}}, "method": "hyperparameters"},
+        'at: values at given times need method="joint"',
+    ),
+    "value of another": (
+        {"at": {0.0: {"speed": 1.0}}},
+        "at: speed is neither a state nor an input (position, velocity, force)",
+    ),
+    "too early": (
+        {"at": {-0.1: {"position": 0.0}}},
+        "at: -0.1 s is outside of the times that are claimed, from 0 s to",
+    ),
+    "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
+    "together outside": (
+        {**ON_CART, "plant": SLOPING, "at": {0.0: {"a": 0.9, "b": 0.9}}},
+        "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : -1 ≤ 1 x1 + 1 x2 ≤ 1",
+    ),
+}
 
-def refusals():
-    both = {"a": SAMPLES, "b": SAMPLES}
-    on_cart = {"plant": CART, "samples": both}
-    return {
-        "no name for two": (
-            {"plant": CART},
-            "must be given by name, one for each of 2 flat outputs: one of a, z1; one",
-        ),
-        "unknown name": ({"samples": {"speed": SAMPLES}}, "speed is neither a state (position, velocity) nor a flat"),
-        "no level": (
-            {"samples": {"velocity": SAMPLES}},
-            "velocity says how its flat output moves, but not where it is",
-        ),
-        "two, learned noise": (
-            {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": (0.01, 0.1)},
-            "noise_std: must be given as a number for each of position and velocity, which show the same flat output",
-        ),
-        "two, one noise": (
-            {"samples": {"position": SAMPLES, "velocity": SAMPLES}, "noise_std": {"position": 0.1}},
-            "noise_std: is missing for velocity, given for position",
-        ),
-        "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "cannot be seen in samples of a: also give one of b"),
-        "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 depends on several flat outputs"),
-        "no kernel for b": ({**on_cart, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
-        "no equilibrium": (
-            {"mean": 0.5},
-            "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: ",
-        ),
-        "on a bound": (
-            {"mean": 0.2},
-            "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end",
-        ),
-        "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
-        "no period": (
-            {"claim": "all_phases"},
-            "claim: all_phases needs periodic kernels of one period, got Squared",
-        ),
-        "no claim": (
-            {"claim": "ever"},
-            "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'",
-        ),
-        "no end": ({"claim": (0.0, float("inf"))}, "or (start, end) in seconds, got (0.0, inf)"),
-        "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
-        "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),
-        "noise": (
-            {"noise_std": (2, 1)},
-            "noise_std must be a positive number (known) or [lower, upper] with 0 <",
-        ),
-    }
 
-
-@pytest.mark.parametrize("name", refusals())
+@pytest.mark.parametrize("name", REFUSALS)
 def test_refusals_say_what_is_wrong(name):
-    changed, sentence = refusals()[name]
+    changed, sentence = REFUSALS[name]
     given = {"samples": SAMPLES, "plant": AXIS, "kernel": KERNEL, "claim": "all_times", "noise_std": 0.02} | changed
     with pytest.raises(ValueError, match=re.escape(sentence)):
         learn_reference(**given)

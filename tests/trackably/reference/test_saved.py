@@ -1,72 +1,95 @@
-"""Saving and loading go wrong in one sentence that names the file."""
+"""What is damaged or changed is refused in a sentence that names the file; what is not checked yet says nothing."""
 
 import json
+from functools import cache, partial
 
 import pytest
 
 from tests.trackably.checker.changes import changed
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, learn_reference
+from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, Zonotope, learn_reference
 from trackably.codec import CodecError
 
-
-@pytest.fixture(scope="module")
-def reference():
-    return learn_reference(SAMPLES, AXIS, SquaredExponential(0.1, 0.5), (0.0, 1.0), noise_std=0.02, starts=1)
-
-
-@pytest.fixture(scope="module")
-def content(reference, tmp_path_factory):
-    path = tmp_path_factory.mktemp("saved") / "r.json"
-    reference.save(path)
-    return path.read_bytes()
+OPTIONS = {
+    "plain": {},
+    "pushed": {"disturbance": Zonotope.box([0.0, -0.005], [0.0, 0.005])},
+    "pinned": {"at": {1.0: {"force": 0.5}, 0.0: {"position": -0.98, "velocity": 0.0}}},
+}
+SIGNAL, PLANT = ("fit", "reference", "signals", 0), ("fit", "reference", "plant")
 
 
-def tampered(content: bytes, path: tuple, value) -> bytes:
-    return json.dumps(changed(json.loads(content), path, value)).encode()
+@cache
+def learned(name):
+    kernel = SquaredExponential(0.1, 0.5)
+    return learn_reference(SAMPLES, AXIS, kernel, (0.0, 1.0), noise_std=0.02, starts=1, **OPTIONS[name])
 
 
-PLANT = ("fit", "reference", "plant")
-BROKEN = {
-    "empty": (lambda _: b"", r"expected JSON, got"),
-    "cut off": (lambda content: content[:500], r"expected JSON, got"),
-    "no samples": (lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
+@pytest.fixture
+def write(tmp_path):
+    """Return what writes the file of a reference after some damage."""
+
+    def written(name, damage):
+        learned(name).save(path := tmp_path / "r.json")
+        path.write_bytes(damage(path.read_bytes()))
+        return path
+
+    return written
+
+
+def put(value, *path):
+    return lambda content: json.dumps(changed(json.loads(content), path, value)).encode()
+
+
+DAMAGES = {
+    "empty": ("plain", lambda _: b"", "expected JSON, got"),
+    "cut off": ("plain", lambda content: content[:500], "expected JSON, got"),
+    "no samples": ("plain", lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
+    "more": ("plain", put(1, "more"), "has no more"),
     "a reversed set": (
-        lambda content: tampered(content, (*PLANT, "state_set", "upper"), [-9.0, -9.0]),
+        "plain",
+        put([-9.0, -9.0], *PLANT, "state_set", "upper"),
         r"set: row 0 needs entries other than zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
     ),
-    "half a window": (
-        lambda content: tampered(content, ("proved_from",), None),
-        r"proved_from and proved_until: expected both or none, got None",
-    ),
-    "a reversed window": (
-        lambda content: tampered(content, ("proved_until",), -1.0),
-        r"proved_from and proved_until: expected start < end, got 0\.0",
-    ),
+    "half a window": ("plain", put(None, "proved_from"), "proved_from and proved_until: expected both or none, got No"),
+    "a reversed window": ("plain", put(-1.0, "proved_until"), r"and proved_until: expected start < end, got 0\.0"),
+    "disturbance": ("pushed", put("1/100", "tightening", "disturbance", "generators", 0, 1), "tightening: the bounds"),
+    "no number": ("pushed", put("one", "tightening", "disturbance", "centre", 0), "rational"),
+    "feedback": ("pushed", put(-1.0, "tightening", "feedback", 0, 0), "feedback: the error decays too slowly"),
+    "margin": ("pushed", put(0.01, "tightening", "margin"), "tightening: the bounds"),
+    "given set": ("pushed", put([0.3, 1.0], "tightening", "given", "state_set", "upper"), "tightening: the bounds"),
+    "given system": ("pushed", put(0.06, "tightening", "given", "system", "A", 0, 1), "tightening"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_what_is_damaged_is_refused_by_the_name_of_its_file(name, write):
+    of, damage, sentence = DAMAGES[name]
+    path = write(of, damage)
+    with pytest.raises(CodecError, match=rf"^{path}: is no saved reference, or damaged: .*{sentence}"):
+        TrackableReference.load(path)
+
+
+BROKEN = {
+    "a weight": ("plain", put(99.0, *SIGNAL, "weights", 3)),
+    "a bound": ("plain", put([0.01], *PLANT, "input_set", "upper")),
+    "a value": ("pinned", put(-0.979, "fit", "pinned", 0, "values", "position")),
 }
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_what_is_broken_is_named_with_its_file(name, content, tmp_path):
-    damage, sentence = BROKEN[name]
-    (tmp_path / "r.json").write_bytes(damage(content))
-    with pytest.raises(CodecError, match=rf"^{tmp_path}/r\.json: is no saved reference, or damaged: .*{sentence}"):
-        TrackableReference.load(tmp_path / "r.json")
+def test_what_breaks_its_bounds_is_refused_whenever_it_is_checked(name, write):
+    path = write(*BROKEN[name])
+    for check in (partial(TrackableReference.load, path), TrackableReference.load(path, seconds=0.0).check):
+        with pytest.raises(NotTrackableError, match=r"at t = .* s the \w+ certainly breaks"):
+            check()
 
 
-def test_what_is_not_checked_in_time_is_unchecked_until_it_is(content, tmp_path):
+def test_what_is_not_checked_in_time_is_unchecked_until_it_is(write):
     """Nothing of a reference can be had before: neither its states, nor a certificate."""
-    (tmp_path / "r.json").write_bytes(content)
-    found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)
+    found = TrackableReference.load(path := write("plain", bytes), seconds=0.0)
     assert isinstance(found, Unchecked)
-    assert "r.json: is unchecked after 0 s" in str(found)
+    assert f"{path}: is unchecked after 0 s" in str(found)
     assert "proved" not in str(found)
-    checked = found.check()
-    again = TrackableReference.load(tmp_path / "r.json", seconds=600.0)
+    again = TrackableReference.load(path, seconds=600.0)
     assert isinstance(again, TrackableReference)
-    assert checked.explanation == again.explanation
-    (tmp_path / "r.json").write_bytes(tampered(content, (*PLANT, "input_set", "upper"), [0.01]))
-    found = TrackableReference.load(tmp_path / "r.json", seconds=0.0)
-    assert isinstance(found, Unchecked)
-    with pytest.raises(NotTrackableError, match="certainly breaks"):
-        found.check()
+    assert found.check().explanation == again.explanation

@@ -38,37 +38,26 @@ def test_value_and_derivatives_against_forty_digits(kernel):
         exact = np.array([[float(mp.diff(f, mp.mpf(t), n)) for t in r.tolist()] for n in range(7)])
     np.testing.assert_allclose(in_units_of(exact, kernel.jet(r, 6)), in_units_of(exact, exact), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(kernel(r), exact[0], rtol=2e-12)
+    np.testing.assert_allclose(kernel.value(r), kernel(r), rtol=1e-13, atol=1e-300)
 
 
 @over(KERNELS)
-def test_curvature_at_zero(kernel):
-    """Every kernel here is twice differentiable at 0, where κ̇ = 0 and κ̈ < 0."""
-    step = 1e-4 * min(time_scales(kernel))
-    zero = np.zeros(())
-    curvature = 2 * (kernel(np.array(step)) - kernel(zero)) / step**2
-    assert kernel.jet(zero, 1)[1] == pytest.approx(0, abs=1e-12 * abs(float(curvature)) ** 0.5)
-    assert kernel.jet(zero, 2)[2] == pytest.approx(float(curvature), rel=1e-3)
-    _, gradient = kernel.jet_and_gradient(zero, 2)
-    reference = gradient_by_differences(kernel, zero, 2)
-    np.testing.assert_allclose(gradient, reference, rtol=1e-6, atol=1e-6 * abs(float(curvature)))
-
-
-@over(KERNELS)
-def test_correlation_time_is_that_of_the_parabola_at_zero(kernel):
-    """κ(r) ≈ κ(0) (1 − r²/(2 τ²)) for small r; with many length scales it is that of the parabola of κ̈."""
+def test_at_zero_a_kernel_is_the_parabola_of_its_correlation_time(kernel):
+    """κ(r) ≈ κ(0) (1 − r²/(2 τ²)) for small r; with many length scales τ is that of the parabola of κ̈."""
     step = 1e-3 * min(time_scales(kernel))
-    zero = float(kernel(np.zeros(())))
-    parabola = step / math.sqrt(2 * (1 - float(kernel(np.array(step))) / zero))
+    (value, near), (slope, _), (curvature, bent) = kernel.jet(np.array([0.0, step]), 2)
+    parabola = step / math.sqrt(2 * (1 - near / value))
+    assert slope == pytest.approx(0, abs=1e-12 * math.sqrt(-curvature))
+    assert math.sqrt(-value / curvature) == pytest.approx(parabola, rel=3e-3)
     if isinstance(kernel, RationalQuadratic):
-        curvature = [float(kernel.jet(np.array(r), 2)[2]) for r in (0.0, step)]
-        parabola = step * math.sqrt(1.5 / (1 - curvature[1] / curvature[0]))
+        parabola = step * math.sqrt(1.5 / (1 - bent / curvature))
     assert kernel.correlation_time == pytest.approx(parabola, rel=3e-3)
 
 
 @over(KERNELS)
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_gradient_against_central_differences(kernel, order):
-    r = RELATIVE_TIMES * time_scale(kernel)
+    r = np.append(0.0, RELATIVE_TIMES) * time_scale(kernel)
     jet, gradient = kernel.jet_and_gradient(r, order)
     np.testing.assert_allclose(jet, kernel.jet(r, order), rtol=1e-13 if order == 0 else 0, atol=1e-300)
     reference = gradient_by_differences(kernel, r, order)

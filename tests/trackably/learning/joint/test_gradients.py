@@ -20,17 +20,13 @@ def program(case: Case, places: Places) -> JointProgram:
     return JointProgram(case.problem, places, case.posterior.signals)
 
 
-def assert_is_the_slope(case: Case, places: Places) -> None:
-    joint = program(case, places)
+@pytest.mark.parametrize("name", ALL)
+def test_is_the_slope(name):
+    case, joint = ALL[name], program(ALL[name], solved(name).places)
     found = joint.evaluate(case.prior.log_hyperparameters)
     slopes = naive.by_log_hyperparameters(lambda at: joint.evaluate(at.log_hyperparameters).value, case.prior)
     scale = np.max(np.abs(slopes))
     np.testing.assert_allclose(found.gradient, slopes, atol=_RELATIVE * scale)
-
-
-@pytest.mark.parametrize("name", ALL)
-def test_is_the_slope(name):
-    assert_is_the_slope(ALL[name], solved(name).places)
 
 
 @over(ALL, "case")

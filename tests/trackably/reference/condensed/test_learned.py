@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS
+from tests.trackably.saved import assert_comes_back
 from trackably import Samples, SquaredExponential, TrackableReference, learn_reference
 from trackably.gp.joint import JointPosterior
 
@@ -42,11 +43,7 @@ def test_the_stated_cost_is_the_change_of_l_with_all_samples(fewer):
 
 
 def test_saved_centres_still_represent_all_samples(fewer, tmp_path):
-    fewer.save(tmp_path / "saved.json")
-    again = TrackableReference.load(tmp_path / "saved.json")
-    assert again.samples[0].scatter == fewer.samples[0].scatter
-    assert again.misfit == fewer.misfit
-    assert again.explanation == fewer.explanation
+    assert_comes_back(fewer, tmp_path)
 
 
 def test_positions_and_velocities_are_condensed_by_name():

@@ -17,6 +17,7 @@ from trackably import (
     Impossible,
     InfeasibleTightening,
     LinearSystem,
+    NonlinearSystem,
     NotTrackableError,
     PolynomialPieces,
     Polytope,
@@ -27,7 +28,9 @@ from trackably import (
     check,
     checker,
     learn_reference,
+    pendulum,
     tank,
+    two_tanks,
 )
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import accepted_file
@@ -39,14 +42,114 @@ from trackably.streams import learn as streams
 from trackably.systems.tightening import tightening
 
 WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Polytope.box([-0.1], [0.1]))
+FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
 MOVING = replace(AXIS, state_set=Polytope.box([0.3, 0.5], [1.0, 1.5]))
 REST = {"position": 0.0, "velocity": 0.0}
 SEEDS = range(12)
 
 
-def told(at: Waypoints, plant: ConstrainedSystem = WEAK, claim: Written = "all_times", mean: float = 0.0) -> Any:
-    claim = as_claim(claim)
-    return impossible(plant, claim, waypoints(at, 1e-6, plant, claim), [mean] * plant.signal_count)
+def between(low: Any, high: Any) -> ConstrainedSystem:
+    """Return an axis with bounds of its position that move."""
+    return replace(AXIS, state_set=Polytope.box([low, -9], [high, 9]), input_set=Polytope.box([-1.0], [1.0]))
+
+
+def filled(inflow: float, low: float = 0.1) -> ConstrainedSystem:
+    """Return a tank, whose level moves by 2.5 (inflow - 0.6 √level) in a step of 5 s."""
+    return ConstrainedSystem(tank(5.0), Polytope.box([low], [2.0]), Polytope.box([0.0], [inflow]))
+
+
+def added(lower: list[float], upper: list[float], states: Polytope, second: float = 1.0) -> ConstrainedSystem:
+    """Return a system that adds an input to each of two states; the second is multiplied by the first, or not."""
+    system = NonlinearSystem.of(
+        lambda x, u: [x[0] + u[0], x[1] * (second + (1 - second) * x[0]) + u[1]], ("a", "b"), ("p", "q"), 1.0
+    )
+    return ConstrainedSystem(system, states, Polytope.box(lower, upper))
+
+
+def told(plant: ConstrainedSystem, written: Written, at: Waypoints) -> Any:
+    claim, level = as_claim(written), float(plant.system.states == ("level",))
+    return impossible(plant, claim, waypoints(at, 1e-9, plant, claim), [level] * plant.signal_count)
+
+
+LINES = PolynomialPieces.lines
+FASTEST = np.sqrt(2 * 0.1 * 0.1)  # v² / 2 u is left of the way, less what the last step of constant force overshoots
+FAST, SLOW = ({0.0: {"position": 0.9, "velocity": v}} for v in (1.0, 0.99 * FASTEST))
+BRAKE = "velocity = 1 at t = 0 s", 1.0 - FASTEST, 5e-3, "force (lower bound -0.1) from t = 0 s to"
+# At least 0.5 m/s for 3 s on 0.7 m: (0.5 - d) 3 = 0.7 (1 + 2 d).
+TOO_SHORT = "", (1.5 - 0.7) / (3 + 1.4), 1e-6, "each of these would have to be moved by 0.181 of its width at least"
+AFTER_A_STEP = 0.2 + 2.5 * (0.3 - 0.6 * np.sqrt(0.2))
+LEAKS = Polytope([[1.0, 1e-10], [0.0, 1.0]], [-1.0, -1e12], [1.0, 1e12])  # a second state of 1e12 lets the first to 101
+PRODUCT = added([0, 0], [0.1, 0.1], Polytope.box([-1.0, -np.inf], [1.0, np.inf]), 0.0)
+
+TOLD: dict[str, tuple[ConstrainedSystem, Written, Waypoints, str, float, float, str]] = {
+    "a value": (WEAK, "all_times", {0.0: REST, 1.0: {"position": 0.8}}, "position = 0.8 at t = 1 s",
+        0.8 - 0.1 / 2, 1e-5, "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is "
+        "out of reach by at least 0.749, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper "
+        "bound 0.1) from t = 0 s to 0.95 s"),
+    **{f"who cannot brake, {claim}": (WEAK, claim, FAST, *BRAKE) for claim in ("all_times", "all_phases", (-3.0, 9.0))},
+    **{f"too short a way from {t} s": (MOVING, (t, t + 3.0), {}, *TOO_SHORT) for t in (0.0, -100.0, -0.04, 1e9)},
+    "bounds that move": (between(LINES({1.0: -1.0, 1.5: 0.6}), LINES({1.0: -0.5, 1.4: 1.0})), (0.0, 4.0), {},
+        "", 0.0, np.inf, "position (lower bound"),
+    "bounds that move periodically": (
+        between(LINES({1.0: -1.0, 1.25: 0.6}, 2.5), LINES({1.0: -0.5, 1.24: 1.0}, 2.5)), (0.0, 4.0), {},
+        "", 0.0, np.inf, "position (lower bound"),
+    "times that steps link": (WEAK, "all_times", {0.3: {"position": 0.0}, 0.35: {"position": 0.9}},
+        "position = 0.9 at t = 0.35 s", 0.0, np.inf, ""),
+    **{f"a free state at {t} s": (FREE, "all_times", {t: REST, t + 1.0: {"position": 0.8}},
+        f"position = 0.8 at t = {1 + t:g} s", 0.75, 1e-5, "") for t in (0.0, 0.35)},
+    "positions of two steps, of a free velocity": (FREE, "all_times",
+        {0.0: {"position": 0.1}, 0.1: {"position": 0.5}, 0.2: {"position": -0.5}},
+        "position = 0.5 at t = 0.1 s", 0.0, np.inf, ""),
+    # After two steps, at most what the largest level and inflow and the smallest outflow leave: boxes know no more.
+    "a level": (filled(0.3), "all_times", {0.0: {"level": 0.2}, 10.0: {"level": 1.9}}, "level = 1.9 at t = 10 s",
+        1.9 - (AFTER_A_STEP + 2.5 * (0.3 - 0.6 * np.sqrt(0.1))), 1e-3,
+        "because of level = 0.2 at t = 0 s; level in [0.1, 2]; inflow in [0, 0.3]"),
+    # The outflow is 0.6 √0.1 at least: what is left of 2 m is below 0.1 m in the sixth step.
+    "a window in which a tank runs empty": (filled(0.05), (0.0, 270.0), {}, "level in [0.1, 2] at t = 30 s", 0.2, 0.01,
+        "level in [0.1, 2] at t = 30 s is out of reach by at least 0.19"),
+    "after steps in which nothing changes": (filled(0.6), "all_times",
+        {100.0: {"level": 0.2}, 105.0: {"level": 1.9}, 500.0: {"level": 1.0}},
+        "level = 1.9 at t = 105 s", 0.0, np.inf, ""),
+    "in a long window": (filled(0.6), (0.0, 700.0), {5.0: {"level": 1.0}, 600.0: {"level": 0.2}, 605.0: {"level": 1.9}},
+        "level = 1.9 at t = 605 s", 0.0, np.inf, ""),
+    "a free state of which a value is given": (PRODUCT, (0.0, 9.0), {0.0: {"a": 0.5, "b": 2.0}, 1.0: {"b": 50.0}},
+        "b = 50 at t = 1 s", 50.0 - 1.1, 1e-6, ""),
+    "beside a free state": (PRODUCT, (0.0, 9.0), {0.0: {"a": 0.5}, 1.0: {"b": 50.0}, 2.0: {"a": 0.8}},
+        "a = 0.8 at t = 2 s", 0.1, 1e-6, ""),
+    "from one value to another": (added([205.0, -1e13], [210.0, 1e13], LEAKS), (0.0, 1.0),
+        {0.0: {"a": -90.0}, 1.0: {"a": 90.0}}, "a = 90 at t = 1 s", 25.0, 1e-4, ""),
+}  # fmt: skip
+NOT_TOLD: dict[str, tuple[ConstrainedSystem, Written, Waypoints]] = {
+    **{f"who can brake, {claim}": (WEAK, claim, SLOW) for claim in ("all_times", "all_phases", (-3.0, 9.0))},
+    **{f"way enough from {t} s": (MOVING, (t, t + 1.3), {}) for t in (0.0, -100.0, -0.04, 1e9)},
+    "bounds that draw in": (between(-1.0, PolynomialPieces.steps({0.0: 1.0, 2.0: 0.5})), (0.0, 4.0), {}),
+    "slower": (between(LINES({1.0: -1.0, 3.5: 0.6}), LINES({1.0: -0.5, 3.4: 1.0})), (0.0, 4.0), {}),
+    "times that steps do not link": (WEAK, "all_times", {0.0: {"position": 0.0}, 0.025: {"position": 0.9}}),
+    "a level in reach": (filled(0.3), "all_times",
+        {0.0: {"level": 0.2}, 10.0: {"level": AFTER_A_STEP + 2.5 * (0.3 - 0.6 * np.sqrt(AFTER_A_STEP))}}),
+    "before the tank is empty": (filled(0.05), (0.0, 24.0), {}),
+    "a root of zero, which may not be defined": (filled(0.05, low=0.0), (0.0, 270.0), {}),
+    "a low level": (filled(0.6), "all_times", {100.0: {"level": 0.2}, 105.0: {"level": 0.9}, 500.0: {"level": 1.0}}),
+    "a free state": (PRODUCT, (0.0, 9.0), {0.0: {"a": 0.5}, 1.0: {"b": 50.0}}),
+    "a small entry of a row": (added([5.0, -1e11], [10.0, 1e11], LEAKS), (0.0, 1.0), {}),
+    "rows of several states": (added([205.0, -1e13], [210.0, 1e13], LEAKS), (0.0, 1.0), {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_what_is_impossible_is_told_with_what_is_missing_and_no_more_is_shown(name):
+    *question, given, missing, within, sentence = TOLD[name]
+    found = told(*question)
+    assert found.given == given
+    assert found.missing == pytest.approx(missing, abs=within)
+    assert sentence in found.explanation
+    assert isinstance(checker.check(found.contradiction), checker.Contradicted)
+    assert isinstance(checker.check({**found.contradiction, "missing": 1.1 * found.missing}), checker.Failed)
+
+
+@pytest.mark.parametrize("name", NOT_TOLD)
+def test_what_may_be_possible_is_not_called_impossible(name):
+    assert told(*NOT_TOLD[name]) is None
 
 
 def random_steps(rng: np.random.Generator) -> Steps:
@@ -63,68 +166,6 @@ def random_steps(rng: np.random.Generator) -> Steps:
     return Steps(plant, 0.0, 15, values)
 
 
-def test_how_much_is_missing_is_what_the_largest_force_leaves():
-    found = told({0.0: REST, 1.0: {"position": 0.8}})
-    assert found.given == "position = 0.8 at t = 1 s"
-    assert found.missing == pytest.approx(0.8 - 0.1 / 2, abs=1e-5)
-    assert found.missing < 0.8 - 0.1 / 2
-    assert found.explanation == (
-        "no reference exists, whatever the kernel and the samples: position = 0.8 at t = 1 s is out of reach by at "
-        "least 0.749, because of position = 0 at t = 0 s; velocity = 0 at t = 0 s; force (upper bound 0.1) from "
-        "t = 0 s to 0.95 s"
-    )
-
-
-@pytest.mark.parametrize("claim", ["all_times", "all_phases", (-3.0, 9.0)])
-def test_who_cannot_brake_in_time_is_told(claim):
-    """v² / 2 u is left of the way, less what the last step of constant force overshoots."""
-    found = told({0.0: {"position": 0.9, "velocity": 1.0}}, claim=claim)
-    assert found.given == "velocity = 1 at t = 0 s"
-    assert found.missing == pytest.approx(1.0 - np.sqrt(2 * 0.1 * 0.1), abs=5e-3)
-    assert any(said.startswith("force (lower bound -0.1) from t = 0 s to") for said in found.among)
-    assert told({0.0: {"position": 0.9, "velocity": 0.99 * np.sqrt(2 * 0.1 * 0.1)}}, claim=claim) is None
-
-
-@pytest.mark.parametrize("start", [0.0, -100.0, -0.04, 1e9])
-def test_bounds_alone_are_told_with_the_part_that_is_missing_wherever_the_window_is(start):
-    """At least 0.5 m/s for 3 s on 0.7 m: (0.5 - d) 3 = 0.7 (1 + 2 d)."""
-    found = told({}, MOVING, (start, start + 3.0))
-    assert found.given == ""
-    assert found.missing == pytest.approx((1.5 - 0.7) / (3 + 1.4), abs=1e-6)
-    assert "each of these would have to be moved by 0.181 of its width at least" in found.explanation
-    assert any(said.startswith("velocity (lower bound 0.5) from t =") for said in found.among)
-    assert told({}, MOVING, (start, start + 1.3)) is None
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "impossibly"),
-    [
-        (-1.0, PolynomialPieces.steps({0.0: 1.0, 2.0: 0.5}), False),
-        (PolynomialPieces.lines({1.0: -1.0, 1.5: 0.6}), PolynomialPieces.lines({1.0: -0.5, 1.4: 1.0}), True),
-        (PolynomialPieces.lines({1.0: -1.0, 3.5: 0.6}), PolynomialPieces.lines({1.0: -0.5, 3.4: 1.0}), False),
-        (
-            PolynomialPieces.lines({1.0: -1.0, 1.25: 0.6}, 2.5),
-            PolynomialPieces.lines({1.0: -0.5, 1.24: 1.0}, 2.5),
-            True,
-        ),
-    ],
-)
-def test_bounds_that_move_faster_than_the_plant_are_proved_impossible(low, high, impossibly):
-    plant = replace(AXIS, state_set=Polytope.box([low, -9], [high, 9]), input_set=Polytope.box([-1.0], [1.0]))
-    found = told({}, plant, (0.0, 4.0))
-    assert (found is not None) is impossibly
-    if found:
-        assert "position (lower bound" in found.explanation
-        assert isinstance(checker.check(found.contradiction), checker.Contradicted)
-        assert isinstance(checker.check({**found.contradiction, "missing": 1.1 * found.missing}), checker.Failed)
-
-
-def test_times_that_steps_do_not_link_exclude_nothing():
-    assert told({0.0: {"position": 0.0}, 0.025: {"position": 0.9}}) is None
-    assert told({0.0: {"position": 0.0}, 0.05: {"position": 0.9}}) is not None
-    assert told({0.3: {"position": 0.0}, 0.35: {"position": 0.9}}) is not None
-
-
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_a_trajectory_does_is_never_called_impossible(seed, monkeypatch):
     """Only tightened bounds exclude it, and only in their own words; no multipliers do, whatever proposes them."""
@@ -139,6 +180,22 @@ def test_what_a_trajectory_does_is_never_called_impossible(seed, monkeypatch):
     assert impossible(plant, *given) is None
 
 
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize(
+    ("system", "start", "low", "high"),
+    [(tank(5.0), [1.0], 0.4, 1.0), (two_tanks(1.0), [1.0, 1.0], 0.2, 1.0), (pendulum(0.05), [0.0, 0.0], -1.0, 1.0)],
+    ids=["tank", "two tanks", "pendulum"],
+)
+def test_what_a_trajectory_of_a_formula_does_is_never_called_impossible(system, start, low, high, seed):
+    rng = np.random.default_rng(seed)
+    states, inputs, h = [np.array(start)], rng.uniform(low, high, (11, len(system.inputs))), system.sampling_time
+    for u in inputs:
+        states.append(system.successor(states[-1], u))
+    sets = [Polytope.box(np.min(of, axis=0) - 1e-3, np.max(of, axis=0) + 1e-3) for of in (states, inputs)]
+    at = {h * k: dict(zip(system.states, x.tolist(), strict=True)) for k, x in enumerate(states) if rng.random() < 0.5}
+    assert told(ConstrainedSystem(system, *sets), (0.0, h * 11), at) is None
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_missing_is_what_another_program_finds(seed):
     steps = random_steps(np.random.default_rng(seed))
@@ -149,24 +206,12 @@ def test_what_is_missing_is_what_another_program_finds(seed):
     assert found.missing == pytest.approx(expected, rel=1e-5, abs=1e-6)
 
 
-FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
-
-
-@pytest.mark.parametrize("first", [0.0, 0.35])
-def test_a_free_state_is_bounded_by_what_the_others_do(first):
-    """The velocity is free, and no value of it is given: positions and forces of two steps say what it is at most."""
-    assert told({first: REST, first + 1.0: {"position": 0.8}}, FREE).missing == pytest.approx(0.75, abs=1e-5)
-    found = told({first: {"position": 0.1}, first + 0.1: {"position": 0.5}, first + 0.2: {"position": -0.5}}, FREE)
-    assert found.given == f"position = 0.5 at t = {first + 0.1:g} s"
-
-
-DRAINED = ConstrainedSystem(tank(5.0), Polytope.box([0.1], [2.0]), Polytope.box([0.0], [0.05]))
 OUT_OF_REACH = {"noise_std": 0.02, "at": {0.0: REST, 1.0: {"position": 0.8}}}
 LEARNERS = {
     "a reference": lambda: learn_reference(SAMPLES, WEAK, KERNEL, "all_times", **OUT_OF_REACH),
     "a stream": lambda: streams.learn_stream(SAMPLES, WEAK, KERNEL, "all_times", window=2.0, **OUT_OF_REACH),
     "a nonlinear system": lambda: learn_reference(
-        Samples([0.0, 270.0], [1.2, 0.4]), DRAINED, SquaredExponential(), (0.0, 270.0), mean=1.0
+        Samples([0.0, 270.0], [1.2, 0.4]), filled(0.05), SquaredExponential(), (0.0, 270.0), mean=1.0
     ),
 }
 
@@ -203,18 +248,25 @@ def learned_first(at: Waypoints, **options: Any) -> TrackableReference:
     return learn_reference(samples, FIRST, SquaredExponential(), "all_times", noise_std=0.05, at=at, **options)
 
 
-@pytest.mark.parametrize("name", DRAWN_IN)
-def test_what_a_feedback_or_a_margin_excludes_is_not_called_impossible(name):
-    options, tightened, instead = DRAWN_IN[name]
+def refusal(at: Waypoints, **options: Any) -> Any:
     with pytest.raises(NotTrackableError) as raised:
-        learned_first(JUMP, **options)
-    outcome = raised.value.outcome
+        learned_first(at, **options)
+    return raised.value.outcome
+
+
+@pytest.mark.parametrize("name", DRAWN_IN)
+def test_only_what_the_own_bounds_exclude_is_impossible_whatever_the_feedback_and_the_margin(name):
+    options, tightened, instead = DRAWN_IN[name]
+    outcome = refusal(JUMP, **options)
     assert isinstance(outcome, InfeasibleTightening)
     assert not isinstance(outcome, Impossible)
     assert outcome.explanation.startswith("no reference keeps the bounds tightened ")
     assert "no reference exists" not in outcome.explanation
     assert tightened in outcome.explanation
     assert f"; {instead} may leave more room: x = 0.506832 at t = 1.1 s is out of reach" in outcome.explanation
+    outcome = refusal(FAR, at_tolerance=1e-3, **options)
+    assert isinstance(outcome, Impossible)
+    assert outcome == refusal(FAR, at_tolerance=1e-3)
 
 
 @pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
@@ -223,34 +275,14 @@ def test_another_feedback_proves_what_the_chosen_one_excludes():
     assert found.reference.state_at(np.array([1.0, 1.1])).ravel() == pytest.approx([-0.460756, 0.506832], abs=2e-3)
 
 
-@pytest.mark.parametrize("name", DRAWN_IN)
-def test_what_the_own_bounds_exclude_is_impossible_for_every_feedback_and_margin(name):
-    found = []
-    for options in ({}, DRAWN_IN[name][0]):
-        with pytest.raises(NotTrackableError) as raised:
-            learned_first(FAR, at_tolerance=1e-3, **options)
-        found.append(raised.value.outcome)
-    assert isinstance(found[0], Impossible)
-    assert found[0] == found[1]
-
-
-@pytest.mark.parametrize(
-    ("plant", "at", "claim"),
-    [
-        (WEAK, {0.0: REST, 1.0: {"position": 0.8}}, "all_times"),
-        (FREE, {0.35: REST, 1.35: {"position": 0.8}}, "all_times"),
-        (MOVING, {}, (0.0, 3.0)),
-    ],
-    ids=["values", "a free state", "bounds"],
-)
-def test_what_is_told_is_what_the_checker_accepted_and_a_file_of_it(plant, at, claim, tmp_path):
-    error = NotTrackableError(told(at, plant, claim))
+def test_what_is_told_can_be_saved_as_the_file_that_the_checker_accepted(tmp_path):
+    error = NotTrackableError(told(*TOLD["a value"][:3]))
     error.save_contradiction(file := tmp_path / "impossible.json")
-    assert isinstance(check(file), checker.Contradicted)
     assert file.read_bytes() == accepted_file(error.outcome)
-    content = json.loads(file.read_bytes())
-    assert content["missing"] == error.outcome.missing
+    assert isinstance(check(file), checker.Contradicted)
     with pytest.raises(ValueError, match="save_counterexample: there is none"):
         error.save_counterexample(tmp_path / "none.json")
+    content = json.loads(file.read_bytes())
+    assert content["missing"] == error.outcome.missing
     more = NotTrackableError(replace(error.outcome, contradiction={**content, "missing": 2 * content["missing"]}))
     assert more.outcome.explanation.startswith("it is not shown that no reference exists")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.trackably.plants import AXIS
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -14,11 +15,7 @@ from trackably import (
     learn_stream,
 )
 
-AXIS = ConstrainedSystem(
-    LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=["position", "velocity"], inputs=["force"]),
-    Polytope.box([-1.0, -0.3], [1.0, 0.3]),
-    Polytope.box([-0.3], [0.3]),
-)
+GENTLE = ConstrainedSystem(AXIS.system, Polytope.box([-1.0, -0.3], [1.0, 0.3]), Polytope.box([-0.3], [0.3]))
 
 
 @pytest.mark.parametrize(("seed", "kernel", "asked"), [(37, SquaredExponential(), False), (14, Matern52(), True)])
@@ -28,7 +25,7 @@ def test_noise_of_a_machine_at_rest_is_learned_as_noise_with_a_question_where_a_
     rng = np.random.default_rng(seed)
     times = 0.25 * np.arange(int(rng.integers(8, 200)))
     samples = Samples(times, 0.01 * rng.standard_normal(times.size))
-    found = learn_reference({"position": samples}, AXIS, kernel, "recorded")
+    found = learn_reference({"position": samples}, GENTLE, kernel, "recorded")
     assert any("those of position look like noise" in str(each.message) for each in recwarn) is asked
     assert found.hyperparameters["noise_std"] == pytest.approx(float(np.std(samples.values)), rel=0.05)
 
@@ -42,7 +39,7 @@ def test_few_samples_are_waypoints(values, recwarn):
 
 def test_of_samples_that_are_all_equal_nothing_is_asked(recwarn):
     learn_reference(
-        {"position": Samples(0.25 * np.arange(40), np.full(40, 0.1))}, AXIS, SquaredExponential(), "recorded"
+        {"position": Samples(0.25 * np.arange(40), np.full(40, 0.1))}, GENTLE, SquaredExponential(), "recorded"
     )
     assert not recwarn.list
 
@@ -50,5 +47,5 @@ def test_of_samples_that_are_all_equal_nothing_is_asked(recwarn):
 def test_a_stream_that_begins_at_rest_follows_later_motion():
     times = np.arange(0, 80, 0.25)
     values = np.where((times // 20) % 2 == 0, 0.0, 0.5) + 0.01 * np.random.default_rng(1).standard_normal(times.size)
-    found = learn_stream({"position": Samples(times, values)}, AXIS, SquaredExponential(), (0.0, 79.0), window=20.0)
+    found = learn_stream({"position": Samples(times, values)}, GENTLE, SquaredExponential(), (0.0, 79.0), window=20.0)
     assert found.misfit["position"] < 0.06

@@ -6,15 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
     Periodic,
     Polytope,
-    Proved,
     Samples,
-    TrackableReference,
-    check,
     learn_reference,
 )
 from trackably.learning import screening
@@ -22,23 +20,17 @@ from trackably.learning import screening
 LIMITS = np.array([4, 2.2, 3.5, 8.0])
 
 
-def chain_of_four(sampling_time: float) -> ConstrainedSystem:
-    """Four integrators, of which the input is the fourth difference of the first state."""
-    system = LinearSystem.discretised(
-        np.eye(4, k=1), np.eye(4)[:, 3:], sampling_time, states=("a", "b", "c", "d"), inputs=("u",)
-    )
-    return ConstrainedSystem(system, Polytope.box(-LIMITS, LIMITS), Polytope.box([-60], [60]))
+# Four integrators, of which the input is the fourth difference of the first state.
+CHAIN = LinearSystem.discretised(np.eye(4, k=1), np.eye(4)[:, 3:], 0.01, states=("a", "b", "c", "d"), inputs=("u",))
+PLANT = ConstrainedSystem(CHAIN, Polytope.box(-LIMITS, LIMITS), Polytope.box([-60], [60]))
 
 
 def test_a_sine_is_proved_and_followed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(screening, "_POINTS", 100)  # how many periods are tried says nothing of this
     times, noise = np.linspace(0, 16, 60), 0.02
     values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
-    found = learn_reference(Samples(times, values), chain_of_four(0.01), Periodic(), "all_phases", starts=1)
-    for file in found.save_certificate(tmp_path / "sine.json"):
-        assert isinstance(check(file), Proved)
+    found = learn_reference(Samples(times, values), PLANT, Periodic(), "all_phases", starts=1)
     assert found.misfit["a"] < 1.05 * noise
     assert found.price == pytest.approx(0.0, abs=1e-3)
     assert re.search(r"lengthscale = [0-9.]+: float64 does not evaluate those twice as long", found.explanation)
-    found.save(tmp_path / "saved.json")
-    assert TrackableReference.load(tmp_path / "saved.json").explanation == found.explanation
+    assert_comes_back(found, tmp_path)

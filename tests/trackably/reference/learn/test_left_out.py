@@ -6,7 +6,6 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-import scipy
 
 from tests.trackably.plants import AXIS, CART, SAMPLES
 from trackably import (
@@ -24,6 +23,7 @@ from trackably import (
 )
 from trackably.certificates.claim import as_claim
 from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
 from trackably.reference.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
 from trackably.reference.request import Measurements, quantities_at_rest
 from trackably.systems.sampling import prior_for
@@ -127,24 +127,26 @@ def beforehand(plant: ConstrainedSystem, given: dict[str, Samples]) -> tuple[Mea
 
 @pytest.mark.parametrize("name", INSTANCES)
 def test_a_mean_left_out_is_the_likeliest_admissible_equilibrium(name: str) -> None:
-    """Naively: l is minimised over the means, under the bounds tightened by a hundredth of their widths."""
+    """No mean beside it is likelier and keeps the bounds, tightened by a hundredth of their widths."""
     plant, given = INSTANCES[name]
     measured, found = beforehand(plant, given)
-    means = [part.mean for part in found.prior.parts]
+    means = np.array([part.mean for part in found.prior.parts])
     kept = [(quantity, quantity.bounds.shrunk(0.01 * quantity.bounds.width)) for quantity in plant.quantities]
-    assert all(quantity.bounds.strictly_contains(quantity.at_rest(means)) for quantity in plant.quantities)
+
+    def room(at) -> float:
+        return min(float(of.margin(quantity.at_rest(at.tolist()))) for quantity, of in kept)
 
     def nlml(at) -> float:
-        parts = zip(found.prior.parts, measured.signals, at, strict=True)
-        posts = (Posterior(type(part)(part.kernel, part.noise_std, float(m)), of) for part, of, m in parts)
+        parts = zip(found.prior.parts, measured.signals, at.tolist(), strict=True)
+        posts = (Posterior(Prior(part.kernel, part.noise_std, m), of) for part, of, m in parts)
         return sum(post.negative_log_marginal_likelihood()[0] for post in posts)
 
-    moving = [(q, of) for q, of in kept if q.at_rest(means) != q.at_rest([m + 0.1 for m in means])]
-    rows = [{"type": "ineq", "fun": lambda m, q=q, of=of: of.margin(q.at_rest(list(m))).item()} for q, of in moving]
-    start = means if all(q.bounds.strictly_contains(q.at_rest(means)) for q, _ in moving) else None
-    best = scipy.optimize.minimize(nlml, start, method="SLSQP", constraints=rows, options={"ftol": 1e-12})
-    assert nlml(means) == pytest.approx(best.fun, rel=1e-3)
-    np.testing.assert_allclose(means, best.x, atol=0.02)
+    assert room(means) >= -1e-9
+    rng = np.random.default_rng(0)
+    others = means + 10.0 ** rng.uniform(-4, -1, (300, 1)) * rng.standard_normal((300, len(means)))
+    admissible = [other for other in others if room(other) >= 0]
+    assert len(admissible) > 10
+    assert min(map(nlml, admissible)) >= nlml(means) - 1e-6
 
 
 def test_periodic_references_swing_about_the_mean_that_they_learn() -> None:

@@ -1,34 +1,35 @@
-"""A search never ends worse than a neighbour that is offered to it, and J is monotone in the bounds."""
+"""A search never ends worse than hyperparameters alone, nor than a neighbour with tighter bounds that is offered."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential, learn_reference
-from trackably.systems.library import tank
+from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential, learn_reference, tank
 
-pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+TIMES = np.arange(0, 121, 8.0)
+LEVEL = Samples(TIMES, 0.7 + 0.35 * np.sin(TIMES / 18) + 0.03 * np.random.default_rng(1).standard_normal(TIMES.size))
+DRAINING = ConstrainedSystem(tank(4.0, outflow=0.05), Polytope.box([0.3], [1.0]), Polytope.box([0.0], [0.075]))
+TASKS = {
+    "an axis": (
+        *(replace(AXIS, state_set=Polytope.box([-1.1, -speed], [0.2, speed])) for speed in (0.8, 0.9)),
+        {"samples": SAMPLES, "kernel": Matern52(), "claim": (0.0, 3.0), "noise_std": 0.02},
+    ),
+    "a tank": (
+        DRAINING,
+        replace(DRAINING, state_set=Polytope.box([0.3], [1.05])),
+        {"samples": LEVEL, "kernel": SquaredExponential(), "claim": (0.0, 120.0), "noise_std": 0.03, "mean": 0.7},
+    ),
+}
 
 
-def _learned(speed: float, **options):
-    plant = ConstrainedSystem(AXIS.system, Polytope.box([-1.1, -speed], [0.2, speed]), AXIS.input_set)
-    return learn_reference(SAMPLES, plant, Matern52(), (0.0, 3.0), noise_std=0.02, starts=2, progress=False, **options)
-
-
-def test_looser_bounds_cost_no_more_than_tighter_ones_that_are_offered() -> None:
-    tight = _learned(0.8)
-    loose = _learned(0.9, near=tight)
-    assert loose.objective <= tight.objective + loose.duality_gap + 1e-6
-
-
-def test_a_formula_is_linearised_at_the_neighbour() -> None:
-    times = np.linspace(0, 16, 40)
-    filled = Samples(times, 1.2 + 0.25 * np.sin(times) + 0.02 * np.random.default_rng(0).normal(size=40))
-
-    def learned(highest: float, **options):
-        plant = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [highest]), Polytope.box([0.0], [1.0]))
-        kernel, prior = SquaredExponential(), {"noise_std": 0.02, "mean": 1.0}
-        return learn_reference(filled, plant, kernel, (0.0, 16.0), starts=2, progress=False, **prior, **options)
-
-    tight = learned(1.35)
-    assert learned(1.4, near=tight).objective <= tight.objective + tight.duality_gap
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+@pytest.mark.parametrize(("tight", "loose", "given"), TASKS.values(), ids=TASKS)
+def test_a_reference_costs_no_more_than_hyperparameters_alone_or_a_neighbour(tight, loose, given):
+    alone = learn_reference(plant=tight, **given, starts=2, method="hyperparameters")
+    together = learn_reference(plant=tight, **given, starts=2)
+    near = learn_reference(plant=loose, **given, starts=2, near=together)
+    assert alone.price > 1, "the bounds matter here"
+    assert together.objective <= alone.objective + 1e-6 * (1 + abs(alone.objective))
+    assert near.objective <= together.objective + min(together.duality_gap, near.duality_gap) + 1e-6

@@ -5,14 +5,13 @@ import warnings
 import numpy as np
 import pytest
 
-from tests.trackably.plants import AXIS
+from tests.trackably.plants import AXIS, moved
 from trackably import DoubtfulInputWarning, Samples, SquaredExponential, learn_reference
 from trackably.reference.explanation import outlying
 from trackably.reference.fit import Misfit
 
 TIMES = np.linspace(0, 3, 61)
-MOVED = np.where(TIMES < 1.5, -0.5 - 0.5 * np.cos(np.pi * TIMES / 1.5), 0.0)
-NOISE = 0.005 * np.random.default_rng(1).standard_normal(TIMES.size)
+NOISY = moved(TIMES) + 0.005 * np.random.default_rng(1).standard_normal(TIMES.size)
 
 
 def asked(off: np.ndarray, noise_std: float = 1.0, is_learned: bool = True) -> str | None:
@@ -22,7 +21,7 @@ def asked(off: np.ndarray, noise_std: float = 1.0, is_learned: bool = True) -> s
 
 @pytest.mark.parametrize("lost", [10, 20, 41])
 def test_one_sample_elsewhere_is_asked_about(lost):
-    values = MOVED + NOISE
+    values = NOISY.copy()
     values[lost] += 0.15
     with pytest.warns(DoubtfulInputWarning) as caught:
         learn_reference(Samples(TIMES, values), AXIS, SquaredExponential(), "all_times", starts=1)
@@ -34,8 +33,7 @@ def test_one_sample_elsewhere_is_asked_about(lost):
 def test_so_is_one_of_many_that_fewer_centres_stand_for():
     """It is named by its own value and time, not by those of a centre."""
     times = np.linspace(0, 3, 601)
-    values = np.where(times < 1.5, -0.5 - 0.5 * np.cos(np.pi * times / 1.5), 0.0)
-    values = values + 0.005 * np.random.default_rng(2).standard_normal(times.size)
+    values = moved(times) + 0.005 * np.random.default_rng(2).standard_normal(times.size)
     values[247] += 0.15
     with pytest.warns(DoubtfulInputWarning) as caught:
         found = learn_reference(Samples(times, values), AXIS, SquaredExponential(), "all_times", starts=1, centres=100)
@@ -55,7 +53,7 @@ def test_a_jump_is_no_outlier():
 def test_without_it_nothing_is_asked():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        learn_reference(Samples(TIMES, MOVED + NOISE), AXIS, SquaredExponential(), "all_times", starts=1)
+        learn_reference(Samples(TIMES, NOISY), AXIS, SquaredExponential(), "all_times", starts=1)
 
 
 @pytest.mark.parametrize("n", [10, 100, 10_000])
