@@ -12,7 +12,8 @@ import pytest
 
 from tests.project import ROOT
 from tests.trackably.certificates.nonlinear.instances import proved
-from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.changes import changed
+from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.redundant import in_the_plane
 from tests.trackably.checker.robust.instances import robust_data
 from tests.trackably.checker.tight import VALID, data_of

@@ -13,9 +13,9 @@ import pytest
 from tests.project import ROOT
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.certificates.test_prove import reference
-from tests.trackably.checker.changes import part_at
+from tests.trackably.checker.changes import changed, part_at
 from tests.trackably.checker.edges.test_counterexamples import by_claim
-from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.naive_fingerprint import fingerprint
 from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.checker.redundant import in_the_plane, learned

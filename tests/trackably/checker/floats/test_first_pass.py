@@ -11,7 +11,7 @@ import pytest
 
 from tests.project import ROOT
 from tests.trackably.certificates.nonlinear.instances import proved
-from tests.trackably.checker.instances import changed
+from tests.trackably.checker.changes import changed
 from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
