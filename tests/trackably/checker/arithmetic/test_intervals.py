@@ -6,7 +6,7 @@ import pytest
 from mpmath import mp
 from mpmath.ctx_iv import MPIntervalContext
 
-from tests.trackably.checker.kernels.boxes import checked
+from tests.trackably.checker.kernels.instances import checked
 from tests.trackably.gp.instances import KERNELS, formula, over
 from trackably.checker import intervals
 from trackably.checker.intervals import iv
