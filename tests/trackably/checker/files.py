@@ -6,6 +6,7 @@ from functools import cache, partial
 from typing import Any
 
 from tests.trackably.certificates.nonlinear.instances import proved
+from tests.trackably.certificates.test_moving import CERTIFIED, certified
 from tests.trackably.checker.edges.test_counterexamples import KINDS, by_claim
 from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.pieces import instances as pieces
@@ -26,6 +27,7 @@ CERTIFICATES: dict[str, Callable[[], dict]] = {
     "redundant inputs in the plane": lambda: encode_certificate(in_the_plane()),
     **{kind: partial(robust_data, kind) for kind in ROBUST},
     "two pushers": two_pushers,
+    **{f"moving bounds, {claim}": partial(certified, claim) for claim in CERTIFIED},
     **{beyond: partial(pieces.certificate, beyond) for beyond in ("rest", "period", "end")},
 }
 FILES: dict[str, Callable[[], dict]] = {

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.trackably.certificates.test_moving import STEPPED
 from tests.trackably.checker.changes import changed
 from tests.trackably.checker.files import FILES, file_of
 from tests.trackably.checker.instances import SIGNAL
+from trackably.certificates.form import as_written
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, check, limits
 
 Rows = dict[str, list[tuple]]
@@ -36,6 +38,11 @@ HAIR_LESS = times(1 - 2.0**-52)
 ROOM = "leaves less room"
 WITH_NOISE = "leaves less room|not inside of P|an entry for each state"
 
+UPPER = "reference.plant.state_set.upper.0"
+OTHER_PIECES = [
+    (UPPER + ".breakpoints", [0.0, 0.9, 2.0]),
+    (UPPER + ".coefficients", [[0.01, 0.38], [0.41, -0.4]]),
+]
 FAILED: Rows = {
     "scalar": [
         ("reference.signals.0.weights", [0.5, -0.8], "as many"),
@@ -133,6 +140,28 @@ FAILED: Rows = {
     ],
     "triangle": [("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1")],
     "two pushers": [("disturbance.input_set.upper.0", times(0.999))],
+    "moving bounds, a window": [
+        (UPPER + ".breakpoints.1", 1.4),
+        (UPPER + ".coefficients.1.0", 0.05),
+        (UPPER + ".coefficients.0.0", 0.39),
+        ("reference.plant.state_set.lower.0", as_written(STEPPED)),
+    ],
+    "moving bounds, all times": [
+        (UPPER + ".breakpoints", [0.0, 1.5, 3.0, 60.0], "still moves"),
+        (UPPER + ".beyond", "period", "still moves"),
+        (UPPER + ".coefficients", [[0.5], [0.5], [-0.1]]),
+    ],
+    "moving bounds, all phases": [
+        (UPPER + ".beyond", "rest", "a bound does not repeat"),
+        (UPPER + ".breakpoints", [0.0, 0.5, 1.5, 2.5], "a bound does not repeat"),
+    ],
+    "moving bounds, a disturbed system": [
+        ("disturbance.state_set.upper.0.coefficients.0.0", 0.197, ROOM),
+        ("disturbance.state_set.upper.0.breakpoints.1", 2.0, "does not move as that of the reference"),
+        ("disturbance.state_set.upper.0.beyond", "period", "does not move as that of the reference"),
+    ],
+    "moving bounds, pieces": OTHER_PIECES,
+    "moving bounds, a window of pieces": OTHER_PIECES,
     "rest": [
         ("reference.signals.0.beyond", "period", "not at rest"),
         ("reference.signals.0.beyond", "end", "not at rest"),
@@ -263,6 +292,12 @@ UNREADABLE: Rows = {
         ("reference.plant.system.f", [], "must be a list, not empty"),
         ("reference.plant.system.A", [[1.0]], "exactly the fields"),
         ("trajectories", {}, "trajectories"),
+    ],
+    "moving bounds, a window": [
+        (UPPER + ".coefficients.0", [0.5, -0.3]),
+        (UPPER + ".beyond", "end"),
+        (UPPER + ".breakpoints", [0.0, 2.0, 2.0]),
+        (UPPER + ".breakpoints", [0.0, 2.0, 4.0, 5.0]),
     ],
     "pushed cart": [
         ("disturbance.head", 0, "disturbance.head"),
