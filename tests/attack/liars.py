@@ -8,12 +8,10 @@ are driven to their ends.
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -23,7 +21,7 @@ from tests.attack.signals import WIDE
 from tests.attack.truth import distance, distances, largest
 from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, general_case
-from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie, Lies, telling
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.joints.trajectories import ORDERS
 from tests.trackably.plants import AXIS
@@ -69,7 +67,6 @@ from trackably.systems.tightening import Tightening
 
 _SIGNALS = 4
 
-Lies = dict[str, tuple[Any, str, Lie]]
 Found = Iterator[tuple[str, str | None]]
 """What was handed out, and what is false in it."""
 
@@ -398,14 +395,6 @@ KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
 }
 
 
-@contextmanager
-def telling(lie: str, kind: str, rng: np.random.Generator) -> Iterator[None]:
-    """Put a lie in the place of what is honest."""
-    owner, name, lying = KINDS[kind][1][lie]
-    with patch.object(owner, name, lying(rng, getattr(owner, name))):
-        yield
-
-
 def attack(kind: str, seed: int) -> tuple[Counter[str], list[str]]:
     """Ask about a problem of a kind, of a seed, while somebody lies; return what was handed out, and what was false."""
     problem, lies = KINDS[kind]
@@ -414,7 +403,7 @@ def attack(kind: str, seed: int) -> tuple[Counter[str], list[str]]:
     if kind == "true signals":
         for base in range(_SIGNALS):
             _learned_near(base)  # honestly
-    with telling(lie, kind, rng):
+    with telling(lie, rng, lies):
         for what, why in problem(rng):
             counts[what] += 1
             false += [f"{kind}, seed {seed}, {lie}: {what}: {why}"] if why else []

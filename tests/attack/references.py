@@ -3,13 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from mpmath import mp
 
 from tests.attack.counts import Counts
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.instances import Case, case, compact_kernel, general_case
-from tests.trackably.certificates.liars import LIES, plant
+from tests.trackably.certificates.liars import LIES, telling
 from tests.trackably.checker.test_soundness import smallest_margin
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluation_errors
@@ -45,8 +44,7 @@ def attack_by_liar(counts: dict[str, Counts], seed: int, number: int) -> None:
     """Ask for the same while some function of the proposer lies: what is said all the same has to be true."""
     s, names, lies = 10**6 * (seed + 1) + number, list(_FAMILIES), list(LIES)
     chosen, window = _FAMILIES[names[number % len(names)]](s)
-    with pytest.MonkeyPatch.context() as planted:
-        plant(lies[number % len(lies)], s, planted.setattr)
+    with telling(lies[number % len(lies)], np.random.default_rng(s)):
         found = _ask(number // len(names), chosen, window)
     _attack(counts.setdefault("liars", Counts()), chosen, found, s)
 
