@@ -53,9 +53,9 @@ def remembered(monkeypatch):
 
 
 KINDS: dict[str, tuple[Callable[[], dict], Callable[[dict], bool], int]] = {
-    **{kind: (lambda make=make: encode_certificate(make()), is_kept, 8) for kind, make in VALID.items()},
-    **{beyond: (partial(pieces.certificate, beyond), is_kept, 5) for beyond in ("rest", "period", "end")},
-    "formulas": (lambda: as_read(prove(tight("tank", centres=2))), is_kept_by_formulas, 8),
+    **{kind: (lambda make=make: encode_certificate(make()), is_kept, 10) for kind, make in VALID.items()},
+    **{beyond: (partial(pieces.certificate, beyond), is_kept, 8) for beyond in ("rest", "period", "end")},
+    "formulas": (lambda: as_read(prove(tight("tank", centres=2))), is_kept_by_formulas, 12),
 }
 """What makes a certificate, whether what it says is true, and of how many changes one is tried."""
 
