@@ -13,9 +13,9 @@ from trackably.checker import Proved, Refuted, boxes, check
 from trackably.checker.models import Model
 
 EVERY = {
-    "bounds, boxes, numbers": 10,
-    "pieces": 10,
-    "formulas": 12,
+    "bounds, boxes, numbers": 18,
+    "pieces": 18,
+    "formulas": 18,
     "counterexamples": 60,
 }
 """Of how many changes one is tried, for each family of files; `make attack` goes on for longer."""
