@@ -8,6 +8,7 @@ from tests.attack.truth import input_exists, is_broken, is_kept, is_kept_by_form
 from tests.trackably.certificates.nonlinear.instances import as_read, proved
 from tests.trackably.checker.edges.test_before_zero import SHORT, certificate
 from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.checker.redundant import in_the_plane, learned
 from tests.trackably.checker.tight import VALID
 from trackably.certificates import cover, draft, prove
@@ -31,6 +32,7 @@ def bases() -> list[Base]:
         Base("windows before time zero", encode_certificate(certificate(kernel, 3)), is_kept)
         for kernel in SHORT.values()
     ]
+    found += [Base("pieces", pieces.certificate(beyond), is_kept) for beyond in ("rest", "period", "end")]
     found.append(Base("formulas", as_read(proved("tank")), is_kept_by_formulas))
     for redundant in (in_the_plane(), learned().certificate):
         found.append(Base("redundant inputs", as_read(redundant), lambda data: is_kept(data) and input_exists(data)))

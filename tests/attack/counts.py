@@ -12,19 +12,23 @@ SECONDS = 20.0
 
 @dataclass
 class Counts:
-    """Of one family; `false` holds a sentence for each thing that passed and should not have."""
+    """Of one family; `false` holds a sentence for each thing that passed and should not have.
+
+    An `exact` check does without float64 intervals.
+    """
 
     tried: int = 0
     accepted: int = 0
     true: int = 0
     undecided: int = 0
     longest: float = 0.0
+    exact: bool = False
     false: list[str] = field(default_factory=list)
 
     def checked(self, data: object) -> Verdict:
         """Check, and take the processor's time [s]."""
         begin = process_time()
-        verdict = check(data, SECONDS)
+        verdict = check(data, SECONDS, exact=self.exact)
         self.longest = max(self.longest, process_time() - begin)
         self.undecided += isinstance(verdict, Undecided)
         return verdict

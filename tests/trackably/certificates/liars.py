@@ -1,8 +1,10 @@
 """What proposes proofs, replaced by what lies: each function of the proposer has its own lie."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -17,6 +19,9 @@ from trackably.systems.reference import Reference
 
 Lie = Callable[[np.random.Generator, Any], Any]
 """Returns what takes the place of a function, given the honest one."""
+
+Lies = dict[str, tuple[Any, str, Lie]]
+"""What owns a function, the function's name, and its lie."""
 
 
 def _always(value: Any) -> Lie:
@@ -70,7 +75,7 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
     return failure_at
 
 
-LIES: dict[str, tuple[Any, str, Lie]] = {
+LIES: Lies = {
     "every box holds": (cover, "_refusals", _refuses_nothing),
     "any radius will do": (
         cover,
@@ -96,7 +101,7 @@ LIES: dict[str, tuple[Any, str, Lie]] = {
 }
 
 
-LIES_ABOUT_PIECES: dict[str, tuple[Any, str, Lie]] = {
+LIES_ABOUT_PIECES: Lies = {
     "errors are smaller": (prove.Draft, "of_pieces", _with_smaller_errors),
     "sizes are sane": (Draft, "has_sane_sizes", lambda rng, honest: property(lambda s: True)),
     "few times are looked at": (sketch, "times_to_look_at", _after(lambda rng, t: np.sort(rng.choice(t, 9)))),
@@ -114,9 +119,9 @@ def _refuses_certificates(honest: Any) -> Any:
     )
 
 
-def plant(
-    lie: str, seed: int, put: Callable[[Any, str, Any], None], of: dict[str, tuple[Any, str, Lie]] = LIES
-) -> None:
-    """Put a lie in the place of what is honest, as `monkeypatch.setattr` does it."""
+@contextmanager
+def telling(lie: str, rng: np.random.Generator, of: Lies = LIES) -> Iterator[None]:
+    """Put a lie in the place of what is honest."""
     owner, name, lying = of[lie]
-    put(owner, name, lying(np.random.default_rng(seed), getattr(owner, name)))
+    with patch.object(owner, name, lying(rng, getattr(owner, name))):
+        yield

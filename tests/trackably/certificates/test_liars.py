@@ -5,7 +5,6 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,8 @@ from scipy.interpolate import CubicSpline
 
 import trackably
 from tests.attack.liars import KINDS, attack
-from tests.splines.trials import Counts, try_one
-from tests.trackably.certificates.instances import case, general_case
-from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, plant
+from tests.trackably.certificates.instances import case
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES
 from tests.trackably.certificates.references import certified
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.plants import AXIS, SAMPLES
@@ -55,7 +53,6 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
 from trackably.checker import Contradicted, Failed, Proved, Refuted, check
-from trackably.given import table as table_module
 from trackably.given.accepted import NotAcceptedError
 from trackably.gp.signal import KernelSum
 from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
@@ -87,12 +84,23 @@ CLAIM_NOTHING = Unproved, NotExcluded, TooFar, UnmetBounds, NothingFeasible, NoF
 QUIET: dict[str, Any] = {"noise_std": 0.02, "progress": False}
 
 
-@pytest.mark.parametrize("lie", LIES)
-@pytest.mark.parametrize("make", [case, general_case])
-def test_nothing_false_is_handed_out_whatever_lies(lie, make, monkeypatch):
-    cases = {seed: make(seed) for seed in range(9600, 9603)}
-    plant(lie, 7, monkeypatch.setattr)
-    assert_nothing_false_is_claimed(cases)
+ASKED = {"kernels": 2 * len(LIES), "pieces": 4 * len(LIES_ABOUT_PIECES), "tables": 40}
+"""Problems of a kind; of others there is one for each lie."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_false_of_any_kind_is_handed_out_whatever_lies(kind, monkeypatch):
+    """Each lie is told once at least; and a checker that accepts everything would be found out."""
+    seeds = range(ASKED.get(kind, len(KINDS[kind][1])))
+    assert not [why for seed in seeds for why in attack(kind, seed)[1]]
+    accepted = {"contradiction": Contradicted(""), "counterexample": Refuted(""), "broken": Refuted("")}
+    accepted |= {"refuted": Refuted("")}
+    monkeypatch.setattr(
+        checker,
+        "check",
+        lambda data, *_: next((of for word, of in accepted.items() if word in data["format"]), Proved("")),
+    )
+    assert any(attack(kind, seed)[1] for seed in seeds)
 
 
 @pytest.mark.parametrize("larger", [1.005, 1.02])
@@ -105,48 +113,8 @@ def test_no_violation_is_said_that_is_larger_by_a_hair(larger, monkeypatch):
         return replace(found, violation=larger * found.violation) if isinstance(found, Counterexample) else found
 
     monkeypatch.setattr(prove._ProofProblem, "_failure_at", failure_at)
-    said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9616)})
+    said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9608)})
     assert (said[Counterexample] > 0) is (larger < 1 / 0.99)
-
-
-@pytest.mark.parametrize("lie", LIES_ABOUT_PIECES)
-def test_no_spline_is_proved_or_refuted_falsely_whatever_lies(lie, monkeypatch):
-    """A bound is put next to a true extreme of a random spline, inside and outside of it."""
-    plant(lie, 7, monkeypatch.setattr, LIES_ABOUT_PIECES)
-    counts: dict[str, Counts] = {}
-    for number in range(14):
-        try_one(counts, 3, number)
-    assert not [what for found in counts.values() for what in found.false]
-
-
-@pytest.mark.parametrize("kind", sorted({*KINDS} - {"kernels", "pieces"}))
-def test_nothing_false_of_any_kind_is_handed_out_whatever_lies(kind, monkeypatch):
-    """Each lie is told once; and a checker that accepts everything would be found out."""
-    count = len(KINDS[kind][1])
-    assert not [why for seed in range(count) for why in attack(kind, seed)[1]]
-    accepted = {"contradiction": Contradicted(""), "counterexample": Refuted(""), "broken": Refuted("")}
-    accepted |= {"refuted": Refuted("")}
-    monkeypatch.setattr(
-        checker,
-        "check",
-        lambda data, *_: next((of for word, of in accepted.items() if word in data["format"]), Proved("")),
-    )
-    assert any(attack(kind, seed)[1] for seed in range(count))
-
-
-@pytest.mark.parametrize("factor", [0.0, 0.5, 0.999, 2.0])
-def test_no_table_is_proved_or_refuted_falsely_whatever_lies(factor, monkeypatch):
-    """What is made of a step is off by 0.01; what proposes says that it is off by another number."""
-    table, honest, lie = Table([[0.0, 0.0], [0.0, 0.01]], [[0.0]]), table_module._excesses, Fraction(factor)
-    monkeypatch.setattr(table_module, "_excesses", lambda *of: [(lie * low, lie * high) for low, high in honest(*of)])
-    for tolerance in (0.004, 0.0099, 0.011, 0.03):
-        found = certify_table(table, AXIS, tolerance)
-        if isinstance(found, trackably.CertifiedTable):
-            assert tolerance > 0.01
-            assert found.defect >= 0.01
-        elif isinstance(found, trackably.RefutedTable):
-            assert tolerance < 0.01
-            assert found.violation <= 0.01 - tolerance
 
 
 @pytest.mark.parametrize("example", ["example1", "example2"])
@@ -246,10 +214,9 @@ def test_every_outcome_claims_nothing_or_is_asked_of_the_checker():
     assert kinds(NoSolution) - {NoSolution} == {*CLAIM_NOTHING, *kinds(OutOfReach)} - {Unproved}
 
 
-@pytest.mark.parametrize("gain", [0.1, 0.2])
-def test_values_that_only_a_length_scale_excludes_claim_nothing(gain):
+def test_values_that_only_a_length_scale_excludes_claim_nothing():
     """The float64 program has a dual ray, and with a shorter length scale there is a proved function."""
-    rest, at = Samples([0.0, 0.5, 1.0, 1.5, 2.0], [0.0] * 5), {0.5: {"level": 0.0}, 0.55: {"level": gain}}
+    rest, at = Samples([0.0, 0.5, 1.0, 1.5, 2.0], [0.0] * 5), {0.5: {"level": 0.0}, 0.55: {"level": 0.2}}
     given: dict[str, Any] = {**QUIET, "mean": 0.0, "at": at}
     with pytest.raises(NotTrackableError, match="this is no proof that there is none") as raised:
         learn_reference(rest, RESERVOIR, SquaredExponential(0.5, 0.5), "all_times", **given)

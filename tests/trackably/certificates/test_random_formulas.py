@@ -5,7 +5,6 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 from mpmath import mp
 
 from tests.trackably.certificates.nonlinear.instances import bounded
@@ -28,7 +27,7 @@ from trackably.systems.reference import Reference
 
 X, U = Name("x"), Name("u")
 EXPONENTS = (-2.0, -1.0, 0.5, 1.5, 2.0, 3.0, -0.7, 5.0)
-SIZE = 12
+SEEDS = 16
 
 
 def grown(draw: random.Random, depth: int) -> Formula:
@@ -83,10 +82,9 @@ def case(seed: int) -> Case | None:
     return Case(bounded(loose, times, room), drift, gain)
 
 
-@pytest.mark.parametrize("chunk", range(2))
-def test_nothing_false_is_ever_claimed(chunk):
+def test_nothing_false_is_ever_claimed():
     said: Counter[type] = Counter()
-    for seed in range(SIZE * chunk, SIZE * (chunk + 1)):
+    for seed in range(SEEDS):
         if (chosen := case(seed)) is None:
             continue
         found = prove_on_window(chosen.reference, 0.0, 1.0)

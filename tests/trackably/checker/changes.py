@@ -5,7 +5,9 @@ import math
 import re
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import reduce
 from itertools import combinations, pairwise
+from operator import getitem
 from typing import Any
 
 PLANT = ("reference", "plant")
@@ -54,21 +56,37 @@ def replacements(value: Any) -> list[Any]:
     return [{}, None, [], {**value, "extra": 1.0}]
 
 
-def part_at(data: Any, path: tuple) -> Any:
-    for key in path:
-        data = data[key]
-    return data
+Path = str | tuple
+"""Keys and indices, also written as in claim.covers.state.ends.0."""
 
 
-def changed(data: dict, path: tuple, put: Any) -> dict:
-    copied = copy.deepcopy(data)
-    part_at(copied, path[:-1])[path[-1]] = put
+def place(path: Path) -> tuple:
+    """Return a path as its keys and indices."""
+    return path if isinstance(path, tuple) else tuple(int(key) if key.isdigit() else key for key in path.split("."))
+
+
+def part_at(data: Any, path: Path) -> Any:
+    """Return the part of a file's content at a path."""
+    return reduce(getitem, place(path), data)
+
+
+def changed(data: dict, path: Path, put: Any) -> dict:
+    """Return a copy with `put` in the place of a part, or with what `put` makes of this part."""
+    copied, (*above, last) = copy.deepcopy(data), place(path)
+    inside = part_at(copied, tuple(above))
+    inside[last] = put(inside[last]) if callable(put) else put
     return copied
 
 
-def without(data: dict, path: tuple) -> dict:
-    copied = copy.deepcopy(data)
-    del part_at(copied, path[:-1])[path[-1]]
+def with_changes(data: dict, changes: dict[Path, Any]) -> dict:
+    """Return a copy with several changes, one after the other."""
+    return reduce(lambda found, change: changed(found, *change), changes.items(), data)
+
+
+def without(data: dict, path: Path) -> dict:
+    """Return a copy without a part."""
+    copied, (*above, last) = copy.deepcopy(data), place(path)
+    del part_at(copied, tuple(above))[last]
     return copied
 
 
@@ -79,12 +97,12 @@ def tampered(data: dict) -> Iterator[tuple[str, dict]]:
         # No box can make a statement false, only leave it without a proof: a nudge, a sign, and what is no number. That
         # is enough too for what scalar systems have as well.
         shared = "signals" in path or path[0] in {"claim", "evaluation"}
-        few = "covers" in path[:-1] or (shared and len(data["reference"]["plant"]["system"]["A"]) > 1)
+        few = "covers" in path[:-1] or (shared and len(data["reference"]["plant"]["system"]["states"]) > 1)
         for new in [*news[:3], *news[-5:]] if few else news:
             yield f"{path} = {new!r}", changed(data, path, new)
-    yield from combined_changes(data)
-    if "covers" in data["claim"]:
-        covers = data["claim"]["covers"]
+    if "evaluation" in data and "attainable" not in data:
+        yield from combined_changes(data)
+    if covers := data["claim"].get("covers"):
         for one, other in pairwise(covers):
             swapped = {**covers, one: covers[other], other: covers[one]}
             yield f"covers of {one} and {other} swapped", changed(data, ("claim", "covers"), swapped)
@@ -98,7 +116,7 @@ def combined_changes(data: dict) -> Iterator[tuple[str, dict]]:
     """Several numbers changed at once, so that they still fit each other in part."""
     yield from changes_of_sets(data)
     yield from changes_of_signals(data)
-    yield from changes_of_trajectories(data)
+    yield from changes_of_trajectories(data) if "trajectories" in data else ()
     system = data["reference"]["plant"]["system"]
     names = [*system["states"], *system["inputs"]]
     same = {**system, "states": names[:1] * len(system["states"]), "inputs": names[:1]}
@@ -130,7 +148,7 @@ def changes_of_sets(data: dict) -> Iterator[tuple[str, dict]]:
 
 def changes_of_signals(data: dict) -> Iterator[tuple[str, dict]]:
     signals = data["reference"]["signals"]
-    for i, signal in enumerate(signals):
+    for i, signal in enumerate(signals if "weights" in signals[0] else ()):
         other = {**signal, "centres": signal["weights"], "weights": signal["centres"]}
         yield f"centres for weights {i}", changed(data, ("reference", "signals", i), other)
         loud = {**signal, "weights": [1.01 * c for c in signal["weights"]]}

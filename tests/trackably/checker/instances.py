@@ -1,9 +1,8 @@
-"""Certificates to change, and how."""
+"""A certificate to change."""
 
 from functools import cache
 
 from tests.trackably.certificates.test_prove import reference
-from tests.trackably.checker import changes
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
@@ -23,8 +22,3 @@ def scalar_certificate() -> dict:
     found = prove(reference(SquaredExponential(1.0, 0.3)))
     assert isinstance(found, Certificate)
     return encode_certificate(found)
-
-
-def changed(data: dict, path: str, value) -> dict:
-    """Return the certificate with one part put in the place of another, at a path such as claim.terms."""
-    return changes.changed(data, tuple(int(name) if name.isdigit() else name for name in path.split(".")), value)

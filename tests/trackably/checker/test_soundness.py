@@ -40,25 +40,35 @@ def smallest_margin(reference: Reference, claim, proof, name: str):
     return naive.smallest(reference, name, times)
 
 
+def falsehood(found: Outcome, reference: Reference) -> str | None:
+    """Return what is false in what is said of a reference; None if it is true, or if nothing is said."""
+    if isinstance(found, Certificate):
+        assert set(found.evaluation_error) == {q.name for q in reference.quantities}
+        for name, error in found.evaluation_error.items():
+            if smallest_margin(reference, found.claim, found.proof, name) < error:
+                return f"the {name} is not kept"
+    elif isinstance(found, Counterexample):
+        t = found.time if found.step is None else naive.instant(reference, found.step)
+        if not (found.claim.span[0] <= t <= found.claim.span[1] and found.violation > 0):
+            return f"nothing is claimed at {t} s, or nothing is broken"
+        if naive.margin(reference, found.quantity, t) > -found.violation:
+            return f"the {found.quantity} is not broken by {found.violation} at {t} s"
+    return None
+
+
 def assert_nothing_false_is_claimed(cases: dict[int, Case]) -> Counter[type]:
     said = Counter[type]()
     for seed, chosen in cases.items():
         found = ask(seed, chosen)
         said[type(found)] += 1
-        if isinstance(found, Certificate):
-            assert set(found.evaluation_error) == {q.name for q in chosen.reference.quantities}
-            for name, error in found.evaluation_error.items():
-                assert smallest_margin(chosen.reference, found.claim, found.proof, name) >= error, seed
-        elif isinstance(found, Counterexample):
-            t = found.time if found.step is None else naive.instant(chosen.reference, found.step)
-            assert naive.margin(chosen.reference, found.quantity, t) <= -found.violation < 0, seed
+        assert (why := falsehood(found, chosen.reference)) is None, (seed, why)
     return said
 
 
 DRAWN = {
-    "kernels": (range(1000, 1040), case, 5),
-    "compact support": (range(9000, 9015), partial(case, drawn=compact_kernel), 2),
-    "general systems": (range(8000, 8014), general_case, 2),
+    "kernels": (range(1000, 1024), case, 3),
+    "compact support": (range(9000, 9009), partial(case, drawn=compact_kernel), 1),
+    "general systems": (range(8000, 8009), general_case, 1),
 }
 
 
@@ -68,7 +78,7 @@ def test_nothing_false_is_ever_claimed(seeds, draw, least):
     assert min(said[Certificate], said[Counterexample]) >= least
 
 
-@pytest.mark.parametrize("seed", range(5000, 5020))
+@pytest.mark.parametrize("seed", range(5000, 5012))
 def test_a_margin_of_a_millionth_is_enough_and_a_millionth_too_much_is_refuted(seed):
     for margin in (1e-6, -1e-6):
         chosen = case(seed, margin=margin)

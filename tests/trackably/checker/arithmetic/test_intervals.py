@@ -6,23 +6,13 @@ import pytest
 from mpmath import mp
 from mpmath.ctx_iv import MPIntervalContext
 
-from tests.trackably.checker.kernels.boxes import checked
+from tests.trackably.checker.kernels.instances import checked
 from tests.trackably.gp.instances import KERNELS, formula, over
-from trackably.checker import intervals
 from trackably.checker.intervals import iv
 
 
 def _holds(interval, number) -> bool:
     return mp.mpf(interval.a._mpi_[0]) <= number <= mp.mpf(interval.b._mpi_[1])
-
-
-def test_cosines_over_intervals_hold_their_extremes():
-    draw = random.Random(0)
-    with mp.workprec(3 * iv.prec):
-        for k in range(-40, 40):
-            near = float(mp.pi * k) + draw.uniform(-1e-12, 1e-12)
-            interval = intervals.cos(iv.mpf([near - draw.uniform(1e-9, 1), near + draw.uniform(1e-9, 1)]))
-            assert _holds(interval, mp.mpf((-1) ** k))
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from tests.trackably.checker.edges import hostile
-from tests.trackably.checker.instances import SIGNAL, changed, scalar_certificate
+from tests.trackably.checker.instances import SIGNAL
 from tests.trackably.checker.tight import data_of
 from trackably import checker
 from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
@@ -22,35 +22,6 @@ def summed(kernels: list[dict]) -> dict:
         pairs = [kernels[i : i + 2] for i in range(0, len(kernels), 2)]
         kernels = [{"type": "sum", "left": p[0], "right": p[1]} if len(p) > 1 else p[0] for p in pairs]
     return kernels[0]
-
-
-TOO_LARGE = {
-    "signals": ("reference.signals", [SIGNAL] * (limits.SIGNALS + 1)),
-    "centres": ("reference.signals.0.centres", [0.0] * (limits.CENTRES + 1)),
-    "weights": ("reference.signals.0.weights", [0.0] * (limits.CENTRES + 1)),
-    "kernels": ("reference.signals.0.kernel", summed([KERNEL] * (limits.KERNELS + 1))),
-    "states": ("reference.plant.system.states", ["x"] * (limits.COORDINATES + 1)),
-    "inputs": ("reference.plant.system.inputs", ["x"] * (limits.COORDINATES + 1)),
-    "rows of A": ("reference.plant.system.A", [[0.0]] * (limits.COORDINATES + 1)),
-    "columns of A": ("reference.plant.system.A", [[0.0] * (limits.COORDINATES + 1)]),
-    "rows of a set": ("reference.plant.state_set.rows", [[1.0]] * (limits.ROWS + 1)),
-    "dimension": ("reference.plant.state_set.dimension", limits.COORDINATES + 1),
-    "shifts": ("trajectories.states.0.weights.0", ["0"] * (limits.SHIFTS + 1)),
-    "digits": ("trajectories.states.0.offset", "1" * (limits.DIGITS + 1)),
-    "terms": ("claim.terms", limits.TERMS + 1),
-    "boxes": ("claim.covers.state.ends", [0.0] * (limits.BOXES + 2)),
-    "radii": ("claim.covers.state.radii", [1.0] * (limits.BOXES + 1)),
-    "instants": ("claim", {"kind": "instants", "last_step": limits.INSTANTS + 1}),
-}
-
-
-@pytest.mark.parametrize("what", TOO_LARGE)
-def test_what_is_too_large_is_refused_in_a_sentence(what: str) -> None:
-    path, value = TOO_LARGE[what]
-    verdict = check(changed(scalar_certificate(), path, value))
-    assert isinstance(verdict, NotACertificate)
-    assert "no more than" in verdict.reason or "at most" in verdict.reason
-    assert len(verdict.reason) < 200
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,8 @@ import copy
 
 import pytest
 
-from tests.trackably.checker.instances import changed, scalar_certificate
+from tests.trackably.checker.changes import changed
+from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.systems.test_naming import NAMES, NO_NAMES
 from trackably.checker import Failed, NotACertificate, Proved, check
 

@@ -11,11 +11,11 @@ import pytest
 
 from tests.project import ROOT
 from tests.trackably.certificates.nonlinear.instances import proved
-from tests.trackably.checker.instances import changed
+from tests.trackably.checker.changes import changed
 from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
-from trackably.checker import Failed, Proved, check
+from trackably.checker import Proved, check
 from trackably.checker.boxes import around_instant
 from trackably.checker.floats import boxes
 from trackably.checker.floats.intervals import stay_between
@@ -43,32 +43,6 @@ def test_it_decides_most_boxes(kind, monkeypatch):
     every, rest = left_by_first_pass(data, monkeypatch)
     assert every > 0
     assert rest <= every / 20
-
-
-@pytest.mark.parametrize("kind", VALID)
-def test_an_exact_check_says_the_same(kind, monkeypatch):
-    data = data_of(kind)
-    known = check(data)
-    monkeypatch.setattr(boxes, "FIRST_PASS", None)  # whoever asks for it fails
-    exact = check(data, exact=True)
-    assert type(exact) is type(known)
-    (said, _), (before, _) = (str(verdict).split(" This was checked in ") for verdict in (exact, known))
-    assert said == before
-
-
-def test_what_fails_fails_for_the_same_reason():
-    for kind, path, value in (
-        ("window", "reference.plant.state_set.upper.0", 0.1),
-        ("window", "reference.signals.0.weights.0", 0.6),
-        ("window", "claim.terms", 2),
-        ("window", "claim.covers.state.radii.0", 1e-3),
-        ("instants", "reference.plant.state_set.upper.0", 0.1),
-        ("instants", "reference.signals.0.weights.0", 0.6),
-    ):
-        data = changed(data_of(kind), path, value)
-        found = check(data)
-        assert isinstance(found, Failed), path
-        assert found == check(data, exact=True)
 
 
 def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackably.checker.kernels.boxes import checked
+from tests.trackably.checker.kernels.instances import checked
 from tests.trackably.gp.instances import over
 from trackably.checker.rounding import largest_sums
 from trackably.checker.subject import Signal

@@ -2,7 +2,7 @@
 
 from mpmath import mp
 
-from tests.trackably.checker.kernels.boxes import checked
+from tests.trackably.checker.kernels.instances import checked
 from tests.trackably.gp.instances import DECAYING, KERNELS, formula, over, time_scale
 from trackably.checker import subject
 from trackably.checker.boxes import Box, enclose_signal

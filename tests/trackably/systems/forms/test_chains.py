@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.trackably.checker.instances import changed
+from tests.trackably.checker.changes import changed
 from tests.trackably.systems.forms.instances import through
 from tests.trackably.systems.instances import unbounded
 from trackably.certificates.certificate import Certificate

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from tests.trackably.checker.instances import changed
+from tests.trackably.checker.changes import changed
 from tests.trackably.systems.forms.instances import T_S, along, eight, robot
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate

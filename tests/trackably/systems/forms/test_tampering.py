@@ -4,7 +4,7 @@ import copy
 
 import pytest
 
-from tests.trackably.checker.instances import changed
+from tests.trackably.checker.changes import changed
 from tests.trackably.systems.forms.instances import certificate
 from trackably.checker import Failed, NotACertificate, check
 

@@ -1,24 +1,24 @@
-"""Taylor models in float64 hold the signal, in boxes of all sizes, at kinks too; planted faults let it escape."""
+"""Taylor models hold the signal, many in float64 and single ones in mpmath, in boxes of all sizes, at kinks too.
 
-from collections.abc import Iterator
+Planted faults let it escape.
+"""
+
+from collections.abc import Callable, Iterator
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
-import pytest
 from mpmath import mp
 
 from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
 from trackably.checker import kernels
+from trackably.checker.boxes import Box, enclose_signal
 from trackably.checker.floats import signals
-from trackably.checker.floats.intervals import Floats
+from trackably.checker.floats.intervals import Floats, join
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
-from trackably.checker.intervals import ZERO
-from trackably.checker.kernels import Kernel as CheckedKernel
+from trackably.checker.intervals import ZERO, exactly
 from trackably.checker.kernels import Matern
-from trackably.checker.kernels import Matern52 as CheckedMatern52
-from trackably.checker.kernels import PiecewisePolynomial2 as CheckedCompact
-from trackably.checker.kernels import SquaredExponential as CheckedSquaredExponential
 from trackably.checker.subject import Signal
 from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel
@@ -34,9 +34,9 @@ def drawn(kernel: Kernel, rng: np.random.Generator) -> ManyCentres:
     scale = time_scale(kernel)
     centres = scale * 10 ** rng.uniform(-0.5, 2.5) * np.round(rng.uniform(-1, 1, COUNT), 2)
     weights = rng.normal(size=COUNT) * 10 ** rng.uniform(-2, 2, COUNT)
-    checked = a_kernel(encode(kernel), "kernel")
+    own = a_kernel(encode(kernel), "kernel")
     shift = int(rng.integers(0, 3)) * Fraction(0.1 * scale)
-    return ManyCentres.of(Signal(checked, 0.0, tuple(centres.tolist()), tuple(weights.tolist())), shift)
+    return ManyCentres.of(Signal(own, 0.0, tuple(centres.tolist()), tuple(weights.tolist())), shift)
 
 
 def boxes_around(of: ManyCentres, scale: float, rng: np.random.Generator) -> Boxes:
@@ -57,14 +57,31 @@ def wide_boxes_beside(of: ManyCentres, scale: float, rng: np.random.Generator) -
     return Boxes(starts, starts + wide, wide / 2 + gaps * rng.choice([0.3, 0.9], 4))
 
 
-def escapes(kernel: Kernel, seed: int) -> Iterator[bool]:
+Enclosed = Callable[[ManyCentres, Boxes], signals.Models]
+
+
+def many(of: ManyCentres, boxes: Boxes) -> signals.Models:
+    with np.errstate(all="ignore"):
+        return of.enclose(boxes, TERMS)
+
+
+def single(of: ManyCentres, boxes: Boxes) -> signals.Models:
+    """In mpmath, one box after the other."""
+    signal = Signal(of.kernel, 0.0, tuple(of.centres.tolist()), tuple(of.weights.tolist()))
+    shift = exactly(of.shift.numerator) / of.shift.denominator
+    each = zip(boxes.starts.tolist(), boxes.ends.tolist(), boxes.radii.tolist(), strict=True)
+    models = [enclose_signal(signal, shift, Box(*box), TERMS) for box in each]
+    rows = zip(*([*m.coefficients, m.missed] for m in models), strict=True)
+    found = join([join([Floats.of(number).at(None) for number in row]).at(None) for row in rows], axis=0)
+    return signals.Models(found.at(slice(TERMS)), found.at(TERMS))
+
+
+def escapes(kernel: Kernel, seed: int, enclosed: Enclosed) -> Iterator[bool]:
     """Yield whether the signal lies outside of its enclosure, at some times of some boxes."""
-    rng, kappa = np.random.default_rng(seed), formula(kernel)
+    rng = np.random.default_rng(seed)
     of = drawn(kernel, rng)
     boxes = boxes_around(of, time_scale(kernel), rng)
-    with np.errstate(all="ignore"):
-        models = of.enclose(boxes, TERMS)
-    yield from _outside(of, boxes, models, kappa, rng)
+    yield from _outside(of, boxes, enclosed(of, boxes), formula(kernel), rng)
 
 
 def _outside(of: ManyCentres, boxes: Boxes, models: signals.Models, kappa, rng) -> Iterator[bool]:
@@ -89,10 +106,17 @@ def _ends(coefficients: Floats, missed: float, x: mp.mpf) -> tuple[mp.mpf, mp.mp
     return sum(low for low, _ in parts) - missed, sum(high for _, high in parts) + missed
 
 
-@over(KERNELS)
-@pytest.mark.parametrize("seed", range(2))
-def test_models_hold_the_signal(kernel, seed):
-    assert not any(escapes(kernel, seed))
+SMALL = ("se_short", "matern32_short", "rq_heavy", "periodic_pi", "product")
+COMPACT = ("piecewise3_loud", "sum_of_compact", "season_that_ends")
+DRAWN = {
+    **{f"{name}, {seed}": (kernel, seed, many) for name, kernel in KERNELS.items() for seed in range(2)},
+    **{f"{name}, in mpmath": (KERNELS[name], 0, single) for name in (*SMALL, *COMPACT)},
+}
+
+
+@over(DRAWN, "kernel", "seed", "enclosed")
+def test_models_hold_the_signal(kernel, seed, enclosed):
+    assert not any(escapes(kernel, seed, enclosed))
 
 
 @over(KERNELS)
@@ -100,8 +124,7 @@ def test_models_in_wide_boxes_far_from_all_centres_hold_the_signal_and_say_that_
     rng, kappa, scale = np.random.default_rng(1), formula(kernel), time_scale(kernel)
     of = drawn(kernel, rng)
     boxes = wide_boxes_beside(of, scale, rng)
-    with np.errstate(all="ignore"):
-        models = of.enclose(boxes, TERMS)
+    models = many(of, boxes)
     assert not any(_outside(of, boxes, models, kappa, rng))
     if of.reach[0] < 50 * scale or isinstance(of.kernel, Matern):
         assert np.all(models.missed.high <= 1e-6)
@@ -126,79 +149,56 @@ def test_models_are_narrow_where_boxes_are(kernel):
     of = drawn(kernel, rng)
     starts = of.centres[:8] - float(of.shift) + time_scale(kernel) * rng.uniform(0.05, 0.1, 8)
     halves = np.full(8, 0.001 * time_scale(kernel))
-    with np.errstate(all="ignore"):
-        models = of.enclose(Boxes(starts, starts + 2 * halves, 6 * halves), TERMS)
+    models = many(of, Boxes(starts, starts + 2 * halves, 6 * halves))
     assert np.mean(models.missed.high < 1e-3 * np.max(np.abs(of.weights))) > 0.8
     assert np.all(models.coefficients.high - models.coefficients.low < 1e-9 * np.sum(np.abs(of.weights)) * 1e3)
 
 
-def narrower(monkeypatch, name: str, of: type = ManyCentres, factor: float = 0.0) -> None:
-    right = getattr(of, name)
-    monkeypatch.setattr(of, name, lambda *arguments: right(*arguments) * factor)
+def scaled(factor: float) -> Callable[[Any], Any]:
+    return lambda right: lambda *arguments: right(*arguments) * factor
 
 
-FAULTS = {
+SHORT, ROUGH, SMOOTH, ENDS = (
+    SquaredExponential(0.7, 0.22),
+    Matern32(1.0, 1.0),
+    Matern52(1.0, 1.0),
+    PiecewisePolynomial2(1.0, 0.7),
+)
+FAULTS: dict[str, tuple[Enclosed, Kernel, Any, str, Callable[[Any], Any]]] = {
     "a remainder that is too small": (
-        SquaredExponential(0.7, 0.22),
-        lambda patch: patch.setattr(kernels, "geometric_rest", lambda ratio, n: ratio ** (2 * n)),
+        many, SHORT, kernels, "geometric_rest", lambda _: lambda ratio, n: ratio ** (2 * n)
     ),
-    "a wrong bound on discs": (
-        SquaredExponential(0.7, 0.22),
-        lambda patch: narrower(patch, "largest_on_disc", CheckedSquaredExponential, 1e-6),
-    ),
-    "a wrong bound of many centres on discs": (
-        Matern52(1.0, 1.0),
-        lambda patch: narrower(patch, "largest_around", CheckedMatern52, 1e-6),
-    ),
-    "moments that do not move": (Matern52(1.0, 1.0), lambda patch: patch.setattr(signals, "_move", lambda m, _: m)),
+    "a wrong bound on discs": (many, SHORT, kernels.SquaredExponential, "largest_on_disc", scaled(1e-6)),
+    "a wrong bound of many centres on discs": (many, SMOOTH, kernels.Matern52, "largest_around", scaled(1e-6)),
+    "moments that do not move": (many, SMOOTH, signals, "_move", lambda _: lambda moments, _: moments),
     "moments without the last one": (
-        Matern52(1.0, 1.0),
-        lambda patch: patch.setattr(signals.CentresBefore, "moments", _without_the_last),
+        many, SMOOTH, signals.CentresBefore, "moments",
+        lambda right: lambda *of: [*right(*of)[:-1], right(*of)[-1] * 0.0],
     ),
     "a centre inside a box taken for one before it": (
-        Matern32(1.0, 1.0),
-        lambda patch: patch.setattr(ManyCentres, "_inside", _one_too_late),
+        many, ROUGH, ManyCentres, "_inside",
+        lambda right: lambda *of: (np.minimum(right(*of)[0] + 1, right(*of)[1] - 1), right(*of)[1]),
     ),
     "a wrong derivative": (
-        SquaredExponential(1.0, 1.0),
-        lambda patch: patch.setattr(CheckedSquaredExponential, "taylor", _with_a_wrong_slope),
+        many, SHORT, kernels.SquaredExponential, "taylor",
+        lambda right: lambda *of: [c * (1 + 1e-9 * (k == 1)) for k, c in enumerate(right(*of))],
     ),
-    "kinks overlooked": (
-        Matern32(1.0, 1.0),
-        lambda patch: patch.setattr(CheckedKernel, "_beyond_kink", lambda _, r, *others: r * 0.0),
+    "kinks overlooked": (many, ROUGH, kernels.Kernel, "_beyond_kink", lambda _: lambda _, r, *others: r * 0.0),
+    "far centres overlooked": (many, SHORT, ManyCentres, "reach", lambda _: (0.5, Floats.exact(0.0))),
+    "no jump": (many, ENDS, kernels.PiecewisePolynomial, "jump", lambda _: lambda *_: ZERO),
+    "half a jump": (many, ENDS, kernels.PiecewisePolynomial, "jump", scaled(0.5)),
+    "a jump on one side": (
+        single, ENDS, kernels.PiecewisePolynomial, "jump",
+        lambda right: lambda kernel, r, h: ZERO if kernel._is_over(r) else right(kernel, r, h),
     ),
-    "ends of support overlooked": (
-        PiecewisePolynomial2(1.0, 1.0),
-        lambda patch: patch.setattr(CheckedCompact, "jump", lambda *_: ZERO),
+    "zero too early": (
+        single, ENDS, kernels.PiecewisePolynomial, "_is_over", lambda _: lambda of, r: bool(abs(r) > of.length * 0.999)
     ),
-    "far centres overlooked": (
-        SquaredExponential(1.0, 1.0),
-        lambda patch: patch.setattr(signals.ManyCentres, "reach", (0.5, Floats.exact(0.0))),
-    ),
-}
-_right_taylor = CheckedSquaredExponential.taylor
+    "smooth at zero": (single, ENDS, kernels.PiecewisePolynomial, "has_kink", lambda _: False),
+}  # fmt: skip
 
 
-_right_moments = signals.CentresBefore.moments
-_right_inside = ManyCentres._inside
-
-
-def _without_the_last(before, at):
-    *others, last = _right_moments(before, at)
-    return [*others, last * 0.0]
-
-
-def _one_too_late(of, boxes):
-    first, stop = _right_inside(of, boxes)
-    return np.minimum(first + 1, stop - 1), stop
-
-
-def _with_a_wrong_slope(kernel, r, h, n):
-    found = _right_taylor(kernel, r, h, n)
-    return [*found[:1], *(c * (1 + 1e-9) for c in found[1:2]), *found[2:]]
-
-
-@pytest.mark.parametrize(("kernel", "plant"), FAULTS.values(), ids=FAULTS)
-def test_planted_faults_let_the_signal_escape(kernel, plant, monkeypatch):
-    plant(monkeypatch)
-    assert any(any(escapes(kernel, seed)) for seed in range(6))
+@over(FAULTS, "enclosed", "kernel", "owner", "name", "wrong")
+def test_planted_faults_let_the_signal_escape(enclosed, kernel, owner, name, wrong, monkeypatch):
+    monkeypatch.setattr(owner, name, wrong(getattr(owner, name)))
+    assert any(any(escapes(kernel, seed, enclosed)) for seed in range(6))

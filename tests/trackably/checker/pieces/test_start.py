@@ -1,4 +1,4 @@
-"""A thousand pieces are proved and checked like three."""
+"""The statement about polynomial pieces names the states where the claim begins."""
 
 from tests.trackably.plants import AXIS
 from trackably import CertifiedReference, PolynomialPieces, Proved, certify, check
