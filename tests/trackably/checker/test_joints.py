@@ -9,7 +9,7 @@ import pytest
 
 from tests.trackably.joints.trajectories import extreme, mirrored, random_content, with_limit
 from trackably.checker import Failed, NotACertificate, Proved, Refuted, check
-from trackably.checker.floats.pieces import undecided
+from trackably.checker.floats.joints import undecided
 from trackably.checker.joints import BROKEN, check_joints, everything, read_joints
 
 SEEDS = range(12)

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
 from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stay_between, sums
-from trackably.checker.floats.pieces import cells_left, undecided
+from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
 from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
@@ -170,5 +170,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, models, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, at_zero, keeps_subnormals, _TRUSTED)
 """The first pass in arrays of float64 intervals."""
