@@ -22,7 +22,7 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import jump_of, sketches
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
 from trackably.checker.intervals import UndefinedError
-from trackably.checker.piecewise import keeps, tightened_rows
+from trackably.checker.piecewise import keeps, row_of
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity
@@ -190,10 +190,11 @@ class _ProofProblem:
         if not isinstance(self.claim, Window):
             return None
         (start, end), by = self.span, 2 * TIME_TOLERANCE_OF_PIECES
-        beside = (start - by * abs(start), start), (end, end + by * abs(end))
-        for bound in self.draft.subject.bounds:
-            sides = list(tightened_rows(self.draft.subject, bound, Fraction(self.draft.errors[bound.name])))
-            if not all(keeps(side, row, times, ends) for side, row, ends in sides for times in beside):
+        every = (start - by * abs(start), start), (end, end + by * abs(end))
+        beside = [(Fraction(first), Fraction(last)) for first, last in every]
+        for bound in (subject := self.draft.subject).bounds:
+            row, error = row_of(subject, bound), Fraction(self.draft.errors[bound.name])
+            if not all(keeps(subject, row, times, (bound.low, bound.high), error) for times in beside):
                 return self.reference.quantity(bound.name)
         return None
 

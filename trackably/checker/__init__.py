@@ -51,9 +51,9 @@ Assumptions about rounding. Arithmetic is IEEE's, with subnormal numbers. exp, l
 powers are within 4 units in the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any
 order (no fast Fourier transforms), and for nonlinear systems the formulas of u, or those of the flat form. The first
 pass assumes the same of NumPy's arithmetic, exp, log, sqrt, cos, arctan and arctan2, and so do the six digits that are
-printed of x(0). A check that is `exact`, or of a counterexample, or without NumPy, or where the processor takes
-subnormal numbers for zero, leaves both out: then nothing but the errors of evaluation rests on these assumptions. The
-answer says which arithmetic it trusted.
+printed of x(0). A check that is `exact`, or of a counterexample or polynomial pieces, or without NumPy, or where the
+processor takes subnormal numbers for zero, leaves both out: then nothing but the errors of evaluation rests on these
+assumptions. The answer says which arithmetic it trusted.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
 signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
@@ -89,6 +89,7 @@ from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
 from trackably.checker.form import (
     UnreadableError,
     format_of,
+    has_pieces,
     read_certificate,
     read_counterexample,
     read_refuted_table,
@@ -136,7 +137,8 @@ def _check(data: object, exact: bool) -> Verdict:
     try:
         require_short_texts(data)
         if isinstance(data, dict):
-            kind = format_of(data)
+            kind, reference = format_of(data), data.get("reference")
+            exact = exact or (isinstance(reference, dict) and has_pieces(reference.get("signals")))
             first_pass = _first_pass(exact) if kind in (FORMAT, JOINTS) else NO_FIRST_PASS
             if kind in (kinds := _kinds(first_pass)):
                 wanted, name, read, why_not, say = kinds[kind]

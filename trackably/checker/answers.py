@@ -96,7 +96,7 @@ def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | 
     subject, robust = certificate.subject, certificate.robust
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, robust) or check_truth(subject, certificate.truth, robust, first_pass)
-    return reason or (check_pieces if subject.pieces else _check_kernels)(certificate, first_pass)
+    return reason or (check_pieces(certificate) if subject.pieces else _check_kernels(certificate, first_pass))
 
 
 def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:

@@ -18,7 +18,7 @@ from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import Functional, OfBound, Signal, Subject, is_far
+from trackably.checker.subject import OfBound, Signal, Subject, is_far
 from trackably.checker.watch import UndecidedError, progress, tick
 
 
@@ -84,20 +84,15 @@ class FirstPass:
 
     `boxes` yields each box with the quantities that are left to be proved. `models` yields, for each box, models of
     some shifted signals without their means; it leaves out those that are not finite. `envelope` over-estimates |z − m|
-    and |ż| of a signal after a time. `cells_left` returns, for each row of polynomial pieces, the cells in which it is
-    not certain to stay between two numbers. `of_joints` returns the limits and the jumps of joints that are not certain
-    to be kept. `at_zero` returns an interval that contains a linear combination of signals at t = 0. `envelope` and
-    `at_zero` return None if nothing is known. `is_sound` says whether the processor's settings make all of this true.
-    `trusted` is a sentence: which arithmetic is trusted.
+    and |ż| of a signal after a time. `of_joints` returns the limits and the jumps of joints that are not certain to be
+    kept. `at_zero` returns an interval that contains a linear combination of signals at t = 0. `envelope` and `at_zero`
+    return None if nothing is known. `is_sound` says whether the processor's settings make all of this true. `trusted`
+    is a sentence: which arithmetic is trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
     models: Callable[[Subject, Sequence[Shifted], Sequence[Box], int], Iterator[dict[Shifted, Model]]]
     envelope: Callable[[Signal, Real], Decay | None]
-    cells_left: Callable[
-        [Subject, Sequence[tuple[Functional, Fraction, Fraction]], Sequence[tuple[int, int]], int],
-        Sequence[list[tuple[int, int]]],
-    ]
     of_joints: Callable[[JointTrajectory], tuple[Open, Open]]
     at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
@@ -108,7 +103,6 @@ NO_FIRST_PASS = FirstPass(
     lambda _needs, _subject, _terms, held: iter(held.items()),
     lambda _subject, _wanted, boxes, _terms: ({} for _ in boxes),
     lambda _signal, _start: None,
-    lambda _subject, rows, cells, _bits: [list(cells) for _ in rows],
     everything,
     lambda _subject, _argument: None,
     lambda: True,

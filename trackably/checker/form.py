@@ -474,9 +474,14 @@ def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
 _pieces = _pieces_beyond("rest", "period", "end")
 
 
+def has_pieces(signals: object) -> bool:
+    """Return whether a file's signals are polynomial pieces."""
+    return isinstance(signals, list) and any(isinstance(one, dict) and "breakpoints" in one for one in signals)
+
+
 def _signals(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Pieces, ...]]:
     """Read signals: either all are sums of kernels, or all are polynomial pieces."""
-    if isinstance(value, list) and any(isinstance(one, dict) and "breakpoints" in one for one in value):
+    if has_pieces(value):
         return (), many(_pieces, SIGNALS)(value, where)
     return many(_signal, SIGNALS)(value, where), ()
 

@@ -19,7 +19,7 @@ limits of an order above r, jumps by more than d_r, namely by v at least, at t_i
 
 Proof. On a piece of width h, q^(r) is Σ_k a_k x^k with a_k = c_(k+r) (k + r)!/k! h^k and 0 ≤ x ≤ 1, a polynomial with
 rational coefficients. It is shown to be nowhere negative beside its limits as the pieces of `piecewise` are; most of
-them are found to be so in float64 first (`floats.pieces`). Jumps are compared in rational numbers.
+them are found to be so in float64 first (`floats.joints`). Jumps are compared in rational numbers.
 """
 
 import hashlib

@@ -17,14 +17,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
-from typing import TypeVar
 
 from trackably.checker.intervals import ZERO, Real, at_most, exact_sum, exactly, ratio
 from trackably.checker.limits import CELLS
+from trackably.checker.polynomials import Number, compose
 from trackably.checker.subject import Bound, End, Pieces, Row
 from trackably.checker.watch import UndecidedError, tick
-
-Number = TypeVar("Number", int, Fraction)
 
 Cells = list[tuple[Number, Number]]
 """The first and the last time of each cell; the last cell is the end alone."""
@@ -71,18 +69,6 @@ def place(z: Pieces, ends: Sequence[Number], t: Number, width: Number) -> tuple[
     return i, t - ends[i], width
 
 
-def compose(polynomial: Sequence[Number], start: Number, width: Number) -> list[Number]:
-    """Return the coefficients in x of p(start + width x), by Horner's rule."""
-    found = [polynomial[-1]]
-    for coefficient in reversed(polynomial[:-1]):
-        higher = [width * c for c in found]
-        found = [start * c for c in found] + [start - start]
-        for k, c in enumerate(higher):
-            found[k + 1] += c
-        found[0] += coefficient
-    return found
-
-
 def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction]]:
     """Return the polynomials that hold at some time in [start, end], in order; each in x from −1 (start) to 1 (end)."""
     middle, half, found = (start + end) / 2, (end - start) / 2, []
@@ -91,6 +77,12 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
         moved = (local + middle - a, half) if width else (local, width)
         found.append(compose([Fraction(c) for c in z.coefficients[i]], *moved))
     return found
+
+
+def value_of_signal(z: Pieces, t: Fraction) -> Fraction:
+    """Return z(t)."""
+    i, local, _ = place(z, z.ends, t, Fraction(0))
+    return compose([Fraction(c) for c in z.coefficients[i]], local, Fraction(0))[0]
 
 
 @dataclass(frozen=True)

@@ -10,95 +10,93 @@ coefficients. In each of these cells, closed on both sides, it is shown to keep 
 errors. With x = y/(1 + y), a polynomial p(x) of degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0:
 where all b_k ≥ 0, p is nowhere negative; where some are not, the cell is halved. For all_times the cells reach from 0
 to `tail_start`, where all signals are at rest; for all_phases over one period; for a window from start to end, where a
-signal that ends must be known until the last t + j T. The rounding errors are at most the stated ones. The first pass
-(`floats.pieces`) encloses the same polynomials in float64 intervals, all cells at once; which piece holds in which cell
-is decided in whole numbers.
+signal that ends must be known until the last t + j T. An end of a bound that moves (`moving`) is one more signal, whose
+breakpoints cut cells too. The rounding errors are at most the stated ones. There is no first pass in float64.
 
 All float64 numbers are whole multiples of a power of two. So times are counted in units of 2^−e s, and values in such
 units that every polynomial has whole coefficients.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil
+from itertools import zip_longest
 
-from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Steps
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
-from trackably.checker.moving import Cells, cells_of, compose, hull, place
-from trackably.checker.polynomials import stays_between
-from trackably.checker.quantities import functionals, gross_of, shifted_signal, shifts_of, weighted_sum
-from trackably.checker.subject import Bound, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
-from trackably.checker.watch import progress, require_room, short, tick
+from trackably.checker.moving import Cells, cells_of, hull, place, value_of_signal
+from trackably.checker.polynomials import compose, is_nowhere_negative
+from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
+from trackably.checker.subject import Bound, End, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
+from trackably.checker.watch import progress, require_room, tick
+
+Parts = tuple[Fraction, list[tuple[Pieces, Fraction, Fraction]]]
+"""The sum offset + Σ weight · z(t + shift): the offset, and a triple (z, shift [s], weight) for each term."""
 
 
 @dataclass(frozen=True)
-class Term:
-    """`weight` · z(t + shift), in the units of a `Sum`, in which all numbers are integers.
+class WholeSum:
+    """offset + Σ weight · z(t + shift), in units in which all numbers are integers (`whole_sums`).
 
-    `ends` are the breakpoints of z, and `polynomials` its pieces, as functions of the time since their start.
+    `terms` has z, its breakpoints, its polynomials, the shift and the weight of each term.
     """
 
-    signal: Pieces
-    weight: int
-    shift: int
-    ends: Sequence[int]
-    polynomials: Sequence[Sequence[int]]
-
-
-@dataclass(frozen=True)
-class Sum:
-    """offset + Σ terms, scaled so that all numbers are integers: the result is `unit` times the actual sum."""
-
     offset: int
-    terms: tuple[Term, ...]
-    unit: int
+    terms: Sequence[tuple[Pieces, Sequence[int], Sequence[Sequence[int]], int, int]]
 
     def polynomial(self, start: int, width: int) -> list[int]:
         """Return the coefficients in x of the sum at start + width x, 0 ≤ x ≤ 1, where no breakpoint is in between."""
         found = [self.offset]
-        for term in self.terms:
+        for z, ends, polynomials, shift, weight in self.terms:
             tick()
-            i, local, of_piece = place(term.signal, term.ends, start + term.shift, width)
-            part = compose(term.polynomials[i], local, of_piece)
-            found += [0] * (len(part) - len(found))
-            for k, coefficient in enumerate(part):
-                found[k] += term.weight * coefficient
+            i, local, of_piece = place(z, ends, start + shift, width)
+            moved = compose(polynomials[i], local, of_piece)
+            found = [a + weight * b for a, b in zip_longest(found, moved, fillvalue=0)]
         return found
 
 
-def whole_sum(subject: Subject, q: Functional, bits: int, bounds: Sequence[Fraction] = ()) -> Sum:
-    """Return the functional q of the signals, in units in which all numbers and the `bounds` are integers.
+def whole_sums(
+    sums: Sequence[Parts], start: Fraction, end: Fraction, number: Fraction = Fraction(0)
+) -> tuple[Cells[int], list[WholeSum], int]:
+    """Return the cells between breakpoints of the sums from start to end [s], the sums, and their unit.
 
-    Times are in units of 2^−`bits` s.
+    In a cell, all sums are polynomials. Times of cells are whole multiples of a power of two. The sums are multiplied
+    by the unit, a whole number which also makes `number` whole.
     """
+    terms = [term for _, of in sums for term in of]
+    signals = {id(z): z for z, _, _ in terms}
+    times = (t for z in signals.values() for t in z.breakpoints)
+    bits = bits_of([start, end, *(shift for _, shift, _ in terms), *times])
+    fine = bits_of(c for z in signals.values() for piece in z.coefficients for c in piece)
+    digits = fine + bits * max((z.degree for z in signals.values()), default=0)
+    require_room(sum(len(z.coefficients) * (z.degree + 1) for z in signals.values()), digits)
+    divisor = common_denominator([number, *(offset for offset, _ in sums), *(weight for _, _, weight in terms)])
+    second, unit = 1 << bits, divisor << digits
+    known = {
+        key: ([_scale(t, bits) for t in z.breakpoints], [_whole_polynomial(c, digits, bits) for c in z.coefficients])
+        for key, z in signals.items()
+    }
+    found = [
+        WholeSum(
+            whole(offset * unit),
+            [(z, *known[id(z)], whole(shift * second), whole(weight * divisor)) for z, shift, weight in of],
+        )
+        for offset, of in sums
+    ]
+    moved = [(z, ends, shift) for each in found for z, ends, _, shift, _ in each.terms]
+    return cells_of(moved, whole(start * second), whole(end * second)), found, unit
+
+
+def parts_of(subject: Subject, row: Functional) -> Parts:
+    """Return a weighted sum of the shifted signals of a subject."""
     step = Fraction(subject.system.sampling_time)
-    used = [(z, weights) for z, weights in zip(subject.pieces, q.weights, strict=True) if any(weights)]
-    fine = max(bits_of(c for z, _ in used for piece in z.coefficients for c in piece), bits_of(bounds))
-    digits = fine + bits * max((z.degree for z, _ in used), default=0)
-    require_room(sum(len(z.coefficients) * (z.degree + 1) for z, _ in used), digits)
-    scale, divisor = 1 << digits, common_denominator([q.offset, *(w for _, weights in used for w in weights)])
-    terms = []
-    for z, weights in used:
-        ends = exact_times(z, bits)
-        polynomials = [_whole_polynomial(piece, digits, bits) for piece in z.coefficients]
-        for j, w in enumerate(weights):
-            if w:
-                terms.append(Term(z, whole(divisor * w), whole(j * step * (1 << bits)), ends, polynomials))
-    return Sum(whole(q.offset * divisor * scale), tuple(terms), divisor * scale)
+    return row.offset, [(subject.pieces[s], j * step, row.weights[s][j]) for s, j in shifts_of(row)]
 
 
 def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list[Fraction]:
     """Return the value of each of the `rows`, weighted sums of shifted signals, at the time t [s]."""
-    step, known = Fraction(subject.system.sampling_time), dict[tuple[int, int], Fraction]()
-    for s, j in {term for row in rows for term in shifts_of(row)}:
-        z = subject.pieces[s]
-        i, local, _ = place(z, z.ends, t + j * step, Fraction(0))
-        known[s, j] = Fraction(0)
-        for c in reversed(z.coefficients[i]):  # Horner's rule
-            known[s, j] = short(known[s, j] * local + Fraction(c))
-    return [exact_sum([row.offset, *(row.weights[s][j] * known[s, j] for s, j in shifts_of(row))]) for row in rows]
+    every = (parts_of(subject, row) for row in rows)
+    return [exact_sum([offset, *(w * value_of_signal(z, t + shift) for z, shift, w in of)]) for offset, of in every]
 
 
 def bits_of(numbers: Iterable[float | Fraction]) -> int:
@@ -169,9 +167,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     has an error of 80 u², and two for each shifted signal, whose weight has an error of u². All of this is to first
     order, and enlarged by 1 %.
     """
-    largest = [
-        _largest(subject, shifted_signal(subject, s, 0, 1), z.ends[0], z.ends[-1]) for s, z in enumerate(subject.pieces)
-    ]
+    largest = [_largest((Fraction(0), [(z, Fraction(0), Fraction(1))]), z.ends[0], z.ends[-1]) for z in subject.pieces]
     shifted = sum(map(len, functionals(subject, "input")[0].weights))
     operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
     found = dict[str, Fraction]()
@@ -202,14 +198,13 @@ def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fra
     used = [(r, part) for r, part in zip(bound.row, functionals(subject, bound.of), strict=True) if r]
     if len(used) == 1:
         return max(map(abs, hull(bound)))
-    return exact_sum(abs(r) * _largest(subject, part, start, end) for r, part in used)
+    return exact_sum(abs(r) * _largest(parts_of(subject, part), start, end) for r, part in used)
 
 
-def _largest(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> Fraction:
-    """Over-estimate the size of a row from `start` to `end` [s], by the absolute coefficients in each cell."""
-    cells, bits = _cells(subject, row, start, end)
-    q = whole_sum(subject, row, bits)
-    return Fraction(max(sum(map(abs, q.polynomial(a, b - a))) for a, b in cells), q.unit)
+def _largest(of: Parts, start: Fraction, end: Fraction) -> Fraction:
+    """Over-estimate the size of a sum from `start` to `end` [s], by the absolute coefficients in each cell."""
+    cells, (found,), unit = whole_sums([of], start, end)
+    return Fraction(max(sum(map(abs, found.polynomial(a, b - a))) for a, b in cells), unit)
 
 
 def _span(certificate: Certificate) -> tuple[Fraction, Fraction]:
@@ -224,14 +219,9 @@ def check_signals(subject: Subject) -> str | None:
     return next((reason for z in subject.pieces if (reason := why_no_signal(z))), None)
 
 
-def check_pieces(certificate: Certificate, first_pass: FirstPass = NO_FIRST_PASS) -> str | None:
+def check_pieces(certificate: Certificate) -> str | None:
     """Return why a step of the proof fails for signals of polynomial pieces; None if all steps hold."""
-    return (
-        _claim_gap(certificate)
-        or check_sizes(certificate)
-        or check_rounding(certificate)
-        or _positive(certificate, first_pass)
-    )
+    return _claim_gap(certificate) or check_sizes(certificate) or check_rounding(certificate) or _outside(certificate)
 
 
 def _claim_gap(certificate: Certificate) -> str | None:
@@ -270,98 +260,51 @@ def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
     """Return the value of a bound's row at a time [s]. Raise UndefinedError if a signal is undefined there."""
     if reason := why_unknown(subject, t, t):
         raise UndefinedError(reason)
-    return values_at(subject, [weighted_sum(bound.row, functionals(subject, bound.of))], t)[0]
+    return values_at(subject, [row_of(subject, bound)], t)[0]
 
 
-def _positive(certificate: Certificate, first_pass: FirstPass) -> str | None:
+def _outside(certificate: Certificate) -> str | None:
     """Return a sentence about the first bound that is not shown to hold in all cells; None if all are."""
-    subject, span = certificate.subject, _span(certificate)
-    broken, alike = list[int](), dict[object, list[tuple[int, _Side]]]()
-    for i, bound in enumerate(subject.bounds):
-        for side in tightened_rows(subject, bound, Fraction(certificate.errors[bound.name])):
-            alike.setdefault(_changes(*side[:2]), []).append((i, side))
-    for k, sides in enumerate(alike.values()):
-        progress(k, len(alike))
-        of, row, _ = sides[0][1]
-        cells, bits = _cells(of, row, *span)
-        left = first_pass.cells_left(of, [(row, *ends) for _, (_, row, ends) in sides], cells, bits)
-        some = zip(sides, left, strict=True)
-        broken += [i for (i, (_, row, ends)), open_ in some if open_ and not _is_kept(of, row, ends, open_, bits)]
-    if not broken:
-        return None
-    name = subject.bounds[min(broken)].name
-    return OfBound(name, f"cell: the {name} is not shown to stay inside its bounds")
+    subject = certificate.subject
+    for k, bound in enumerate(subject.bounds):
+        progress(k, len(subject.bounds))
+        error = Fraction(certificate.errors[bound.name])
+        if not keeps(subject, row_of(subject, bound), _span(certificate), (bound.low, bound.high), error):
+            return OfBound(bound.name, f"cell: the {bound.name} is not shown to stay inside its bounds")
+    return None
 
 
-_Side = tuple[Subject, Functional, tuple[Fraction, Fraction]]
-"""A row of signals, and two numbers between which it has to stay."""
+def row_of(subject: Subject, bound: Bound) -> Functional:
+    """Return the row of a bound as a weighted sum of shifted signals."""
+    return weighted_sum(bound.row, functionals(subject, bound.of))
 
 
-def _changes(subject: Subject, row: Functional) -> object:
-    """Return a key that is equal for rows of the same signals with equal breakpoints, which have the same cells."""
-    used = {(subject.pieces[s].breakpoints, subject.pieces[s].beyond, j) for s, j in shifts_of(row)}
-    return len(subject.pieces), id(subject.pieces[-1]), frozenset(used)
-
-
-def keeps(subject: Subject, row: Functional, times: tuple[float, float], ends: tuple[Fraction, Fraction]) -> bool:
-    """Return whether a row is shown to stay between two numbers, its `ends`, from the first to the last time [s].
-
-    The denominators of `ends` must be powers of two.
-    """
-    return _is_kept(subject, row, ends, *_cells(subject, row, *map(Fraction, times)))
-
-
-def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[_Side]:
-    """Yield the subject, the row of a bound, and the two numbers between which the row has to stay.
-
-    These are the ends of the bound, tightened by an error. If an end moves in time, both ends are yielded separately.
-    Then the difference of row and end has to stay on its side of zero, and at least the error away from zero. A moving
-    end is one more signal of the subject. The number on the other side is so far away that it excludes nothing.
-    """
-    row = weighted_sum(bound.row, functionals(subject, bound.of))
-    if not bound.moves:
-        yield subject, row, (Fraction(bound.lower) + error, Fraction(bound.upper) - error)
-        return
-    low, high = hull(bound)
-    far = Fraction(1 << (2 + ceil(high - low)).bit_length())
-    for end, ends in ((bound.low, (error, far)), (bound.high, (-far, -error))):
-        if isinstance(end, Pieces):
-            more = replace(subject, pieces=(*subject.pieces, end))
-            yield more, replace(row, weights=(*row.weights, (Fraction(-1),))), ends
-        else:
-            yield subject, replace(row, offset=row.offset - Fraction(end)), ends
-
-
-def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells[int], int]:
-    """Return the cells between breakpoints of a row of signals from start to end [s], and `bits`.
-
-    Times of cells are whole multiples of 2^−bits s.
-    """
-    step, used = Fraction(subject.system.sampling_time), shifts_of(row)
-    signals = {s: subject.pieces[s] for s, _ in used}
-    bits = max(bits_of([step, start, end]), bits_of(t for z in signals.values() for t in z.breakpoints))
-    unit, ends = 1 << bits, {s: exact_times(z, bits) for s, z in signals.items()}
-    terms = [(signals[s], ends[s], whole(j * step * unit)) for s, j in used]
-    return cells_of(terms, whole(start * unit), whole(end * unit)), bits
-
-
-def exact_times(z: Pieces, bits: int) -> list[int]:
-    """Return the breakpoints in units of 2^−`bits` s."""
-    return [_scale(t, bits) for t in z.breakpoints]
-
-
-def _is_kept(
+def keeps(
     subject: Subject,
     row: Functional,
-    ends: tuple[Fraction, Fraction],
-    cells: Sequence[tuple[int, int]],
-    bits: int,
+    times: tuple[Fraction, Fraction],
+    ends: tuple[End | Fraction, End | Fraction],
+    error: Fraction = Fraction(0),
 ) -> bool:
-    """Return whether a row stays between its ends in cells, whose times are in units of 2^−`bits` s."""
-    q = whole_sum(subject, row, bits, ends)
-    bottom, top = (whole(end * q.unit) for end in ends)
+    """Return whether a row is shown to stay between two ends, an `error` away from both, between two times [s].
+
+    The times must be multiples of a power of two.
+    """
+    moving = (
+        (Fraction(0), [(end, Fraction(0), Fraction(1))]) if isinstance(end, Pieces) else (Fraction(end), [])
+        for end in ends
+    )
+    cells, sums, unit = whole_sums([parts_of(subject, row), *moving], *times, error)
+    apart = whole(error * unit)
     for a, b in cells:
         tick()
-        if not stays_between(q.polynomial(a, b - a), bottom, top):
+        value, low, high = (of.polynomial(a, b - a) for of in sums)
+        if not all(is_nowhere_negative(_difference(*of, apart)) for of in ((value, low), (high, value))):
             return False
     return True
+
+
+def _difference(p: Sequence[int], q: Sequence[int], apart: int) -> list[int]:
+    """Return the coefficients of p − q − apart."""
+    first, *others = (a - b for a, b in zip_longest(p, q, fillvalue=0))
+    return [first - apart, *others]

@@ -1,10 +1,13 @@
-"""Decide in integer arithmetic whether polynomials stay between two numbers."""
+"""Move polynomials, and decide in integer arithmetic whether they stay between two numbers."""
 
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import TypeVar
 
 from trackably.checker.intervals import common_denominator
 from trackably.checker.watch import tick
+
+Number = TypeVar("Number", int, Fraction)
 
 _MOST_CUTS = 2000
 
@@ -33,7 +36,7 @@ def is_nowhere_negative(a: list[int]) -> bool:
         p = waiting.pop()
         if p[0] < 0 or sum(p) < 0:
             return False
-        if all(c >= 0 for c in shift(p[::-1], 1)):
+        if p[0] >= sum(map(abs, p[1:])) or all(c >= 0 for c in shift(p[::-1], 1)):
             continue
         n = len(p) - 1
         half = [c << (n - k) for k, c in enumerate(p)]  # 2ⁿ p(x/2)
@@ -41,10 +44,15 @@ def is_nowhere_negative(a: list[int]) -> bool:
     return False
 
 
-def shift(p: Sequence[int], by: int) -> list[int]:
+def shift(p: Sequence[Number], by: Number) -> list[Number]:
     """Return the coefficients of p(x + by)."""
     found = list(p)
     for i in range(len(found) - 1):
         for k in range(len(found) - 2, i - 1, -1):
             found[k] += by * found[k + 1]
     return found
+
+
+def compose(p: Sequence[Number], start: Number, width: Number) -> list[Number]:
+    """Return the coefficients in x of p(start + width x)."""
+    return [c * width**k for k, c in enumerate(shift(p, start))]

@@ -102,7 +102,7 @@ def distance(
         times = np.append(np.linspace(times[max(i - 1, 0)], times[min(i + 1, last)], _POINTS), times[i])
         times.sort()
     for most in (0.0, *(float(np.max(apart_at)) + part * size for part in _PARTS)):
-        if keeps(subject, apart, span, (-Fraction(most), Fraction(most))):
+        if keeps(subject, apart, (Fraction(span[0]), Fraction(span[1])), (-most, most)):
             return most
     return inf
 

@@ -19,7 +19,7 @@ from trackably.arguments import instance, positive
 from trackably.arrays import Array, Flags
 from trackably.certificates.outcome import Unproved
 from trackably.checker.floats.intervals import bernstein
-from trackably.checker.floats.pieces import undecided
+from trackably.checker.floats.joints import undecided
 from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
 from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError, RepairDistance

@@ -27,7 +27,7 @@ from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, S
 from trackably.checker.contradiction import Value
 from trackably.checker.disturbances import support_of
 from trackably.checker.floats.boxes import FIRST_PASS
-from trackably.checker.moving import compose
+from trackably.checker.polynomials import compose
 from trackably.checker.quantities import states_of
 from trackably.checker.truth import (
     CONTRADICTION,

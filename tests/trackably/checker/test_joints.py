@@ -8,7 +8,7 @@ import pytest
 from tests.trackably.checker.changes import changed, with_changes
 from tests.trackably.joints.trajectories import extreme, mirrored, random_content, with_limit
 from trackably.checker import Failed, Proved, check
-from trackably.checker.floats.pieces import undecided
+from trackably.checker.floats.joints import undecided
 from trackably.checker.joints import BROKEN, check_joints, everything, read_joints
 
 SEEDS = range(12)

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
-from trackably.checker.floats.intervals import Floats, Mask, bernstein_on_box, stay_between, sums
-from trackably.checker.floats.pieces import cells_left, undecided
-from trackably.checker.floats.signals import Boxes, ManyCentres, Models
+from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stay_between, sums
+from trackably.checker.floats.joints import undecided
+from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
 from trackably.checker.formulas import parts
-from trackably.checker.intervals import Real, UndefinedError, between, exactly
+from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
@@ -36,44 +36,47 @@ def boxes_left(
     `held` has the quantities of each box, and `terms` is the number of Taylor coefficients.
     """
     every = {q.name: q for h in held.values() for q in h}
-    signals = {shifted: many_centres(subject, shifted) for shifted in sorted(_needs(every.values()))}
     formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
-    for some in _batches(list(held), terms * (len(signals) + sum(len(parts(formula)) for formula in formulas))):
-        inside = {name: [any(q is each for each in held[box]) for box in some] for name, q in every.items()}
-        proved = {name: np.zeros(len(some), dtype=bool) for name in every}
-        needed_in, every_box = [_needs(held[box]) for box in some], Boxes(*np.array(some).T)
-        used = {shifted: np.flatnonzero([shifted in each for each in needed_in]) for shifted in signals}
-        with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            found = {s: of.enclose(every_box.at(used[s]), terms) for s, of in signals.items() if len(used[s])}
-            for name, q in every.items():
-                where = np.flatnonzero(inside[name])
-                models = {s: found[s].at(np.searchsorted(used[s], where)) for s in _needs([q]) if len(where)}
-                if models:  # a quantity without signals is a constant, which is not decided here
-                    proved[name][where] = _stays_inside(needs, subject, q, models, [some[b] for b in where])
-        yield from ((box, [q for q in held[box] if not proved[q.name][b]]) for b, box in enumerate(some))
+    wanted = {shifted for q in every.values() for shifted in _needs(q)}
+    for some, known in _enclosed(subject, wanted, list(held), terms, sum(len(parts(formula)) for formula in formulas)):
+        proved = set[tuple[Box, str]]()
+        for q in every.values():
+            where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
+            with np.errstate(all="ignore"):  # results that are not finite prove nothing
+                kept = _stays_inside(needs, subject, q, known, some, where, terms)
+            proved.update((some[b], q.name) for b in kept.tolist())
+        yield from ((box, [q for q in held[box] if (box, q.name) not in proved]) for box in some)
 
 
 def models(
     subject: Subject, wanted: Sequence[Shifted], boxes: Sequence[Box], terms: int
 ) -> Iterator[dict[Shifted, Model]]:
     """Yield for each box models of shifted signals in the arithmetic of mpmath, without those that are not finite."""
-    signals = {shifted: many_centres(subject, shifted) for shifted in wanted}
-    for some in _batches(list(boxes), terms * (len(wanted) + 1)):
-        with np.errstate(all="ignore"):
-            found = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+    for some, known in _enclosed(subject, wanted, boxes, terms):
         for b in range(len(some)):
-            known = {shifted: _model(of, b) for shifted, of in found.items()}
-            yield {shifted: model for shifted, model in known.items() if model}
+            of_box = {shifted: _model(of, b) for shifted, of in known.items()}
+            yield {shifted: model for shifted, model in of_box.items() if model}
 
 
-def _batches(boxes: list[Box], coefficients: int) -> Iterator[list[Box]]:
-    """Return the boxes in groups, small enough to be processed at once if each box takes so many `coefficients`."""
-    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // max(1, coefficients)))
-    return (boxes[begin : begin + at_once] for begin in range(0, len(boxes), at_once))
+def _enclosed(
+    subject: Subject, wanted: Iterable[Shifted], boxes: Sequence[Box], terms: int, others: int = 0
+) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
+    """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
+
+    Groups are small enough to be processed at once if each box takes as many models of signals as are `wanted`, and
+    that many `others`.
+    """
+    signals = {shifted: many_centres(subject, shifted) for shifted in sorted(wanted)}
+    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(signals) + 1 + others))))
+    for begin in range(0, len(boxes), at_once):
+        some = boxes[begin : begin + at_once]
+        with np.errstate(all="ignore"):
+            known = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+        yield some, known
 
 
-def _needs(quantities: Iterable[Quantity]) -> set[Shifted]:
-    return {shifted for q in quantities for argument in q.arguments.values() for shifted in shifts_of(argument)}
+def _needs(q: Quantity) -> list[Shifted]:
+    return [shifted for argument in q.arguments.values() for shifted in shifts_of(argument)]
 
 
 def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
@@ -83,23 +86,30 @@ def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
 
 
 def _stays_inside(
-    needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], boxes: Sequence[Box]
-) -> Mask:
-    """Return a mask of the boxes in which a quantity is certainly defined and stays inside its bounds."""
-    n, count = next(iter(models.values())).coefficients.low.shape
-    where, proved = np.arange(count), np.zeros(count, dtype=bool)
+    needs: FormulaNeeds,
+    subject: Subject,
+    q: Quantity,
+    known: Mapping[Shifted, Any],
+    boxes: Sequence[Box],
+    where: Indices,
+    n: int,
+) -> Indices:
+    """Return those of the indices `where` of boxes in which q is certainly defined and stays inside its bounds.
+
+    `known` has models of shifted signals in all boxes, with n coefficients.
+    """
     while len(where):
-        known = {shifted: of.at(where) for shifted, of in models.items()}
+        at = {s: Model([c.at(where) for c in known[s].coefficients], known[s].missed.at(where)) for s in _needs(q)}
         try:
-            found = _combine(q, known) if not _is_formula(q) else _evaluate(needs, subject, q, known, n)
+            model = FormulaValues(needs, n).enclose(q, Enclosures(subject, n, _NO_BOX, at).arguments(q))
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
+        none, (first, *others) = Floats.exact(np.zeros((1, len(where)))), model.coefficients
+        found: Any = join([c + none for c in (around(first, model.missed), *others)], axis=0)
         low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
-        missed = _constant(n) * found.missed.b
-        proved[where] = stay_between(*map(bernstein_on_box, (found.coefficients, low + missed, high - missed)))
-        break
-    return proved
+        return where[stay_between(*map(bernstein_on_box, (found, low, high)))]
+    return where
 
 
 def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
@@ -118,43 +128,13 @@ def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
     return Floats(low, high)
 
 
-def _combine(q: Quantity, models: Mapping[Shifted, Models]) -> Models:
-    """Return models of a linear combination of signals."""
-    assert q.combination is not None, "it is no formula"
-    first, *others = (models[shifted].times(weight) for shifted, weight in terms_of(q.combination))
-    found = sum(others, first)
-    return Models(found.coefficients + _constant(len(found.coefficients.low)) * q.combination.offset, found.missed)
-
-
-def _evaluate(needs: FormulaNeeds, subject: Subject, q: Quantity, models: Mapping[Shifted, Models], n: int) -> Models:
-    """Return models of a formula, with n coefficients each. Raise UndefinedError if it may be undefined."""
-    many: Any = models  # arrays of intervals take the place of single intervals
-    known = {key: Model([of.coefficients.at(k) for k in range(n)], of.missed) for key, of in many.items()}
-    arguments = Enclosures(subject, n, _NO_BOX, known).arguments(q)
-    model = FormulaValues(needs, n).enclose(q, arguments)
-    none = np.zeros((1, len(next(iter(models.values())).missed.low)))
-    rows = [Floats.of(c) for c in model.coefficients]
-    ends = (np.concatenate([end + none for end in of]) for of in ([c.low for c in rows], [c.high for c in rows]))
-    return Models(Floats(*ends), Floats.of(model.missed))
-
-
-def _is_formula(q: Quantity) -> bool:
-    """Return whether a quantity is a formula, or has conditions under which formulas are defined."""
-    return q.combination is None or bool(q.needs)
-
-
-def _constant(n: int) -> Floats:
-    """Return the polynomial 1 with n coefficients."""
-    return Floats.exact(np.eye(n)[:, :1])
-
-
-def _model(models: Models, b: int) -> Model | None:
+def _model(models: Model, b: int) -> Model | None:
     """Return the model of one box in the arithmetic of mpmath; None if it is not finite."""
-    of, missed = models.coefficients, float(models.missed.high[b])
-    lows, highs = of.low[:, b].tolist(), of.high[:, b].tolist()
-    if not all(map(isfinite, (*lows, *highs, missed))):
+    every: Any = (*models.coefficients, models.missed)
+    ends = [(float(c.low[b]), float(c.high[b])) for c in every]
+    if not all(isfinite(low) and isfinite(high) for low, high in ends):
         return None
-    return Model([between(low, high) for low, high in zip(lows, highs, strict=True)], exactly(missed))
+    return Model([between(*of) for of in ends[:-1]], exactly(ends[-1][1]))
 
 
 def envelope(signal: Signal, start: Real) -> Decay | None:
@@ -190,5 +170,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, models, envelope, cells_left, undecided, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, at_zero, keeps_subnormals, _TRUSTED)
 """The first pass in arrays of float64 intervals."""

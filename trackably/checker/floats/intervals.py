@@ -317,6 +317,12 @@ def bernstein_on_box(polynomials: Floats) -> Floats:
     return found
 
 
+def bernstein_on_unit(polynomials: Floats) -> Floats:
+    """Return the Bernstein coefficients of B polynomials Σ_k a_k y^k on [0, 1], from coefficients of shape (n, B)."""
+    found: Floats = _rounded(bernstein(len(polynomials.low))) @ polynomials
+    return found
+
+
 def _halves(b: Floats) -> Floats:
     """Return the Bernstein coefficients of each polynomial on both halves of its interval, by de Casteljau's rule.
 
@@ -328,7 +334,11 @@ def _halves(b: Floats) -> Floats:
 
 @cache
 def _matrix(entry: Callable[[int, int, int], Fraction], n: int) -> Floats:
-    nearest = np.array([[float(entry(n, i, k)) for k in range(n)] for i in range(n)])
+    return _rounded(np.array([[float(entry(n, i, k)) for k in range(n)] for i in range(n)]))
+
+
+def _rounded(nearest: Array) -> Floats:
+    """Return intervals that contain numbers which were rounded to the nearest float64."""
     off = np.abs(nearest) * 2.0**-52
     return Floats(nearest - off, nearest + off)
 

@@ -11,7 +11,6 @@ expanded in their place, and Σ |c_i| M bounds it on the disc. The moments at b 
 does not cancel in the sum over centres: no other factor is negative.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -22,8 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.floats.intervals import Array, Floats, Mask, join, sums
-from trackably.checker.intervals import ONE, SIGN, Real, exactly, total
+from trackably.checker.intervals import ONE, SIGN, exactly, total
 from trackably.checker.kernels import Kink, Matern, geometric_rest, reach
+from trackably.checker.models import Model
 from trackably.checker.subject import Signal
 from trackably.checker.watch import tick
 
@@ -45,8 +45,8 @@ class CentresBefore:
     middles: Floats
     along: Floats
 
-    def enclose(self, radii: Floats, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients of Taylor models in the boxes, of shape (n, B), and remainder bounds, of shape (B,)."""
+    def enclose(self, radii: Floats, n: int) -> Model:
+        """Return Taylor models with n terms in the boxes; `radii` [s] are those of discs in Cauchy's estimate."""
         last = np.maximum(self.before - 1, 0)
         at, which = np.unique(last, return_inverse=True)
         is_any, half = self.before > 0, abs(self.along)
@@ -56,7 +56,7 @@ class CentresBefore:
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * self.along, n)
         ratio: Any = half / radii
         largest = self.kernel.largest_around([m.at(1) for m in moments], x, self.kernel.rate * radii)
-        return join([c.at(None) for c in terms], axis=0), largest * geometric_rest(ratio, n)
+        return Model(terms, largest * geometric_rest(ratio, n))
 
     def moments(self, at: Indices) -> list[Floats]:
         """Return the moments m_0, m_1, … at K centres, whose indices `at` increase; each has the shape (2, K).
@@ -94,7 +94,7 @@ def _move(moments: list[Floats], d: Floats) -> list[Floats]:
 
 
 _PAIRS = 4096
-"""Pairs of a box and a centre that are enclosed at once; more pairs are split, so that each part fits the cache."""
+"""Pairs of a box and a centre that are enclosed at once, so that they fit the cache."""
 
 _NEGLIGIBLE = 2.0**-60
 """Centres are far where |κ| is at most κ(0) times this number; the reserve for rounding is larger."""
@@ -121,25 +121,6 @@ class Boxes:
     def halves(self) -> Floats:
         """Half of the widths of the boxes [s]."""
         return (Floats.exact(self.ends) - Floats.exact(self.starts)) / 2
-
-
-@dataclass(frozen=True, eq=False)
-class Models:
-    """Taylor models in x ∈ [−1, 1] for B boxes: `coefficients` (n, B), and remainder bounds `missed` (B,)."""
-
-    coefficients: Floats
-    missed: Floats
-
-    def __add__(self, other: "Models") -> "Models":
-        return Models(self.coefficients + other.coefficients, self.missed + other.missed)
-
-    def times(self, factor: Real) -> "Models":
-        """Return the models times a number."""
-        return Models(self.coefficients * factor, self.missed * abs(factor))
-
-    def at(self, where: Indices) -> "Models":
-        """Return the models in the boxes with these indices."""
-        return Models(self.coefficients.at((slice(None), where)), self.missed.at(where))
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,33 +163,22 @@ class ManyCentres:
         ends = (np.array(fsum(e) if np.all(np.abs(e) < 1e300) else np.nan) for e in (parts.low, parts.high))
         return Floats(*ends) + 0.0  # this sum moves the ends outwards by more than the rounding of `fsum`
 
-    def enclose(self, boxes: Boxes, n: int) -> Models:
-        """Return Taylor models with n terms in the boxes."""
+    def enclose(self, boxes: Boxes, n: int) -> Model:
+        """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
-        inner = np.flatnonzero(stop > first)
+        before = np.concatenate([[0], np.cumsum(stop - first)])  # pairs of a box and a centre before those of each box
         ends = np.zeros((2, n + 1, len(first)))
-        for some in [inner[block] for block in _blocks((stop - first)[inner])]:
-            part, missed = self._in_blocks(boxes.at(some), first[some], stop[some], n)
-            both = join([part, missed.at(None)], axis=0)
+        for begin in range(0, int(before[-1]), _PAIRS):
+            pairs = np.arange(begin, min(begin + _PAIRS, int(before[-1])))
+            of_box = np.searchsorted(before, pairs, side="right") - 1
+            some, begins = np.unique(of_box, return_index=True)
+            part = self._sums(boxes, of_box, first[of_box] + pairs - before[of_box], begins, n)
+            both = Floats(*ends[:, :, some]) + part
             ends[:, :, some] = both.low, both.high
-        every = Floats(*ends)
-        found = Models(every.at(slice(n)), every.at(n))
-        if not isinstance(self.kernel, Matern):
-            return Models(found.coefficients, found.missed + self.reach[1])
-        return found + self._outside(boxes, first, stop, n)
-
-    def _in_blocks(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> tuple[Floats, Floats]:
-        """Return the result of `_block`. If there is one box only, its centres are added part by part."""
-        if len(first) > 1:
-            return self._block(boxes, first, stop - first, n)
-        parts = (
-            self._block(boxes, np.array([begin]), np.minimum(stop - begin, _PAIRS), n)
-            for begin in range(int(first[0]), int(stop[0]), _PAIRS)
-        )
-        coefficients, missed = next(parts)
-        for more, missed_too in parts:
-            coefficients, missed = coefficients + more, missed + missed_too
-        return coefficients, missed
+        every: Any = [Floats(low, high) for low, high in zip(*ends, strict=True)]
+        if isinstance(self.kernel, Matern):
+            return Model(every[:n], every[n]) + self._outside(boxes, first, stop, n)
+        return Model(every[:n], every[n] + self.reach[1])
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
         """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
@@ -229,7 +199,7 @@ class ManyCentres:
         first = np.searchsorted(self.centres, start.low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, end.high), first)
 
-    def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Models:
+    def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Model:
         """Return models of the sums over all centres before and after each box, for a Matérn kernel.
 
         Centres with indices below `first` are before the box, and centres from the index `stop` on are after it.
@@ -238,22 +208,24 @@ class ManyCentres:
         left = CentresBefore(self.kernel, self.centres, self.weights, first, middles, boxes.halves)
         # with time reversed, the centres after a box are before it
         right = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1], after, -middles, -boxes.halves)
-        return Models(*left.enclose(radii, n)) + Models(*right.enclose(radii, n))
+        return left.enclose(radii, n) + right.enclose(radii, n)
 
-    def _block(self, boxes: Boxes, first: Indices, counts: Indices, n: int) -> tuple[Floats, Floats]:
-        """Return coefficients and remainder bounds of sums over counts[b] centres from first[b] on, in each box b."""
+    def _sums(self, boxes: Boxes, of_box: Indices, which: Indices, begins: Indices, n: int) -> Floats:
+        """Return the coefficients and remainder bounds of sums over pairs of a box and a centre, of shape (n + 1, K).
+
+        `of_box` and `which` are the indices of a pair's box and centre; the pairs of the K boxes start at `begins`.
+        """
         tick()
-        firsts, of_box = np.concatenate([[0], np.cumsum(counts)[:-1]]), np.repeat(np.arange(len(counts)), counts)
-        which = np.arange(len(of_box)) + np.repeat(first - firsts, counts)
-        centres, weights, most = self.centres[which], Floats.exact(self.weights[which]), int(counts.max())
+        centres, weights, radii = self.centres[which], Floats.exact(self.weights[which]), Floats.exact(boxes.radii)
         r = boxes.middles.at(of_box) + self.exact_shift - Floats.exact(centres)
         kink = None
         if self.kernel.has_kink:
-            oddness = self.kernel.oddness(boxes.halves, Floats.exact(boxes.radii), n).at(of_box)
+            oddness = self.kernel.oddness(boxes.halves, radii, n).at(of_box)
             kink = Kink(*self._sides(boxes, of_box, centres), oddness)
-        each = self.kernel.model(r, boxes.halves.at(of_box), Floats.exact(boxes.radii[of_box]), n, kink)
-        terms = [sums(weights * c, firsts, most).at(None) for c in each.coefficients]
-        return join(terms, axis=0), sums(abs(weights) * each.missed, firsts, most)
+        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, kink)
+        rows = [*(weights * c for c in each.coefficients), abs(weights) * each.missed]
+        most = int(np.diff([*begins, len(of_box)]).max())
+        return join([sums(row, begins, most).at(None) for row in rows], axis=0)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return two masks over pairs of a box and a centre, decided exactly.
@@ -270,15 +242,3 @@ class ManyCentres:
             exact = Fraction(float(centres[i])) - self.shift
             before[i], after[i] = ends[i] <= exact, starts[i] >= exact
         return before, after
-
-
-def _blocks(counts: Indices) -> Iterator[slice]:
-    """Yield slices of consecutive boxes, with few enough pairs of a box and a centre to be enclosed at once."""
-    begin, pairs = 0, 0
-    for b, count in enumerate(counts.tolist()):
-        if pairs and pairs + count > _PAIRS:
-            yield slice(begin, b)
-            begin, pairs = b, 0
-        pairs += count
-    if pairs:
-        yield slice(begin, len(counts))

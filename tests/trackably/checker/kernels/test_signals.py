@@ -19,6 +19,7 @@ from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import ZERO, exactly
 from trackably.checker.kernels import Matern
+from trackably.checker.models import Model
 from trackably.checker.subject import Signal
 from trackably.codec import encode
 from trackably.gp.kernels.base import Kernel
@@ -57,15 +58,15 @@ def wide_boxes_beside(of: ManyCentres, scale: float, rng: np.random.Generator) -
     return Boxes(starts, starts + wide, wide / 2 + gaps * rng.choice([0.3, 0.9], 4))
 
 
-Enclosed = Callable[[ManyCentres, Boxes], signals.Models]
+Enclosed = Callable[[ManyCentres, Boxes], Model]
 
 
-def many(of: ManyCentres, boxes: Boxes) -> signals.Models:
+def many(of: ManyCentres, boxes: Boxes) -> Model:
     with np.errstate(all="ignore"):
         return of.enclose(boxes, TERMS)
 
 
-def single(of: ManyCentres, boxes: Boxes) -> signals.Models:
+def single(of: ManyCentres, boxes: Boxes) -> Model:
     """In mpmath, one box after the other."""
     signal = Signal(of.kernel, 0.0, tuple(of.centres.tolist()), tuple(of.weights.tolist()))
     shift = exactly(of.shift.numerator) / of.shift.denominator
@@ -73,7 +74,7 @@ def single(of: ManyCentres, boxes: Boxes) -> signals.Models:
     models = [enclose_signal(signal, shift, Box(*box), TERMS) for box in each]
     rows = zip(*([*m.coefficients, m.missed] for m in models), strict=True)
     found = join([join([Floats.of(number).at(None) for number in row]).at(None) for row in rows], axis=0)
-    return signals.Models(found.at(slice(TERMS)), found.at(TERMS))
+    return Model([found.at(k) for k in range(TERMS)], found.at(TERMS))
 
 
 def escapes(kernel: Kernel, seed: int, enclosed: Enclosed) -> Iterator[bool]:
@@ -84,7 +85,7 @@ def escapes(kernel: Kernel, seed: int, enclosed: Enclosed) -> Iterator[bool]:
     yield from _outside(of, boxes, enclosed(of, boxes), formula(kernel), rng)
 
 
-def _outside(of: ManyCentres, boxes: Boxes, models: signals.Models, kappa, rng) -> Iterator[bool]:
+def _outside(of: ManyCentres, boxes: Boxes, models: Model, kappa, rng) -> Iterator[bool]:
     with mp.workdps(50):
         shift = mp.mpf(of.shift.numerator) / of.shift.denominator
         for b, (start, end) in enumerate(zip(boxes.starts.tolist(), boxes.ends.tolist(), strict=True)):
@@ -94,15 +95,12 @@ def _outside(of: ManyCentres, boxes: Boxes, models: signals.Models, kappa, rng) 
                     for t_i, c in zip(map(mp.mpf, of.centres.tolist()), of.weights.tolist(), strict=True)
                 )
                 x = (2 * mp.mpf(t) - start - end) / (mp.mpf(end) - start)
-                low, high = _ends(models.coefficients.at((slice(None), b)), float(models.missed.high[b]), x)
+                low, high = _ends([c.at(b) for c in models.coefficients], float(models.missed.high[b]), x)
                 yield bool(true < low or true > high)
 
 
-def _ends(coefficients: Floats, missed: float, x: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
-    parts = [
-        sorted((mp.mpf(low) * x**k, mp.mpf(high) * x**k))
-        for k, (low, high) in enumerate(zip(coefficients.low.tolist(), coefficients.high.tolist(), strict=True))
-    ]
+def _ends(coefficients: list[Floats], missed: float, x: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+    parts = [sorted((mp.mpf(float(c.low)) * x**k, mp.mpf(float(c.high)) * x**k)) for k, c in enumerate(coefficients)]
     return sum(low for low, _ in parts) - missed, sum(high for _, high in parts) + missed
 
 
@@ -151,7 +149,8 @@ def test_models_are_narrow_where_boxes_are(kernel):
     halves = np.full(8, 0.001 * time_scale(kernel))
     models = many(of, Boxes(starts, starts + 2 * halves, 6 * halves))
     assert np.mean(models.missed.high < 1e-3 * np.max(np.abs(of.weights))) > 0.8
-    assert np.all(models.coefficients.high - models.coefficients.low < 1e-9 * np.sum(np.abs(of.weights)) * 1e3)
+    for c in models.coefficients:
+        assert np.all(c.high - c.low < 1e-9 * np.sum(np.abs(of.weights)) * 1e3)
 
 
 def scaled(factor: float) -> Callable[[Any], Any]:
