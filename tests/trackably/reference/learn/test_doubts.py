@@ -68,7 +68,7 @@ DOUBTFUL = {
     "milliseconds taken for seconds": (asked(samples=Samples(1e3 * TIMES, 0.1 * TIMES)), r"one of position comes "
               r"every 200 s, which is 4000 steps of the system, 0\.05 s each: are their times in milliseconds\?"),
     "millimetres": (asked(samples=Samples(TIMES, 80 + 20 * np.sin(TIMES))), r"most of position are more than \S+ "
-              r"outside of its bounds \[-1\.1, 0\.2\], around 9.*: are both in the same unit\? Column\(.*scale=0\.001\) would"),
+              r"outside of its bounds \[-1\.1, 0\.2\], around 9.*same unit\? Column\(.*scale=0\.001\) would"),
     "centimetres": (asked(samples=Samples(TIMES, 40 + 20 * np.sin(TIMES)), plant=HIGH), r"same unit\? Column\(\.\.\., "
               r"scale=0\.01\) would bring most of them inside"),
     "kelvins": (asked(samples=Samples(TIMES, 293 + np.sin(TIMES))), r"are both in the same unit\?$"),
