@@ -89,8 +89,11 @@ def test_the_library_answers_with_the_same_codes(files) -> None:
         (["proved", "--seconds", "1e-9"], UNDECIDED),
         (["huge"], UNUSABLE),
         (["proved", "--seconds", "-1"], UNUSABLE),
+        (["proved", "proved"], PROVED),
+        (["refuted", "proved", "huge"], REFUTED),
     ):
-        command = [sys.executable, "-m", "trackably", "check", str(files[arguments[0]]), *arguments[1:]]
+        given = [str(files.get(argument, argument)) for argument in arguments]
+        command = [sys.executable, "-m", "trackably", "check", *given]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == code, done.stderr
         assert "Traceback" not in done.stderr
