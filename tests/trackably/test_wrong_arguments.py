@@ -4,12 +4,14 @@ import re
 from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
     Controller,
+    JointTrajectory,
     LinearSystem,
     NonlinearSystem,
     Polytope,
@@ -31,18 +33,30 @@ learn = partial(
 plant = partial(ConstrainedSystem, system=AXIS.system, state_set=AXIS.state_set, input_set=AXIS.input_set)
 
 RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
+WINDOW = certify(np.zeros(30), AXIS, (0.0, 1.0), interpolation="linear")
 
 WRONG = {
     "dates": (lambda: Samples(DAYS, [1, 2]), f"times: expected numbers, got datetime64[ns]; {SECONDS}"),
     "complex": (lambda: Samples([0, 1], np.array([1j, 2])), "values: expected real numbers, got complex128"),
     "texts": (lambda: Samples(["0", "1"], [1, 2]), "samples: times: expected numbers, got ['0', '1']"),
     "nothing": (lambda: Samples([0, 1], [None, 1.0]), "samples: values[0]: expected a number, got None"),
+    "an index of dates": (
+        lambda: learn(samples=pd.Series([1.0, 2.0], index=pd.DatetimeIndex(DAYS))),
+        "samples: index: expected times in seconds, got dates; set frame.index = (frame.index - frame.index[0]).total",
+    ),
+    "a date": (lambda: Samples([pd.Timestamp(DAYS[0])], [1]), "got Timestamp('2024-05-01 00:00:00')"),
     "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), "some values are masked"),
     "A of texts": (lambda: system([["a"]], [[1]]), "system: A: expected numbers, got [['a']]"),
     "sampling time, text": (lambda: system([[1]], [[1]], sampling_time="0.1"), "sampling_time: expected a number"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "box of texts": (lambda: Polytope.box(["a"], [1]), "set: lower: expected numbers, got ['a']"),
     "rows, a number": (lambda: Polytope(3, [0], [1]), "set: rows must have shape (any, any), got shape ()"),
+    "two sets of wrong dimension": (
+        lambda: plant(state_set=Polytope.box([-1.0], [1.0]), input_set=AXIS.state_set),
+        "system: state_set must have dimension 2, got 1, and input_set must have dimension 1, got 2",
+    ),
+    "half a box": (lambda: Polytope.box([-0.0], [np.inf]), "coordinate 1 has the bounds [0, inf]"),
+    "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1 - 2 x2 has no lower bound on it"),
     "set as a tuple": (lambda: plant(state_set=(-1, 1)), "state_set: expected a Polytope, such as Polytope.box"),
     "no system": (lambda: plant(system=(1, 2)), "system: expected a LinearSystem or a NonlinearSystem, got (1, 2)"),
     "bare system": (lambda: learn(plant=AXIS.system), "plant: expected a ConstrainedSystem(system, state_set"),
@@ -56,6 +70,14 @@ WRONG = {
     "no samples": (lambda: learn(samples={}), "samples: none are given; expected one of position, z1"),
     "horizon": (lambda: Controller(AXIS, 1.5, Q, R), "controller: horizon: expected a whole number, got 1.5"),
     "weights": (lambda: Controller(AXIS, 9, "Q", R), "controller: Q: expected numbers, got 'Q'"),
+    "steps beyond a window": (
+        lambda: simulate(Controller(AXIS, 5, Q, R), WINDOW, [0, 0], 50),
+        "simulate: steps: 14 steps fit from step 0 on, as plans look 6 steps ahead, got 50: step 56",
+    ),
+    "no step before the end of a window": (
+        lambda: simulate(Controller(AXIS, 5, Q, R), WINDOW, [0, 0], 3, first_step=18),
+        "simulate: steps: no step fits from step 18 on",
+    ),
     "one number for two states": (
         lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, measurement_noise=lambda k, x: 0.1),
         "simulate: measurement_noise: expected 2 numbers at step 0, got shape ()",
@@ -73,6 +95,29 @@ def test_wrong_arguments_are_named(name):
     call, sentence = WRONG[name]
     with pytest.raises((TypeError, ValueError), match=re.escape(sentence)):
         call()
+
+
+SHOWN = {
+    "a system of formulas": (
+        tank(1.0),
+        'NonlinearSystem(level(k+1) = ("level" + (0.5 * ("inflow" - (0.6 * sqrt("level"))))); inputs inflow; '
+        "one step every 1 s)",
+    ),
+    "a trajectory of joints": (
+        JointTrajectory.through([0, 1, 2], [[0, 0], [1, 1], [0, 0]]),
+        "JointTrajectory(q1, q2: 2 pieces of degree 1 from 0 s to 2 s, at rest afterwards)",
+    ),
+    "an input": (
+        Controller(AXIS, 3, Q, R).step(0, [1e-3, 0.0], RESTING),
+        "Plan(at step 0 feasible (no bound is active), V = 0.008202, slack 0.153 of a width; input [-0.200002])",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_what_is_shown_is_short(name):
+    shown, text = SHOWN[name]
+    assert repr(shown) == text
 
 
 A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan

@@ -75,6 +75,9 @@ class FrameLike(Protocol):
     def __getitem__(self, key: object, /) -> SeriesLike: ...
 
 
+_SECONDS_OF_DATES = "set frame.index = (frame.index - frame.index[0]).total_seconds()"
+
+
 def _of_column(what: str, column: SeriesLike) -> Samples:
     """Return the values of a column at the times [s] of its index; values that are NaN are left out.
 
@@ -84,6 +87,8 @@ def _of_column(what: str, column: SeriesLike) -> Samples:
     if type(column.index).__name__ == "RangeIndex":
         raise TypeError(f"{what}: expected an index of times in seconds, got row numbers; see `frame.set_index(times)`")
     times = np.asarray(column.index)
+    if times.dtype.kind == "M" or hasattr(column.index, "tz"):
+        raise TypeError(f"{what}: index: expected times in seconds, got dates; {_SECONDS_OF_DATES}")
     if times.dtype.kind == "m":
         times = times / np.timedelta64(1, "s")
     times, values = numbers(f"{what}: index", times), numbers(what, column.to_numpy())
