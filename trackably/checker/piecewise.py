@@ -333,9 +333,9 @@ def tightened_rows(subject: Subject, bound: Bound, error: Fraction) -> Iterator[
 
 
 def _cells(subject: Subject, row: Functional, start: Fraction, end: Fraction) -> tuple[Cells[int], int]:
-    """Return the cells between breakpoints of a row of signals from start to end [s], and `bits`.
+    """Cut the time from start to end [s] at all breakpoints of the shifted signals in a row.
 
-    Times of cells are whole multiples of 2^−bits s.
+    Return the cells in between, and `bits`: the ends of cells are whole multiples of 2^−bits s.
     """
     step, used = Fraction(subject.system.sampling_time), shifts_of(row)
     signals = {s: subject.pieces[s] for s, _ in used}

@@ -174,7 +174,11 @@ class SteppedController(Protocol):
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
     ) -> StepResult:
-        """Return a plan at step `k` from `state` (n,), or why there is none."""
+        """Return a plan at step `k` from `state` (n,), or why there is none.
+
+        The search for a plan of a nonlinear system starts from the inputs `initial_guess` (N, m), or else from those of
+        the reference.
+        """
         ...
 
 
