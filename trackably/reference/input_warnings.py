@@ -2,18 +2,22 @@
 
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
+from trackably.checker.formulas import Formula, Function, Power, names, parts, text
+from trackably.checker.intervals import UndefinedError, between, is_multiplied
+from trackably.checker.models import enclose
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
 
 _OUTLYING = 1e3  # a sample is an outlier if it is further from the median than this many times the spread of the others
 _FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
@@ -32,6 +36,7 @@ _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # in widths of the bounds: units are in doubt if most samples, or a mean, lie further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
 _SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6)  # changes of units that may have been meant, in the order tried
+_DEEPEST = 6  # nested parts of a formula that are written out
 _SEEN = 1e-3  # of the width of bounds: samples in the right unit differ by more than this part
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
 _LAST = 0.1  # whether samples still move at their end is judged by this last part of them,
@@ -113,9 +118,10 @@ def _last_rate(samples: Samples) -> float:
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Warn if A is singular; in discrete time, A is singular only for systems with delays.
+    """Warn if A is singular, or if a formula has no slope somewhere within the bounds.
 
-    The user may have given the A of a differential equation in place of exp(A T_s), which is never singular.
+    In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
+    equation in place of exp(A T_s), which is never singular.
     """
     system = plant.system
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
@@ -123,6 +129,35 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
             "system: A is singular, which happens in x(k+1) = A x(k) + B u(k) only with delays: are these the A and "
             "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time)"
         )
+    if isinstance(system, NonlinearSystem) and (part := _part_without_slope(system, plant)) is not None:
+        yield (
+            f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it has no "
+            "slope, and no reference is proved that comes there; np.abs and np.hypot are square roots too. Can bounds "
+            "exclude it, or another formula, such as np.sqrt(x**2 + 1e-6) in place of np.abs(x)?"
+        )
+
+
+def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
+    """Return a root or fractional power in f whose argument may be zero or negative within the bounds, or None.
+
+    Arguments that depend on a state or input without bounds are not examined.
+    """
+    sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
+    extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
+    box = {name: between(of.lower, of.upper) for name, of in extents.items() if of}
+    for part in (part for formula in system.f for part in parts(formula)):
+        match part:
+            case Function("sqrt" | "log", argument):
+                pass
+            case Power(argument, exponent) if not is_multiplied(exponent):
+                pass
+            case _:
+                continue
+        if names(argument) <= box.keys():
+            with suppress(UndefinedError):
+                if not enclose(argument, box).a > 0:
+                    return part
+    return None
 
 
 def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """Valid input that is hardly what was meant is asked about, and what is meant is not."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
     LinearSystem,
+    NonlinearSystem,
     NotTrackableError,
     Polytope,
     Samples,
@@ -24,6 +26,12 @@ X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])
 CONTINUOUS = ConstrainedSystem(LinearSystem([[0, 1], [0, 0]], [[0], [1]], sampling_time=0.01), X, U)
 WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-200, -900], [200, 900]), U)
 HIGH = ConstrainedSystem(AXIS.system, Polytope.box([0.1, -9], [1, 9]), U)
+DRAGGED = ConstrainedSystem(
+    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - x[0] * np.abs(x[0]))], ["v"], ["force"], 0.1),
+    Polytope.box([-1.0], [2.0]),
+    Polytope.box([-9.0], [9.0]),
+)
+DRIVEN = replace(DRAGGED, state_set=Polytope.box([0.1], [2.0]))
 OFTEN = np.arange(60) * 0.05
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
 SPIKE = np.where(np.arange(len(SAMPLES)) == 3, 1e6, SAMPLES.values)
@@ -55,6 +63,8 @@ def lost(*at: int) -> Samples:
 
 DOUBTFUL = {
     "a differential equation": (asked(plant=CONTINUOUS), "system: A is singular, .* are these the A and B of ẋ = A x"),
+    "a drag whose speed may be zero": (asked(plant=DRAGGED, name="v"), r"system: the argument of sqrt\S+ \^ 2\.0\)\) "
+              "may be zero or less within the bounds: at zero it has no slope, and no reference is proved that comes"),
     "a late window": (asked((1000.0, 1001.0)), "claim: the window from 1000 s to 1001 s is 997 s away"),
     "a window that ends long after": (asked((0.0, 100.0)), "claim: the window from 0 s to 100 s reaches 97 s beyond "
               r"the samples of position, which last 3 s: is it in seconds\?"),
@@ -123,6 +133,7 @@ ORDINARY = {
     ),
     "a smooth peak that bounds cut": asked(samples=Samples(OFTEN, 1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)))),
     "a level at the end that bounds cut": asked(samples=Samples(OFTEN, np.where(OFTEN > 2.7, 1.6, 0.1 * OFTEN))),
+    "a drag whose speed is positive": asked(plant=DRIVEN, name="v"),
     "a window that ends after its samples": asked((0.0, 30.0)),
     "a motion that does not end, in a window": asked_of_end(Samples(TIMES, 0.1 * TIMES**2), (0.0, 3.0)),
     "noise at the end": asked_of_end(Samples(OFTEN, SOME_NOISE)),
