@@ -48,6 +48,10 @@ def refusals():
             {"mean": 0.5},
             "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: ",
         ),
+        "no rest": (
+            {"mean": 0.0, "plant": ConstrainedSystem(AXIS.system, Polytope.box([-9, 0.1], [9, 1]), AXIS.input_set)},
+            "the velocity is 0, not inside [0.1, 1]: what fades to it could not be followed for ever; claim a window",
+        ),
         "on a bound": (
             {"mean": 0.2},
             "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end",
