@@ -96,6 +96,9 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance", type=float, default=1e-9, metavar="X", help="of the next state, where the rows alone are proved"
     )
+    parser.add_argument(
+        "--decimal", choices=(".", ","), default=".", help="the decimal mark in TABLE, a point if left out"
+    )
     parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 
 

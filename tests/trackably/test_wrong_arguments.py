@@ -16,6 +16,7 @@ from trackably import (
     NonlinearSystem,
     Polytope,
     Samples,
+    Table,
     certify,
     check,
     learn_reference,
@@ -106,6 +107,10 @@ SHOWN = {
     "a trajectory of joints": (
         JointTrajectory.through([0, 1, 2], [[0, 0], [1, 1], [0, 0]]),
         "JointTrajectory(q1, q2: 2 pieces of degree 1 from 0 s to 2 s, at rest afterwards)",
+    ),
+    "a table": (
+        Table(np.zeros((3, 2)), np.zeros((2, 1))),
+        "Table(steps 0 to 2, states of shape (3, 2), inputs of shape (2, 1))",
     ),
     "an input": (
         Controller(AXIS, 3, Q, R).step(0, [1e-3, 0.0], RESTING),

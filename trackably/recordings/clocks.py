@@ -43,7 +43,8 @@ def exact(value: object, mark: str | None = None) -> Decimal:
         elif _BEGINS_AS_DATE.match(value):
             hint = ' (dates have the unit "ISO 8601")'
         elif mark and _NUMBER.fullmatch(other):
-            hint = f' (with layout=CsvLayout(decimal="{POINT if mark == COMMA else COMMA}") it would be one)'
+            given = POINT if mark == COMMA else COMMA
+            hint = f' (with layout=CsvLayout(decimal="{given}"), or the option --decimal "{given}", it would be one)'
     if isinstance(number, int | float | Decimal) and not isinstance(number, bool):
         found = Decimal(number)
         if abs(found.adjusted()) >= _LONGEST or len(found.as_tuple().digits) > _LONGEST:
