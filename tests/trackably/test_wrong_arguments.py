@@ -11,6 +11,7 @@ from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
     Controller,
+    Joints,
     JointTrajectory,
     LinearSystem,
     NonlinearSystem,
@@ -18,6 +19,7 @@ from trackably import (
     Samples,
     Table,
     certify,
+    certify_joints,
     check,
     learn_reference,
     simulate,
@@ -34,6 +36,7 @@ learn = partial(
 plant = partial(ConstrainedSystem, system=AXIS.system, state_set=AXIS.state_set, input_set=AXIS.input_set)
 
 RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
+JOINT = Joints(position=[(-1, 1)], names=["a"])
 WINDOW = certify(np.zeros(30), AXIS, (0.0, 1.0), interpolation="linear")
 
 WRONG = {
@@ -107,6 +110,14 @@ SHOWN = {
     "a trajectory of joints": (
         JointTrajectory.through([0, 1, 2], [[0, 0], [1, 1], [0, 0]]),
         "JointTrajectory(q1, q2: 2 pieces of degree 1 from 0 s to 2 s, at rest afterwards)",
+    ),
+    "a proof for one joint": (
+        certify_joints(JointTrajectory.through([0, 1, 2], [[0.0], [0.5], [0.0]], names=["a"]), JOINT),
+        "CertifiedTrajectory(proved for all t ≥ 0 s, at rest from 2 s on: a keeps its limits of position)",
+    ),
+    "a broken limit": (
+        certify_joints(JointTrajectory.through([0, 1, 2], [[0.0], [1.5], [0.0]], names=["a"]), JOINT),
+        "BrokenLimits(from t = 0.666666667 s on the position of a is outside of [-1, 1], by 0.499 at least at 1 s)",
     ),
     "a table": (
         Table(np.zeros((3, 2)), np.zeros((2, 1))),
