@@ -69,6 +69,7 @@ WRONG = {
     "centres, a word": (lambda: learn(centres="few"), "expected a whole number, 'auto' or None, got 'few'"),
     "values in a list": (lambda: learn(at=[1]), "at: expected a mapping from times [s] to values by name"),
     "time, text": (lambda: learn(at={"0": {"position": 0.1}}), "at: time: expected a number, got '0'"),
+    "a velocity at time −0": (lambda: learn(at={-0.0: {"velocity": 9}}), "must be inside [-1, 1] at 0 s, got 9"),
     "enormous": (lambda: learn(samples=Samples([0, 1, 2], [1e300, -1e300, 0])), "choose another unit"),
     "learn from": (lambda: learn(learn_from=[1]), "learn_from: expected Samples, or a mapping from names"),
     "no samples": (lambda: learn(samples={}), "samples: none are given; expected one of position, z1"),
