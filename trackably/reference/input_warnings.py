@@ -36,6 +36,7 @@ _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # in widths of the bounds: units are in doubt if most samples, or a mean, lie further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
 _SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6)  # changes of units that may have been meant, in the order tried
+_INSIDE = 0.01  # of its width: a value is well within bounds that is further from them than this part
 _DEEPEST = 6  # nested parts of a formula that are written out
 _SEEN = 1e-3  # of the width of bounds: samples in the right unit differ by more than this part
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
@@ -138,13 +139,15 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
 
 
 def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
-    """Return a root or fractional power in f whose argument may be zero or negative within the bounds, or None.
+    """Return a root or fractional power in f whose argument may be zero or negative well within the bounds, or None.
 
-    Arguments that depend on a state or input without bounds are not examined.
+    Zeros on the bounds are not asked about: a tank may be empty, if the reference never comes there. Arguments that
+    depend on a state or input without bounds are not examined.
     """
     sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
     extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
-    box = {name: between(of.lower, of.upper) for name, of in extents.items() if of}
+    inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
+    box = {name: between(of.lower, of.upper) for name, of in inner.items()}
     for part in (part for formula in system.f for part in parts(formula)):
         match part:
             case Function("sqrt" | "log", argument):

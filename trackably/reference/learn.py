@@ -190,8 +190,9 @@ def learn_reference(
     Warns
     -----
     DoubtfulInputWarning
-        Where the input is accepted, but is probably a mistake: a singular A, a window far from every sample, samples
-        before time zero, stamps since 1970, an outlier, a noise_std larger than all that samples differ by. Also where
+        Where the input is accepted, but is probably a mistake: a singular A, a root whose argument may be zero, a
+        window far from every sample or far beyond them, samples before time zero or that still move where all times
+        are claimed, stamps since 1970, an outlier, a noise_std larger than all that samples differ by. Also where
         a hyperparameter lies at an end of the interval that was given for it, and where noise learned with the bounds
         differs by more than a half from that without.
     IgnoresSamplesWarning

@@ -17,6 +17,7 @@ from trackably import (
     Samples,
     SquaredExponential,
     learn_reference,
+    tank,
 )
 from trackably.certificates.claim import Written, as_claim
 from trackably.reference.input_warnings import doubts, moving_ends
@@ -31,6 +32,7 @@ DRAGGED = ConstrainedSystem(
     Polytope.box([-1.0], [2.0]),
     Polytope.box([-9.0], [9.0]),
 )
+DRAINED = ConstrainedSystem(tank(1.0), Polytope.box([0.0], [2.0]), Polytope.box([0.0], [1.0]))
 DRIVEN = replace(DRAGGED, state_set=Polytope.box([0.1], [2.0]))
 OFTEN = np.arange(60) * 0.05
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
@@ -134,6 +136,7 @@ ORDINARY = {
     "a smooth peak that bounds cut": asked(samples=Samples(OFTEN, 1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)))),
     "a level at the end that bounds cut": asked(samples=Samples(OFTEN, np.where(OFTEN > 2.7, 1.6, 0.1 * OFTEN))),
     "a drag whose speed is positive": asked(plant=DRIVEN, name="v"),
+    "a tank that may be empty": asked(plant=DRAINED, name="level"),
     "a window that ends after its samples": asked((0.0, 30.0)),
     "a motion that does not end, in a window": asked_of_end(Samples(TIMES, 0.1 * TIMES**2), (0.0, 3.0)),
     "noise at the end": asked_of_end(Samples(OFTEN, SOME_NOISE)),
