@@ -93,13 +93,16 @@ def doubts(
 
 
 def moving_ends(claim: Claim, samples: Mapping[str, Samples]) -> Iterator[str]:
-    """Yield a question for each name whose samples still move at their end, if all times after it are claimed."""
+    """Yield a question for each name whose samples still move at their end, if all times after it are claimed.
+
+    `samples` are those of the names whose mean is learned: who gives a mean knows where the reference comes to rest.
+    """
     for name, of in samples.items():
         if isinstance(claim, AllTimes) and (rate := _last_rate(of)):
             yield (
                 f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
-                f"{of.times[-1]:g} s: after it, the reference comes to rest at the prior mean. Is that meant? The "
-                'claim "recorded" ends with the samples'
+                f"{of.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
+                'Give the mean, or the claim "recorded", which ends with the samples'
             )
 
 

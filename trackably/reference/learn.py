@@ -232,7 +232,7 @@ def learn_reference(
     asked = warn_about(
         (
             *doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)),
-            *moving_ends(claim, measured.given),
+            *moving_ends(claim, {name: measured.given[name] for name in between}),
         ),
         _CALLER,
     )

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -166,3 +167,11 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=r"Asked before: .* is 997 s away"):
         learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, budget=1e-6)
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
+
+
+def test_where_a_motion_ends_is_not_asked_about_if_the_mean_is_given() -> None:
+    learn = partial(learn_reference, Samples(TIMES, 0.05 * TIMES**2 - 0.5), AXIS, KNOWN, noise_std=0.02, budget=1e-6)
+    with pytest.warns(DoubtfulInputWarning, match="still moves at its last"), pytest.raises(NotTrackableError):
+        learn(claim="all_times")
+    with pytest.raises(NotTrackableError):
+        learn(claim="all_times", mean=0.0)
