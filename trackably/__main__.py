@@ -19,7 +19,8 @@ from trackably.theorem import SILENT, theorem
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
 used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 5 FILE
-is a valid contradiction: no reference keeps its bounds and values; 130 interrupted.
+is a valid contradiction: no reference keeps its bounds and values; 130 interrupted. Of several files, it is the largest
+of their codes: 0 only if all are proved.
 """
 
 _ANSWERS = """Exit codes: 0 proved; 1 refuted: the time, the bound and the amount are printed; 2 a file cannot be
@@ -34,26 +35,19 @@ def main(arguments: list[str]) -> int:
         prog="python -m trackably", description="Check proofs, and certify trajectories that others made."
     )
     commands = parser.add_subparsers(dest="command", required=True)
-    proof = argparse.ArgumentParser(add_help=False)
-    proof.add_argument(
-        "file",
-        type=Path,
-        metavar="FILE",
-        help="what `save_certificate`, `save_counterexample` or `save_contradiction` wrote",
-    )
+    written = "what `save_certificate`, `save_counterexample` or `save_contradiction` wrote"
     checking = commands.add_parser(
         "check",
         help="check a certificate or a counterexample, with nothing of what found it",
         epilog=_CODES,
-        parents=[proof],
     )
+    checking.add_argument("files", type=Path, metavar="FILE", nargs="+", help=written)
     checking.add_argument("--seconds", type=float, metavar="N", help="answer within about this time: 3 if undecided")
     checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=_ANSWERS)
     _certify_arguments(certifying)
-    stating = commands.add_parser(
-        "theorem", help="write a certificate as a file for the proof assistant Coq", parents=[proof]
-    )
+    stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
+    stating.add_argument("file", type=Path, metavar="FILE", help=written)
     stating.add_argument(
         "--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here"
     )
@@ -66,10 +60,25 @@ def main(arguments: list[str]) -> int:
     try:
         if given.command == "theorem":
             return _state(given.file, given.output or Path(f"{given.file.stem}.v"), given.emulated)
-        return report(check(given.file, given.seconds, given.exact), given.file)
     except (InputError, ValueError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return UNUSABLE
+        return _refuse(error)
+    return max(_check(file, given, len(given.files) > 1) for file in given.files)
+
+
+def _check(file: Path, given: argparse.Namespace, is_named: bool) -> int:
+    """Print the verdict about a file, below its name if `is_named`, and return the exit code."""
+    try:
+        verdict = check(file, given.seconds, given.exact)
+    except (InputError, ValueError) as error:
+        return _refuse(error)
+    if is_named:
+        print(f"{file}:", flush=True)
+    return report(verdict, file)
+
+
+def _refuse(error: Exception) -> int:
+    print(f"error: {error}", file=sys.stderr)
+    return UNUSABLE
 
 
 def _certify_arguments(parser: argparse.ArgumentParser) -> None:
@@ -86,6 +95,9 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--claim", choices=("all_times", "all_phases"), help="left out, from the first row to the last")
     parser.add_argument(
         "--tolerance", type=float, default=1e-9, metavar="X", help="of the next state, where the rows alone are proved"
+    )
+    parser.add_argument(
+        "--decimal", choices=(".", ","), default=".", help="the decimal mark in TABLE, a point if left out"
     )
     parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 

@@ -17,6 +17,8 @@ _SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
 
 
 _LONGEST = 200  # characters of a value in a message
+_SHORTENER = reprlib.Repr()
+_SHORTENER.maxother = 60  # characters of objects such as dates
 
 
 def short(value: object) -> str:
@@ -24,7 +26,7 @@ def short(value: object) -> str:
 
     Long lists and texts in it are shortened, and the whole text is cut after 200 characters.
     """
-    said = reprlib.repr(value)
+    said = _SHORTENER.repr(value)
     return said if len(said) <= _LONGEST else f"{said[:_LONGEST]}…"
 
 

@@ -186,7 +186,7 @@ def _require_small(events: Iterable[Any]) -> None:
         match type(event).__name__:
             case "AliasEvent":
                 if event.anchor not in sizes:
-                    raise ValueError(f"the alias {event.anchor} refers to nothing that ends before it")
+                    raise ValueError(f"the alias *{event.anchor} needs a value named &{event.anchor} before it")
                 count += sizes[event.anchor]
             case "ScalarEvent":
                 count += 1

@@ -124,6 +124,8 @@ def theorem(file: Path, emulated: bool = False) -> Theorem:
             return _theorem(read_certificate(content), arithmetic)
         if isinstance(content, dict) and kind == refutations.FORMAT:
             return _theorem(read_counterexample(content), arithmetic)
+        if kind and kind.startswith("trackably "):
+            raise UnreadableError(f"Coq covers certificates and counterexamples of references, but this is a {kind!r}")
         raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}")
     except UnreadableError as error:
         raise InputError(f"{file}: {error}") from error
@@ -133,7 +135,10 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
     subject = about.subject
     system, trajectories = subject.system, subject.trajectories
     if not isinstance(system, LinearSystem) or trajectories is None or subject.pieces or subject.attainable:
-        raise UnreadableError("Coq covers linear systems without redundant inputs whose signals are sums of kernels")
+        other = "polynomial pieces" if subject.pieces else "redundant inputs" if subject.attainable else "formulas"
+        raise UnreadableError(
+            f"Coq covers linear systems without redundant inputs whose signals are sums of kernels, not {other}"
+        )
     equations = (
         f"{{| of_states := {_numbers(a)}; of_inputs := {_numbers(b)}; constant := {_number(c)} |}}"
         for a, b, c in zip(system.A, system.B, system.c, strict=True)

@@ -188,7 +188,7 @@ class Experiment(Fields):
         if mistakes := list(mistakes_of_priors(self.plant, self.prior)):
             yield from mistakes
             return
-        plant, prior, _ = self.plant, self.learned_prior, self.tightening
+        plant, prior = self.plant, self.learned_prior
         if reason := refusal(self.claim, prior):
             yield f"claim: {reason}"
         for method in self.learned_by:
@@ -196,6 +196,11 @@ class Experiment(Fields):
                 method.check(plant, prior)
             except (TypeError, ValueError) as error:
                 yield f"methods: {method.name}: {error}"
+
+    def _mistakes_of_the_disturbance(self) -> Iterator[str]:
+        """Raise ValueError if the disturbance does not fit the system, or leaves nothing of the bounds."""
+        _ = self.tightening
+        yield from ()
 
     def _mistakes_of_truth(self) -> Iterator[str]:
         known = [name for name in self.samples if name in self.plant.system.states]
@@ -366,6 +371,7 @@ class Experiment(Fields):
 _CHECKS = (
     Experiment._mistakes_of_names,
     Experiment._mistakes_of_mathematics,
+    Experiment._mistakes_of_the_disturbance,
     Experiment._mistakes_of_truth,
     Experiment._mistakes_of_figures,
     Experiment._mistakes_of_origin,

@@ -292,9 +292,12 @@ def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["tank/joint", "mobile-robot/joint"])
-def test_what_coq_does_not_cover_is_refused_in_a_sentence(name):
-    with pytest.raises(InputError, match=r"Coq covers linear systems"):
+def test_what_coq_does_not_cover_is_refused_in_a_sentence(name, tmp_path):
+    with pytest.raises(InputError, match=r"Coq covers linear systems .*, not formulas"):
         theorem(file_of(name))
+    (table := tmp_path / "table.json").write_text('{"format": "trackably refuted table", "version": 1}')
+    with pytest.raises(InputError, match=r"Coq covers certificates .* but this is a 'trackably refuted table'"):
+        theorem(table)
 
 
 def test_the_command_writes_the_file_and_says_what_it_leaves_out(tmp_path, capsys):

@@ -4,19 +4,24 @@ import re
 from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
     Controller,
+    Joints,
+    JointTrajectory,
     LinearSystem,
     ModelError,
     NonlinearSystem,
     Polytope,
     Samples,
+    Table,
     Truth,
     certify,
+    certify_joints,
     check,
     learn_reference,
     simulate,
@@ -35,11 +40,18 @@ hull = partial(ModelError.intervals, AXIS.system)
 A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
 
 RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
+JOINT = Joints(position=[(-1, 1)], names=["a"])
+WINDOW = certify(np.zeros(30), AXIS, (0.0, 1.0), interpolation="linear")
 
 WRONG = {
     "dates": (lambda: Samples(DAYS, [1, 2]), f"times: expected numbers, got datetime64[ns]; {SECONDS}"),
     "complex": (lambda: Samples([0, 1], np.array([1j, 2])), "values: expected real numbers, got complex128"),
     "nothing": (lambda: Samples([0, 1], [None, 1.0]), "samples: values[0]: expected a number, got None"),
+    "an index of dates": (
+        lambda: learn(samples=pd.Series([1.0, 2.0], index=pd.DatetimeIndex(DAYS))),
+        "samples: index: expected times in seconds, got dates; set frame.index = (frame.index - frame.index[0]).total",
+    ),
+    "a date": (lambda: Samples([pd.Timestamp(DAYS[0])], [1]), "got Timestamp('2024-05-01 00:00:00')"),
     "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), "some values are masked"),
     "none": (lambda: Samples([], []), "times must be a non-empty one-dimensional array, got sh"),
     "columns": (
@@ -54,6 +66,12 @@ WRONG = {
     "A of texts": (lambda: system([["a"]], [[1]]), "system: A: expected numbers, got [['a']]"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "rows, a number": (lambda: Polytope(3, [0], [1]), "set: rows must have shape (any, any), got shape ()"),
+    "two sets of wrong dimension": (
+        lambda: ConstrainedSystem(AXIS.system, Polytope.box([-1.0], [1.0]), AXIS.state_set),
+        "system: state_set must have dimension 2, got 1, and input_set must have dimension 1, got 2",
+    ),
+    "half a box": (lambda: Polytope.box([-0.0], [np.inf]), "coordinate 1 has the bounds [0, inf]"),
+    "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1 - 2 x2 has no lower bound on it"),
     "no system": (
         lambda: ConstrainedSystem((1, 2), AXIS.state_set, AXIS.input_set),
         "a NonlinearSystem, got (1, 2)",
@@ -62,8 +80,17 @@ WRONG = {
     "starts": (lambda: learn(starts=1.5), "search: starts: expected a whole number, got 1.5"),
     "noise, text": (lambda: learn(noise_std="0.1"), "with 0 < lower < upper (learned), got '0.1' for position"),
     "time, text": (lambda: learn(at={"0": {"position": 0.1}}), "at: time: expected a number, got '0'"),
+    "a velocity at time −0": (lambda: learn(at={-0.0: {"velocity": 9}}), "must be inside [-1, 1] at 0 s, got 9"),
     "enormous": (lambda: learn(samples=Samples([0, 1, 2], [1e300, -1e300, 0])), "choose another unit"),
     "no samples": (lambda: learn(samples={}), "samples: none are given; expected one of position, z1"),
+    "steps beyond a window": (
+        lambda: simulate(Controller(AXIS, 5, Q, R), WINDOW, [0, 0], 50),
+        "simulate: steps: 14 steps fit from step 0 on, as plans look 6 steps ahead, got 50: step 56",
+    ),
+    "no step before the end of a window": (
+        lambda: simulate(Controller(AXIS, 5, Q, R), WINDOW, [0, 0], 3, first_step=18),
+        "simulate: steps: no step fits from step 18 on",
+    ),
     "one number for two states": (
         lambda: simulate(Controller(AXIS, 9, Q, R), RESTING, [0, 0], 1, measurement_noise=lambda k, x: 0.1),
         "simulate: measurement_noise: expected 2 numbers at step 0, got shape ()",
@@ -102,6 +129,41 @@ def test_wrong_arguments_are_named(name):
     call, sentence = WRONG[name]
     with pytest.raises((TypeError, ValueError), match=re.escape(sentence)):
         call()
+
+
+SHOWN = {
+    "a system of formulas": (
+        tank(1.0),
+        'NonlinearSystem(level(k+1) = ("level" + (0.5 * ("inflow" - (0.6 * sqrt("level"))))); inputs inflow; '
+        "one step every 1 s)",
+    ),
+    "a trajectory of joints": (
+        JointTrajectory.through([0, 1, 2], [[0, 0], [1, 1], [0, 0]]),
+        "JointTrajectory(q1, q2: 2 pieces of degree 1 from 0 s to 2 s, at rest afterwards)",
+    ),
+    "a proof for one joint": (
+        certify_joints(JointTrajectory.through([0, 1, 2], [[0.0], [0.5], [0.0]], names=["a"]), JOINT),
+        "CertifiedTrajectory(proved for all t ≥ 0 s, at rest from 2 s on: a keeps its limits of position)",
+    ),
+    "a broken limit": (
+        certify_joints(JointTrajectory.through([0, 1, 2], [[0.0], [1.5], [0.0]], names=["a"]), JOINT),
+        "BrokenLimits(from t = 0.666666667 s on the position of a is outside of [-1, 1], by 0.499 at least at 1 s)",
+    ),
+    "a table": (
+        Table(np.zeros((3, 2)), np.zeros((2, 1))),
+        "Table(steps 0 to 2, states of shape (3, 2), inputs of shape (2, 1))",
+    ),
+    "an input": (
+        Controller(AXIS, 3, Q, R).step(0, [1e-3, 0.0], RESTING),
+        "Plan(at step 0 feasible (no bound is active), V = 0.008202, slack 0.153 of a width; input [-0.200002])",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_what_is_shown_is_short(name):
+    shown, text = SHOWN[name]
+    assert repr(shown) == text
 
 
 IMPOSSIBLE = {

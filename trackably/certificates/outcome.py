@@ -11,7 +11,7 @@ import numpy as np
 from trackably.checker.certificate import AllTimes, Claim
 from trackably.files import ACCEPTED, new_file, write_atomically
 from trackably.learning.problem import NoSolution
-from trackably.systems.intervals import Interval, rounded_text
+from trackably.systems.intervals import Interval, array_text, rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
@@ -196,7 +196,7 @@ class InfeasibleTightening(OutOfReach):
     def explanation(self) -> str:
         drawn, others, margin, Z = [], [], self.tightening.margin, self.tightening.invariant
         if Z:
-            drawn.append(f"for disturbances under the feedback K = {Z.feedback.tolist()}")
+            drawn.append(f"for disturbances under the feedback K = {array_text(Z.feedback)}")
             others.append("another feedback=")
         if margin:
             drawn.append(f"by the margin {margin:g} of each width")

@@ -9,10 +9,11 @@ If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, x(t) ∈ X and u
   - all_phases: every real t;
   - window:     every real t from start to end;
   - instants:   every t = k T, k = 0, 1, 2, …
-So the system follows the states x(k T) with the admissible inputs u(k T). The distance from each bound exceeds the
-error of evaluating x(t), u(t) and the bound's row in float64, at float64 times |t| ≤ until among these times (the
-field `evaluation`). A time k T may be rounded to float64 for it. For all_phases, a time t or k T may be moved by
-whole periods to such a time before, which may be off by 2⁻⁵³ until.
+So the system follows the states x(k T) with the admissible inputs u(k T). Let E be the number `until` in the field
+`evaluation` of the certificate. At all of these times that are float64 numbers with |t| ≤ E, the distance from each
+bound exceeds the error of evaluating x(t), u(t) and the bound's row in float64. This also holds for times k T that are
+rounded to float64. For all_phases it also holds if a time t or k T is first moved by whole periods, with an error of up
+to 2⁻⁵³ E, to a time with |t| ≤ E.
 
 Proof. Every step is verified here, in interval arithmetic (mpmath iv), step 0 in rational arithmetic; step 2, and R
 and D of step 3, first in arrays of float64 intervals, and in mpmath where these do not decide (the first pass,

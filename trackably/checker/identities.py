@@ -306,7 +306,7 @@ class Values:
 
 
 def _rational_root(number: Fraction | None) -> Fraction | None:
-    """Return the positive square root of a number if it is rational; None if it is not."""
+    """Return the square root of a positive number if the root is rational; otherwise None."""
     if number is None or number <= 0:
         return None
     above, below = isqrt(number.numerator), isqrt(number.denominator)
@@ -314,7 +314,10 @@ def _rational_root(number: Fraction | None) -> Fraction | None:
 
 
 def _without_squares(p: Polynomial, i: int, square: Quotient) -> Quotient | None:
-    """Return p with `square` in the place of the square of variable i; None if p has no power of it above 1."""
+    """Replace the square of variable i in p by the quotient `square`, until p is linear in this variable.
+
+    None: p is linear in it already.
+    """
     powers = powers_of(i, p)
     if max(powers, default=0) < 2:
         return None

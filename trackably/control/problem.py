@@ -46,9 +46,10 @@ class Formulation:
         return isinstance(self.plant.system, LinearSystem)
 
     def local_model(self, window: Window, nominal: Window) -> LocalModel:
-        """Return the model of the errors from a reference's `window`, linearised along the `nominal` trajectory.
+        """Return the model of the errors x − x_r and u − u_r near a trajectory, both as windows of N steps.
 
-        Raises ArithmeticError if the system is undefined there.
+        `window` is the reference, and the system is linearised along the trajectory `nominal`. Raises ArithmeticError
+        if the system is undefined there.
         """
         model, programs = self._anywhere if self.is_linear else self._along(nominal)
         defects = linearisation_defects(model, self.plant.system, window, nominal)

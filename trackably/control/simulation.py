@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from reprlib import repr as short
@@ -127,7 +128,7 @@ def simulate(
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
     check_reference("simulate", reference, controller.plant)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
-    table = TabulatedReference.of(reference, first_step, first_step + steps + controller.horizon + 1)
+    table = _tabulated(reference, first_step, steps, controller.horizon)
     plant, guess = controller.plant, None
     states, inputs, plans = [numbers("simulate: initial_state", initial_state)], list[Array](), list[Plan | None]()
     without_plan, widened = list[Infeasible | Unsolved](), 0
@@ -175,6 +176,28 @@ def simulate(
         without_plan=tuple(without_plan),
         widened=widened,
     )
+
+
+def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon: int) -> TabulatedReference:
+    """Tabulate a reference for `steps` steps with plans of `horizon` steps. ValueError: how many steps fit."""
+
+    def of(steps: int) -> TabulatedReference:
+        return TabulatedReference.of(reference, first_step, first_step + steps + horizon + 1)
+
+    def ends_before(steps: int) -> bool:
+        try:
+            of(steps)
+        except ValueError:
+            return True
+        return False
+
+    try:
+        return of(steps)
+    except ValueError as error:
+        fitting = bisect_left(range(steps), True, key=ends_before) - 1
+        fit = f"{fitting} steps fit" if fitting > 0 else "no step fits"
+        ahead = f"as plans look {horizon + 1} steps ahead"
+        raise ValueError(f"simulate: steps: {fit} from step {first_step} on, {ahead}, got {steps}: {error}") from error
 
 
 def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied: Array) -> Array:

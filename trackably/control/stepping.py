@@ -14,6 +14,7 @@ from trackably.arrays import Array, ArrayLike
 from trackably.control.bounds import pull_inside
 from trackably.control.references import TrackedReference, check_reference, check_window
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.intervals import array_text
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
@@ -86,7 +87,7 @@ class Plan:
         )
 
     def __repr__(self) -> str:
-        return f"Plan({self.explanation}; input {self.input.tolist()})"
+        return f"Plan({self.explanation}; input {array_text(self.input)})"
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ class Infeasible:
         )
 
     def __repr__(self) -> str:
-        return f"Infeasible({self.explanation}; fallback {self.fallback.tolist()})"
+        return f"Infeasible({self.explanation}; fallback {array_text(self.fallback)})"
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ class Unsolved:
         return f"at step {self.k} no answer: {self.reason}"
 
     def __repr__(self) -> str:
-        return f"Unsolved({self.explanation}; fallback {self.fallback.tolist()})"
+        return f"Unsolved({self.explanation}; fallback {array_text(self.fallback)})"
 
 
 StepResult = Plan | Infeasible | Unsolved
@@ -173,7 +174,11 @@ class SteppedController(Protocol):
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
     ) -> StepResult:
-        """Return a plan at step `k` from `state` (n,), or why there is none."""
+        """Return a plan at step `k` from `state` (n,), or why there is none.
+
+        The search for a plan of a nonlinear system starts from the inputs `initial_guess` (N, m), or else from those of
+        the reference.
+        """
         ...
 
 

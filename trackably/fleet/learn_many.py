@@ -314,7 +314,7 @@ class Fleet:
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
         method, learned = ("stream", StreamReference) if row.method == STREAM else ("reference", TrackableReference)
         if kind is not learned:
-            raise InputError(f"{name}: call fleet.{method}({name!r}), which fits the function that learned it")
+            raise InputError(f"{name} was learned by learn_{method}: call fleet.{method}({name!r})")
         path = FleetFolder(self.folder).of(name) / "reference.json"
         is_same = digest(read_bytes(path)) == row.files.get(path.name)
         found = kind.load(path) if is_same else None

@@ -149,7 +149,9 @@ def topics_of(
     names = sorted(set.intersection(*map(set, found))) if found else []
     if not names:
         wanted = " and ".join(field.topic for field in signals.values())
-        raise InputError(f"{path}: there are no topics {wanted}; there are {', '.join(topics)}")
+        raise InputError(
+            f"{path}: expected topics {wanted}, with the same {_NAME} in all of them, got {', '.join(topics)}"
+        )
 
     def fields(name: str) -> dict[str, Field]:
         return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}

@@ -30,7 +30,11 @@ class RepairDistance:
 
 
 class NotAcceptedError(ValueError):
-    """The checker does not accept a statement; the message says why."""
+    """The checker does not accept a statement, as its `verdict` says."""
+
+    def __init__(self, verdict: Verdict) -> None:
+        super().__init__(f"the checker does not accept it ({verdict})")
+        self.verdict = verdict
 
 
 class AcceptedAnswer(ABC):
@@ -44,7 +48,7 @@ class AcceptedAnswer(ABC):
     def __post_init__(self) -> None:
         data, verdict = judged_file(self.content)
         if not isinstance(verdict, self.verdict):
-            raise NotAcceptedError(f"the checker does not accept it ({verdict})")
+            raise NotAcceptedError(verdict)
         object.__setattr__(self, "_accepted", data)
 
     @property

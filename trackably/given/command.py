@@ -52,7 +52,7 @@ def run(given: Namespace) -> int:
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
     if given.claim and not given.interpolation:
         raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
-    columns = read_columns(given.table)
+    columns = read_columns(given.table, given.decimal)
     with errors_of(given.table):
         wanted = columns.samples(plant) if given.interpolation else columns.table(plant)
     if isinstance(wanted, Table):
@@ -104,7 +104,6 @@ def _content(path: Path) -> object:
 _SCALES = {"t": 1.0, "time": 1.0, "k": None, "step": None}
 """Columns of times, with their unit [s]; None for steps, whose unit is the sampling time."""
 
-_LAYOUT = CsvLayout(missing=("",))
 _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 
@@ -161,12 +160,12 @@ class Columns:
         return {name: Samples(times, self.values[name]) for name in found}
 
 
-def read_columns(path: Path) -> Columns:
-    """Read a CSV file with a header, with commas, semicolons or tabs between cells.
+def read_columns(path: Path, decimal: str = ".") -> Columns:
+    """Read a CSV file with a header, with commas, semicolons or tabs between cells; `decimal` is the mark in numbers.
 
     InputError: it cannot be read, or has no such form.
     """
-    table = csv_table(path, _LAYOUT)
+    table = csv_table(path, CsvLayout(missing=("",), decimal=decimal))
     filled = [i for i, row in enumerate(zip(*table.columns.values(), strict=True)) if any(row)]
     if len(filled) < 2:
         raise InputError(f"{path}: expected a header and two rows at least, got {len(filled)} rows that are not empty")

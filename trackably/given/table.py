@@ -46,6 +46,10 @@ class Table:
     def last_step(self) -> int:
         return self.first_step + len(self.states) - 1
 
+    def __repr__(self) -> str:
+        shapes = f"states of shape {self.states.shape}, inputs of shape {self.inputs.shape}"
+        return f"Table(steps {self.first_step} to {self.last_step}, {shapes})"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CertifiedTable(AcceptedProof):

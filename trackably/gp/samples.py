@@ -169,7 +169,9 @@ class Samples:
 
     @cached_property
     def ladder(self) -> Ladder:
-        """Cosines and sines at the sample times; cached, as they do not depend on hyperparameters."""
+        """Values of cosines and sines at the sample times, from which covariances of periodic signals are made; cached,
+        as they do not depend on hyperparameters.
+        """
         return Ladder(self.times, self.relative_noise)
 
     @cached_property

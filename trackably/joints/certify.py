@@ -56,7 +56,8 @@ class CertifiedTrajectory(AcceptedProof):
         if self.trajectory.rests:
             times = f"t ≥ {first} s, at rest from {ends_shown(*self.trajectory.span)[1]} s on"
         limited = ", ".join(ORDERS[r] for r, of in enumerate(self.joints.limits) if np.any(np.isfinite(of)))
-        said = [f"proved for all {times}: {', '.join(self.joints.names)} keep their limits of {limited}"]
+        keep = "keep their" if len(self.joints.names) > 1 else "keeps its"
+        said = [f"proved for all {times}: {', '.join(self.joints.names)} {keep} limits of {limited}"]
         said += [f"{name} was moved by {moved}" for name, moved in self.moved.items() if moved.most > 0]
         return "; ".join(said + ([f"slowed down {self.factor!r} times"] if self.factor != 1 else []))
 
@@ -89,9 +90,10 @@ class BrokenLimit:
         by = rounded_text(self.violation, "down")
         if self.jumps:
             return f"at t = {self.time:.9g} s the {self.order} of {self.joint} jumps by {by} at least"
+        assert self.limits, "only a jump has none"
         return (
-            f"from t = {self.begins:.9g} s on the {self.order} of {self.joint} is outside of {[*(self.limits or ())]}, "
-            f"by {by} at least at {self.time:.9g} s"
+            f"from t = {self.begins:.9g} s on the {self.order} of {self.joint} is outside of "
+            f"[{', '.join(ends_shown(*self.limits))}], by {by} at least at {self.time:.9g} s"
         )
 
 

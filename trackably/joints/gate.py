@@ -11,6 +11,7 @@ import numpy as np
 
 from trackably.arguments import array, instance, positive, real
 from trackably.arrays import ArrayLike
+from trackably.checker import Failed
 from trackably.given.accepted import NotAcceptedError
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, within_limits
 from trackably.joints.limits import Joints
@@ -97,7 +98,7 @@ class Gate:
                 try:
                     return GateAnswer("stitched", self._continue(before, stopping), "the chunk is reached")
                 except NotAcceptedError as refused:
-                    reason = str(refused)
+                    reason = f"the chunk is reached, but {_broken(refused)}"
         left = self.budget - (perf_counter() - began)
         if left > 0 and (repaired := self._repair(given, before, left)) is not None:
             return GateAnswer("repaired", repaired, reason)
@@ -217,3 +218,8 @@ class Gate:
             with suppress(NotAcceptedError):
                 return self._continue(before, found.trajectory)
         return None
+
+
+def _broken(refused: NotAcceptedError) -> str:
+    """Return which limit a motion is not shown to keep, and where."""
+    return refused.verdict.reason.partition(": ")[2] if isinstance(refused.verdict, Failed) else str(refused)

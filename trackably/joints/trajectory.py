@@ -131,6 +131,14 @@ class JointTrajectory:
         ends = np.stack(fields)
         return cls(known, t, hermite(ends[:, :-1], ends[:, 1:], np.diff(t)), rests)
 
+    def __repr__(self) -> str:
+        first, last = self.span
+        end = "at rest afterwards" if self.rests else "not defined afterwards"
+        return (
+            f"JointTrajectory({', '.join(self.names)}: {len(self.breakpoints) - 1} pieces of degree {self.degree} from "
+            f"{first:.9g} s to {last:.9g} s, {end})"
+        )
+
     @property
     def degree(self) -> int:
         """The degree of the pieces; higher coefficients may be zero."""

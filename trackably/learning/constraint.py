@@ -196,7 +196,10 @@ def of_arguments(trajectory: Trajectory, found: Array) -> Array:
 def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
     """Return the constraints as a list of `Constraint`. TypeError: a constraint has no index set."""
     if not all(isinstance(constraint, Constraint) for constraint in constraints):
-        raise TypeError("each constraint needs an index set if function and hyperparameters are learned together")
+        raise TypeError(
+            "constraints: function and hyperparameters can be learned together only if each bound is a `Constraint`, "
+            "which has the times at which it applies (`index_set`)"
+        )
     return [constraint for constraint in constraints if isinstance(constraint, Constraint)]
 
 

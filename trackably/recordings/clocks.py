@@ -43,7 +43,8 @@ def exact(value: object, mark: str | None = None) -> Decimal:
         elif _BEGINS_AS_DATE.match(value):
             hint = ' (dates have the unit "ISO 8601")'
         elif mark and _NUMBER.fullmatch(other):
-            hint = f' (with layout=CsvLayout(decimal="{POINT if mark == COMMA else COMMA}") it would be one)'
+            given = POINT if mark == COMMA else COMMA
+            hint = f' (with layout=CsvLayout(decimal="{given}"), or the option --decimal "{given}", it would be one)'
     if isinstance(number, int | float | Decimal) and not isinstance(number, bool):
         found = Decimal(number)
         if abs(found.adjusted()) >= _LONGEST or len(found.as_tuple().digits) > _LONGEST:
@@ -234,7 +235,8 @@ def frames(rate: float) -> Ticks:
 def doubt(clock: Clock, first: Decimal) -> str | None:
     """Return a question if the `first` time [s] of a clock is implausible; None otherwise.
 
-    Stamps that count from 1970 give a year from 2000 to 2100 in one unit only, which reveals the unit.
+    Stamps since 1970 give a year from 2000 to 2100 in one unit only: in milliseconds, for example, and not in seconds.
+    The question names this unit.
     """
     if not isinstance(clock, Ticks) or clock is RECORDED or (clock.absolute and _is_likely(first)):
         return None

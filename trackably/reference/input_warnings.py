@@ -1,17 +1,23 @@
 """Warnings about input that is valid, but probably a mistake."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
+from trackably.checker.formulas import Formula, Function, Power, names, parts, text
+from trackably.checker.intervals import UndefinedError, between, is_multiplied
+from trackably.checker.models import enclose
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
 
 _OUTLYING = 1e3  # a sample is an outlier if it is further from the median than this many times the spread of the others
 _FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
@@ -29,12 +35,34 @@ _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # in widths of the bounds: units are in doubt if most samples, or a mean, lie further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
+_SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6)  # changes of units that may have been meant, in the order tried
+_INSIDE = 0.01  # of its width: a value is well within bounds that is further from them than this part
+_DEEPEST = 6  # nested parts of a formula that are written out
+_SEEN = 1e-3  # of the width of bounds: samples in the right unit differ by more than this part
+_FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
+_LAST = 0.1  # whether samples still move at their end is judged by this last part of them,
+_FEWEST_LAST = 4  # but by at least this many
+_MOVED = 10.0  # they still move if a line through them rises by more than this many times what they are off the line
+_ROUNDING = 1e-9  # of a rate
 
 
-def warn_about(questions: Iterable[str], frames: int) -> None:
-    """Warn with each of `questions`; the user's call, to which the warning points, is `frames` stack frames up."""
-    for question in questions:
+def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
+    """Warn with each of `questions`, and return them; the user's call, where warnings point, is `frames` frames up."""
+    asked = tuple(questions)
+    for question in asked:
         warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)
+    return asked
+
+
+@contextmanager
+def repeated(questions: Sequence[str]) -> Iterator[None]:
+    """Append `questions`, which were asked before, to the message of an error that ends this context."""
+    try:
+        yield
+    except (NotTrackableError, ValueError) as error:
+        if questions:
+            error.args = (f"{error}. Asked before: {'; '.join(questions)}",)
+        raise
 
 
 def doubts(
@@ -64,10 +92,40 @@ def doubts(
             yield from _of_mean(name, mean[name], bounds[name])
 
 
-def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Warn if A is singular; in discrete time, A is singular only for systems with delays.
+def moving_ends(claim: Claim, samples: Mapping[str, Samples]) -> Iterator[str]:
+    """Yield a question for each name whose samples still move at their end, if all times after it are claimed.
 
-    The user may have given the A of a differential equation in place of exp(A T_s), which is never singular.
+    `samples` are those of the names whose mean is learned: who gives a mean knows where the reference comes to rest.
+    """
+    for name, of in samples.items():
+        if isinstance(claim, AllTimes) and (rate := _last_rate(of)):
+            yield (
+                f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
+                f"{of.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
+                'Give the mean, or the claim "recorded", which ends with the samples'
+            )
+
+
+def _last_rate(samples: Samples) -> float:
+    """Return the slope [1/s] of a line through the last samples; 0 if noise, or the end of a motion, may explain it.
+
+    A motion that ends is slower than the mean rate that the range of the samples and their duration give.
+    """
+    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
+    if len(samples) < last:
+        return 0.0
+    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
+    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
+    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
+    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
+    return rate if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off else 0.0
+
+
+def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
+    """Warn if A is singular, or if a formula has no slope somewhere within the bounds.
+
+    In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
+    equation in place of exp(A T_s), which is never singular.
     """
     system = plant.system
     if isinstance(system, LinearSystem) and np.linalg.matrix_rank(system.A) < len(system.A):
@@ -75,6 +133,37 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
             "system: A is singular, which happens in x(k+1) = A x(k) + B u(k) only with delays: are these the A and "
             "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time)"
         )
+    if isinstance(system, NonlinearSystem) and (part := _part_without_slope(system, plant)) is not None:
+        yield (
+            f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it has no "
+            "slope, and no reference is proved that comes there; np.abs and np.hypot are square roots too. Can bounds "
+            "exclude it, or another formula, such as np.sqrt(x**2 + 1e-6) in place of np.abs(x)?"
+        )
+
+
+def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
+    """Return a root or fractional power in f whose argument may be zero or negative well within the bounds, or None.
+
+    Zeros on the bounds are not asked about: a tank may be empty, if the reference never comes there. Arguments that
+    depend on a state or input without bounds are not examined.
+    """
+    sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
+    extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
+    inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
+    box = {name: between(of.lower, of.upper) for name, of in inner.items()}
+    for part in (part for formula in system.f for part in parts(formula)):
+        match part:
+            case Function("sqrt" | "log", argument):
+                pass
+            case Power(argument, exponent) if not is_multiplied(exponent):
+                pass
+            case _:
+                continue
+        if names(argument) <= box.keys():
+            with suppress(UndefinedError):
+                if not enclose(argument, box).a > 0:
+                    return part
+    return None
 
 
 def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
@@ -85,6 +174,12 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
             yield (
                 f"claim: the window from {claim.start:g} s to {claim.end:g} s is {gap:g} s away from the samples of "
                 f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
+            )
+        elif (beyond := max(claim.end - last, first - claim.start)) > _FAR * (last - first) > 0:
+            yield (
+                f"claim: the window from {claim.start:g} s to {claim.end:g} s reaches {beyond:g} s beyond the samples "
+                f"of {name}, which last {last - first:g} s: is it in seconds? What is learned there follows from "
+                "kernel, mean and bounds alone"
             )
     if isinstance(claim, AllTimes) and last < 0:
         yield (
@@ -139,7 +234,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
     away = np.abs(y - middle)
     spread = float(np.sort(away)[-few - 1])
     beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
-    outside = -bounds.margin(y, t) if bounds else np.zeros(len(y))
+    outside = _outside(samples, bounds) if bounds else np.zeros(len(y))
     if bounds and np.count_nonzero(outside > bounds.width) <= few:
         outside = _alone(outside)
     for off, least, where in (
@@ -211,13 +306,20 @@ def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
 
     That happens, for example, if metres and millimetres are mixed up.
     """
-    off = float(np.quantile(-bounds.margin(samples.values, samples.times), 1 - _MOST))
+    off = float(np.quantile(_outside(samples, bounds), 1 - _MOST))
     if off > _BEYOND * bounds.width:
+        seen = [scale for scale in _SCALES if scale * np.ptp(samples.values) > _SEEN * bounds.width]
+        fitting = [scale for scale in seen if np.quantile(_outside(samples, bounds, scale), _MOST) <= 0]
+        hint = f" Column(..., scale={fitting[0]:g}) would bring most of them inside" if fitting else ""
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
-            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=0.001) makes metres of "
-            "millimetres"
+            f"{np.median(samples.values):.6g}: are both in the same unit?{hint}"
         )
+
+
+def _outside(samples: Samples, bounds: Interval, scale: float = 1.0) -> Array:
+    """Return how far each sample, times `scale`, is outside of the bounds, shape (n,); negative inside."""
+    return -bounds.margin(scale * samples.values, samples.times)
 
 
 def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:

@@ -42,7 +42,7 @@ from trackably.reference.explanation import (
 )
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit
-from trackably.reference.input_warnings import doubts, warn_about
+from trackably.reference.input_warnings import doubts, moving_ends, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.reference.trackable import TrackableReference
 from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
@@ -190,8 +190,9 @@ def learn_reference(
     Warns
     -----
     DoubtfulInputWarning
-        Where the input is accepted, but is probably a mistake: a singular A, a window far from every sample, samples
-        before time zero, stamps since 1970, an outlier, a noise_std larger than all that samples differ by. Also where
+        Where the input is accepted, but is probably a mistake: a singular A, a root whose argument may be zero, a
+        window far from every sample or far beyond them, samples before time zero or that still move where all times
+        are claimed, stamps since 1970, an outlier, a noise_std larger than all that samples differ by. Also where
         a hyperparameter lies at an end of the interval that was given for it, and where noise learned with the bounds
         differs by more than a half from that without.
     IgnoresSamplesWarning
@@ -228,7 +229,13 @@ def learn_reference(
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
     goal = goal_for(claim, measured.signals, prior, plant)
-    warn_about(doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)), _CALLER)
+    asked = warn_about(
+        (
+            *doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)),
+            *moving_ends(claim, {name: measured.given[name] for name in between}),
+        ),
+        _CALLER,
+    )
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
@@ -239,7 +246,7 @@ def learn_reference(
         ends = levels(between, measured.names, of)
         return found_or_raise(empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest))
 
-    with progress_bar("learn reference", shown=progress):
+    with progress_bar("learn reference", shown=progress), repeated(asked):
         # The prior: means and noise without bounds.
         with _in_time(budget, end):
             first, _ = others.learn_enough(likely, lambda found: found.likely)

@@ -75,6 +75,9 @@ class FrameLike(Protocol):
     def __getitem__(self, key: object, /) -> SeriesLike: ...
 
 
+_SECONDS_OF_DATES = "set frame.index = (frame.index - frame.index[0]).total_seconds()"
+
+
 def _of_column(what: str, column: SeriesLike) -> Samples:
     """Return the values of a column at the times [s] of its index; values that are NaN are left out.
 
@@ -84,6 +87,8 @@ def _of_column(what: str, column: SeriesLike) -> Samples:
     if type(column.index).__name__ == "RangeIndex":
         raise TypeError(f"{what}: expected an index of times in seconds, got row numbers; see `frame.set_index(times)`")
     times = np.asarray(column.index)
+    if times.dtype.kind == "M" or hasattr(column.index, "tz"):
+        raise TypeError(f"{what}: index: expected times in seconds, got dates; {_SECONDS_OF_DATES}")
     if times.dtype.kind == "m":
         times = times / np.timedelta64(1, "s")
     times, values = numbers(f"{what}: index", times), numbers(what, column.to_numpy())
@@ -305,9 +310,7 @@ def refuse_mean(
     """
     if quantities_at_rest(claim, plant):
         why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
-        check_rest(
-            prior, plant, tightening, f"{why} could not be followed for ever", ", or claim a window (start, end)"
-        )
+        check_rest(prior, plant, tightening, f"{why} could not be followed for ever", "claim a window (start, end)")
 
 
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
@@ -329,7 +332,7 @@ def check_rest(
         level = quantity.bounds.rest.snapped(quantity.at_rest(means))
         if not quantity.bounds.rest.strictly_contains(level):
             left = _remaining_text(quantity, tightening) if tightening else ""
-            said = f"{_place_text(quantity, level, why, or_else)}{_instead(quantity, level, prior)}{left}"
+            said = f"{_place_text(quantity, level, why, or_else)}{_instead(quantity, level, prior, or_else)}{left}"
             raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
 
 
@@ -339,11 +342,13 @@ def _remaining_text(quantity: Quantity, tightening: Tightening) -> str:
     return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
 
 
-def _instead(quantity: Quantity, level: float, prior: JointPrior) -> str:
-    """Suggest another mean, if the quantity is a sampled state, whose unit the mean has."""
+def _instead(quantity: Quantity, level: float, prior: JointPrior, or_else: str) -> str:
+    """Suggest another mean, if the quantity is a sampled state, whose unit the mean has; otherwise `or_else`."""
     bounds = quantity.bounds.rest
-    if quantity.name not in prior.names or bounds.lower <= level <= bounds.upper:
+    if bounds.lower <= level <= bounds.upper:
         return ""
+    if quantity.name not in prior.names:
+        return or_else and f"; {or_else}"
     ends = ", ".join(ends_shown(bounds.lower, bounds.upper))
     return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
 
@@ -355,6 +360,7 @@ def _place_text(quantity: Quantity, level: float, why: str, or_else: str) -> str
     if level in {bounds.lower, bounds.upper}:
         return (
             f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
-            f"needs one; widen this bound or move the mean inside, if only by a millionth of the width{or_else}"
+            "needs one; widen this bound or move the mean inside, if only by a millionth of the width"
+            f"{or_else and f', or {or_else}'}"
         )
     return f"{at}, not inside {bounds}: {why}"

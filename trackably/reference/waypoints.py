@@ -37,7 +37,7 @@ def waypoints(
     if not isinstance(at, Mapping):
         raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")
     _refuse_unknown("at_tolerance", tolerance if isinstance(tolerance, Mapping) else {}, plant)
-    times = {real("at: time", time): values for time, values in at.items()}
+    times = {real("at: time", time) + 0.0: values for time, values in at.items()}  # −0 is shown as 0
     left = "; disturbance, noise and margin leave no more of its bounds" if tightening else ""
     return tuple(_waypoint(time, times[time], tolerance, plant, claim, left) for time in sorted(times))
 

@@ -29,7 +29,7 @@ from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, edges_of
-from trackably.reference.input_warnings import doubts, warn_about
+from trackably.reference.input_warnings import doubts, moving_ends, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, waypoints
@@ -132,7 +132,13 @@ def learn_stream(
         raise ValueError(
             "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
-    warn_about(doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)), _CALLER)
+    asked = warn_about(
+        (
+            *doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)),
+            *moving_ends(claim, {name: measured.given[name] for name in between}),
+        ),
+        _CALLER,
+    )
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)
@@ -141,7 +147,7 @@ def learn_stream(
         ends = levels(between, measured.names, of)
         return found_or_raise(empirical_prior(of, prior, ends, starts, False, True, plant.quantities))
 
-    with progress_bar("learn stream", shown=progress):
+    with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
         warn_about(first.questions, _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")

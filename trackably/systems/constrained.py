@@ -51,9 +51,9 @@ class ConstrainedSystem:
         for name in ("state_set", "input_set"):
             instance(f"plant: {name}", getattr(self, name), Polytope, "a Polytope, such as Polytope.box(lower, upper)")
         n, m = len(self.system.states), len(self.system.inputs)
-        for name, bounds, dimension in (("state_set", self.state_set, n), ("input_set", self.input_set, m)):
-            if bounds.dimension != dimension:
-                raise ValueError(f"system: {name} must have dimension {dimension}, got {bounds.dimension}")
+        sides = (("state_set", self.state_set, n), ("input_set", self.input_set, m))
+        if wrong := [f"{name} must have dimension {k}, got {X.dimension}" for name, X, k in sides if X.dimension != k]:
+            raise ValueError(f"system: {', and '.join(wrong)}")
         if isinstance(self.system, NonlinearSystem):
             free = [self.system.inputs[i] for i in np.flatnonzero(~self.input_set.rows.any(axis=0))]
             if free and not self.system.flat:

@@ -27,6 +27,13 @@ def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) 
     return f"{float(context.create_decimal_from_float(value)):.{digits}g}"
 
 
+def array_text(values: Array) -> str:
+    """Return an array as nested lists of numbers with six digits, for messages."""
+    if not values.ndim:
+        return f"{float(values) + 0.0:.6g}"  # −0 is shown as 0
+    return f"[{', '.join(map(array_text, values))}]"
+
+
 def ends_shown(lower: float, upper: float) -> tuple[str, str]:
     """Format two bounds, rounded outwards, with enough digits to show a thousandth of their distance, at least 6."""
     digits = _digits(lower, upper)

@@ -292,7 +292,8 @@ class LinearSystem:
         by_outputs = inverse(np.vstack(Q))
         x_offset = -(by_outputs @ np.array(d, dtype=object))
         gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
-        scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]  # on states at rest
+        # At rest, z_c is constant, and its weights in a state add up. The first sum that is not zero scales z_c.
+        scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]
         x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))
         inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
         u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]

@@ -24,6 +24,7 @@ from trackably.systems.trajectories import Functional, Trajectory, one_of, shift
 
 MAX_SIZE = 1000
 """A formula is refused if it has more operations, names and numbers than this, when it is written out."""
+_LONGEST_SHOWN = 80  # characters of a formula that a system's repr shows
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,13 @@ class NonlinearSystem(subject.NonlinearSystem):
                             f"system: f must be solvable for its inputs, but that would divide by {text(pivot)}, "
                             "which is zero or not finite"
                         )
+
+    def __repr__(self) -> str:
+        laws = "; ".join(
+            f"{state}(k+1) = {law if len(law) <= _LONGEST_SHOWN else f'{law[:_LONGEST_SHOWN]}…'}"
+            for state, law in zip(self.states, map(text, self.f), strict=True)
+        )
+        return f"NonlinearSystem({laws}; inputs {', '.join(self.inputs)}; one step every {self.sampling_time:g} s)"
 
     def _verify(self, form: FlatForm) -> FlatForm:
         """Return the flat form, without jumps of its headings if possible. ValueError: it is no flat form of f."""

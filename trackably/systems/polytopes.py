@@ -129,11 +129,11 @@ class Polytope:
             if _any_moves(a, b):
                 continue
             if not a < b:
-                raise ValueError(f"set: must have an interior, got [{a:g}, {b:g}] for coordinate {i + 1}")
+                raise ValueError(f"set: must have an interior, got [{a + 0.0:g}, {b + 0.0:g}] for coordinate {i + 1}")
             if np.isinf(a) != np.isinf(b):
                 raise ValueError(
-                    f"set: coordinate {i + 1} has the bounds [{a:g}, {b:g}]; give two finite bounds or none; if one "
-                    "side does not matter, give a bound that is never reached"
+                    f"set: coordinate {i + 1} has the bounds [{a + 0.0:g}, {b + 0.0:g}]; give two finite bounds or "
+                    "none; if one side does not matter, give a bound that is never reached"
                 )
         bounded = [i for i, ends in enumerate(both) if ends != (-np.inf, np.inf)]
         return cls(np.eye(len(low))[bounded], [low[i] for i in bounded], [high[i] for i in bounded], len(low))
@@ -313,7 +313,10 @@ def _lower_bound(row: Array, H: Array, h: Array) -> float:
 
 
 def _formula(row: Array) -> str:
-    return " + ".join(f"{weight:g} x{i + 1}" for i, weight in enumerate(row.tolist()) if weight)
+    """Return row · x as text, for example "x1 - 2 x2"."""
+    sizes = ["" if abs(weight) == 1 else f"{abs(weight):g} " for weight in row]
+    terms = [f"{'-' if weight < 0 else '+'} {sizes[i]}x{i + 1}" for i, weight in enumerate(row) if weight]
+    return " ".join(terms).removeprefix("+ ")
 
 
 # Scales that a set gives its coordinates: divided by them, a problem has the same numbers in all units.

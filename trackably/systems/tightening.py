@@ -106,7 +106,7 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
         try:
             K = regulator(plant, weight, rate)
             found.append((float(np.min(1 - widths_taken(plant, disturbance, K) / widths, initial=1.0)), K))
-        except (np.linalg.LinAlgError, NoInvariantSetError):  # other weights may do
+        except (np.linalg.LinAlgError, NoInvariantSetError):  # another weight or rate may have a regulator
             continue
     if not found:
         raise NoInvariantSetError("feedback: no linear-quadratic regulator was found; give a feedback K of your own")

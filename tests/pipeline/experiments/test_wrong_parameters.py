@@ -76,6 +76,12 @@ WRONG = [
     ),
     ("hand", "      position: {noise: 2.0", "      speed: {noise: 2.0", r"truth: expected sampled states .*got speed"),
     ("hand", "400.0}", "400.0, rate: velocity, rate_noise: 1.0}", r"truth\.position\.rate: .*got velocity"),
+    (
+        "tank",
+        "claim: all_times",
+        "claim: all_phases\n    disturbance: {lower: [-0.1], upper: [0.1]}",
+        r"claim: all_phases needs periodic kernels.*; system: must be linear",
+    ),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
     (
         "vehicle",

@@ -56,6 +56,14 @@ def test_what_is_proved(folder, capsys, system):
     assert main(["check", "proof.json"]) == 0
 
 
+def test_decimal_commas_are_read_if_asked_for(folder, capsys):
+    (folder / "comma.csv").write_text((folder / "table.csv").read_text().replace(",", ";").replace(".", ","))
+    code, text = said(capsys, "comma.csv", "--system", "system.json")
+    assert (code, 'or the option --decimal ",", it would be one' in text) == (2, True)
+    code, text = said(capsys, "comma.csv", "--system", "system.json", "--decimal", ",")
+    assert (code, text.startswith("proved for the steps 4 to 33")) == (0, True)
+
+
 def test_what_is_refuted(folder, capsys):
     code, text = said(capsys, "bumped.csv", "--system", "system.yaml", "--save", "table.json")
     assert code == 1

@@ -63,6 +63,17 @@ def test_a_chunk_that_is_late_or_out_of_reach_changes_nothing():
         assert answer.running is running
 
 
+def test_the_reason_for_a_repair_is_the_limit_that_the_chunk_breaks():
+    """Between two points 0.05 s apart, positions are off by 0.1: the velocity of a is far above its limit."""
+    t = np.linspace(0.0, 1.0, 21)
+    q = np.where(t == 0.5, 0.1, 0.0)[:, None] * np.ones(3)
+    given = JointTrajectory.through(t, q, np.zeros(q.shape), names=ARM.names)
+    answer = Gate(ARM)(given, Gate(ARM).at_rest([0.0, 0.0, 0.0], 0.0), 0.0)
+    assert answer.kind == "repaired"
+    kept = 'the velocity of "a" is not shown to keep [-2, 2] from 0.45 s to 0.5 s'
+    assert answer.reason == f"the chunk is reached, but {kept}"
+
+
 def test_turning_joints_are_met_whole_turns_away():
     wheel = Joints(velocity=2.0, acceleration=5.0, names=["wheel"], continuous=True)
     gate = Gate(wheel)

@@ -6,7 +6,9 @@ by more than it can be off: the error of one operation is at most 2⁻⁵³ of t
 function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima
 and all operations hand it on.
 
-Polynomials of such intervals are nowhere negative on [−1, 1], many at once, by their Bernstein coefficients.
+`are_positive` tests many polynomials at once, whose Bernstein coefficients are such intervals. A polynomial lies in the
+convex hull of its Bernstein coefficients, so it is nowhere negative if none of them is. Where one may be negative, the
+interval of the variable is halved, and the halves are tested.
 """
 
 from collections.abc import Callable, Sequence
@@ -287,9 +289,10 @@ _MOST_HALVINGS, _MOST_PIECES = 12, 10_000
 
 
 def are_positive(pieces: Floats) -> Mask:
-    """Return which of B polynomials are certainly ≥ 0, given by Bernstein coefficients of shape (n, B).
+    """Return which of B polynomials are certainly ≥ 0 on their interval, shape (B,).
 
-    Intervals on which this is not seen from the coefficients are halved.
+    `pieces` are their Bernstein coefficients, shape (n, B). The interval is halved, up to 12 times, where a coefficient
+    may be negative.
     """
     count = pieces.low.shape[1]
     of = np.arange(count)

@@ -151,7 +151,7 @@ class Fourier(Factorisation):
         y = right.T / self.ladder.relative_noise
         x = self._solve(self._along(y))
         rest = y - self._spread(x)
-        # Mᵀ (I + M Mᵀ)⁻¹ = B⁻¹ Mᵀ: the component of the rest along M should be x. Correct its rounding error.
+        # Without rounding, Mᵀ rest = Mᵀ (I + M Mᵀ)⁻¹ y = B⁻¹ Mᵀ y = x. Subtract what differs from it.
         rest -= self._spread(self._solve(self._along(rest) - x))
         return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
 

@@ -108,7 +108,7 @@ class Bases:
 
 
 def _round_up(count: int) -> int:
-    """Round up to one of two values for each doubling, so that one basis serves many iterates of an optimiser."""
+    """Round up to 2ᵏ or 3 · 2ᵏ⁻¹ for a whole number k, so that one basis serves many iterates of an optimiser."""
     step = 1 << max(0, count.bit_length() - 2)
     return -(-count // step) * step
 

@@ -117,9 +117,10 @@ class FormulaProgram:
 
 
 def _slacks(of: PlacedBounds, arguments: Array) -> Array:
-    """Return slacks relative to the width, and their derivatives by ξ: shape (1 + k, n).
+    """Return the slacks of a bound at n times, relative to its width, and their derivatives: shape (1 + k, n).
 
-    Equations have slacks on both sides: shape (1 + k, 2 n).
+    The first row has the slacks, and row i their derivatives by ξ_i. An equation counts as two bounds, an upper and a
+    lower one: shape (1 + k, 2 n).
     """
     found = of.sides * of_arguments(of.trajectory, arguments)
     found[0] -= of.limits

@@ -243,7 +243,7 @@ DRAWN_IN = {
 
 
 def learned_first(at: Waypoints, **options: Any) -> TrackableReference:
-    times = np.arange(0, 3, 0.1)
+    times = np.arange(0, 2.4, 0.1)
     samples = Samples(times, 0.3 * np.sin(2 * times))
     return learn_reference(samples, FIRST, SquaredExponential(), "all_times", noise_std=0.05, at=at, **options)
 

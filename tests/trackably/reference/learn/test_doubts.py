@@ -1,6 +1,8 @@
 """Valid input that is hardly what was meant is asked about, and what is meant is not."""
 
 import re
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,18 +12,29 @@ from trackably import (
     ConstrainedSystem,
     DoubtfulInputWarning,
     LinearSystem,
+    NonlinearSystem,
+    NotTrackableError,
     Polytope,
     Samples,
     SquaredExponential,
     learn_reference,
+    tank,
 )
 from trackably.certificates.claim import Written, as_claim
-from trackably.reference.input_warnings import doubts
+from trackably.reference.input_warnings import doubts, moving_ends
 
 KNOWN = SquaredExponential(0.1, 0.5)
 X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])
 CONTINUOUS = ConstrainedSystem(LinearSystem([[0, 1], [0, 0]], [[0], [1]], sampling_time=0.01), X, U)
 WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-200, -900], [200, 900]), U)
+HIGH = ConstrainedSystem(AXIS.system, Polytope.box([0.1, -9], [1, 9]), U)
+DRAGGED = ConstrainedSystem(
+    NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - x[0] * np.abs(x[0]))], ["v"], ["force"], 0.1),
+    Polytope.box([-1.0], [2.0]),
+    Polytope.box([-9.0], [9.0]),
+)
+DRAINED = ConstrainedSystem(tank(1.0), Polytope.box([0.0], [2.0]), Polytope.box([0.0], [1.0]))
+DRIVEN = replace(DRAGGED, state_set=Polytope.box([0.1], [2.0]))
 OFTEN = np.arange(60) * 0.05
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
 SPIKE = np.where(np.arange(len(SAMPLES)) == 3, 1e6, SAMPLES.values)
@@ -39,6 +52,10 @@ def asked(
     return list(doubts(as_claim(claim), {name: samples}, plant, *known))
 
 
+def asked_of_end(samples: Samples, claim: Written = "all_times") -> list[str]:
+    return list(moving_ends(as_claim(claim), {"position": samples}))
+
+
 def moved(by: float) -> Samples:
     return Samples(SAMPLES.times + by, SAMPLES.values)
 
@@ -49,7 +66,13 @@ def lost(*at: int) -> Samples:
 
 DOUBTFUL = {
     "a differential equation": (asked(plant=CONTINUOUS), "system: A is singular, .* are these the A and B of ẋ = A x"),
+    "a drag whose speed may be zero": (asked(plant=DRAGGED, name="v"), r"system: the argument of sqrt\S+ \^ 2\.0\)\) "
+              "may be zero or less within the bounds: at zero it has no slope, and no reference is proved that comes"),
     "a late window": (asked((1000.0, 1001.0)), "claim: the window from 1000 s to 1001 s is 997 s away"),
+    "a window that ends long after": (asked((0.0, 100.0)), "claim: the window from 0 s to 100 s reaches 97 s beyond "
+              r"the samples of position, which last 3 s: is it in seconds\?"),
+    "a motion that does not end": (asked_of_end(Samples(TIMES, 0.1 * TIMES**2)), "claim: all times are claimed, but "
+              r"position still moves at its last sample, by 0\.\d+ per second at 3 s: after it"),
     "before time zero": (asked(samples=moved(-100)), r"samples: all of position lie before t = 0, .*\(from -100 s to"),
     "since 1970": (asked(samples=moved(1.7145648e9)), "begin 1714564800 s after t = 0, and last only 3 s: .* origin="),
     "since 1970, in the window": (asked((1.7145648e9, 1.7145648e9 + 3), moved(1.7145648e9)), r"last only 3 s: float64 "
@@ -58,7 +81,10 @@ DOUBTFUL = {
     "milliseconds taken for seconds": (asked(samples=Samples(1e3 * TIMES, 0.1 * TIMES)), r"one of position comes "
               r"every 200 s, which is 4000 steps of the system, 0\.05 s each: are their times in milliseconds\?"),
     "millimetres": (asked(samples=Samples(TIMES, 80 + 20 * np.sin(TIMES))), r"most of position are more than \S+ "
-              r"outside of its bounds \[-1\.1, 0\.2\], around 9\d\.\d+: are both in the same unit\?"),
+              r"outside of its bounds \[-1\.1, 0\.2\], around 9.*same unit\? Column\(.*scale=0\.001\) would"),
+    "centimetres": (asked(samples=Samples(TIMES, 40 + 20 * np.sin(TIMES)), plant=HIGH), r"same unit\? Column\(\.\.\., "
+              r"scale=0\.01\) would bring most of them inside"),
+    "kelvins": (asked(samples=Samples(TIMES, 293 + np.sin(TIMES))), r"are both in the same unit\?$"),
     "a gap": (asked(samples=Samples(SAMPLES.times + 5.0 * (TIMES > 1.3), SAMPLES.values)), "there is none of position "
               r"for 5\.2 s after 1\.2 s, where there is usually one every 0\.2 s: is a part missing\?"),
     "radians": (asked(samples=Samples(TIMES, np.mod(4 * TIMES, 2 * np.pi)), plant=WIDE), r"position jumps from 5\.6 to "
@@ -110,6 +136,14 @@ ORDINARY = {
     ),
     "a smooth peak that bounds cut": asked(samples=Samples(OFTEN, 1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)))),
     "a level at the end that bounds cut": asked(samples=Samples(OFTEN, np.where(OFTEN > 2.7, 1.6, 0.1 * OFTEN))),
+    "a drag whose speed is positive": asked(plant=DRIVEN, name="v"),
+    "a tank that may be empty": asked(plant=DRAINED, name="level"),
+    "a window that ends after its samples": asked((0.0, 30.0)),
+    "a motion that does not end, in a window": asked_of_end(Samples(TIMES, 0.1 * TIMES**2), (0.0, 3.0)),
+    "noise at the end": asked_of_end(Samples(OFTEN, SOME_NOISE)),
+    "a motion that ends": asked_of_end(Samples(TIMES, -np.exp(-2.0 * TIMES))),
+    "steps at the end": asked_of_end(Samples(OFTEN, np.repeat(np.sin(9.0 * np.arange(30) ** 2), 2))),
+    "three samples": asked_of_end(Samples([0.0, 0.1, 0.2], [0.0, 0.1, 0.2])),
     "a mean outside, but near": asked((0.0, 3.0), mean=-5.0),
 }
 
@@ -130,4 +164,14 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning, match="is 997 s away") as caught:
         found = learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, mean=0.0, starts=1)
     assert caught[0].filename == __file__
+    with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=r"Asked before: .* is 997 s away"):
+        learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, budget=1e-6)
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
+
+
+def test_where_a_motion_ends_is_not_asked_about_if_the_mean_is_given() -> None:
+    learn = partial(learn_reference, Samples(TIMES, 0.05 * TIMES**2 - 0.5), AXIS, KNOWN, noise_std=0.02, budget=1e-6)
+    with pytest.warns(DoubtfulInputWarning, match="still moves at its last"), pytest.raises(NotTrackableError):
+        learn(claim="all_times")
+    with pytest.raises(NotTrackableError):
+        learn(claim="all_times", mean=0.0)

@@ -52,6 +52,7 @@ def followed(level: float, kernel, claim) -> TrackableReference:
     return learn_reference(swing(level), integrator(level - 2, level + 2, 1.6), kernel(), claim, starts=2)
 
 
+@pytest.mark.filterwarnings("ignore:claim. all times are claimed, but state still moves:trackably.DoubtfulInputWarning")
 @pytest.mark.parametrize(
     ("level", "kernel", "claim"), [(293.15, SquaredExponential, "all_times"), (-1200.0, Matern52, (0.0, 5.9))]
 )
