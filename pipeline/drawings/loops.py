@@ -20,6 +20,7 @@ from pipeline.drawings.style import (
 )
 from pipeline.loops.trajectory import ON, Course
 from trackably.arrays import Array
+from trackably.control.bounds import Inequalities
 from trackably.exports.figures import (
     BLUE,
     COLUMN,
@@ -43,7 +44,6 @@ from trackably.exports.figures import (
 )
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, Course]
@@ -419,12 +419,7 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
 
 
 def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:
-    """Return the smallest margins of states and inputs over the steps, as parts of the widths."""
+    """Return the smallest margins of states and inputs over the steps, as parts of the widths: shapes (K,)."""
     states, inputs = course.together(plant.system.states), course.together(plant.system.inputs)
-    return _margin(plant.state_set, states), _margin(plant.input_set, inputs)
-
-
-def _margin(bounded: Polytope, points: Array) -> Array:
-    """Return the smallest distance to a bound at each point (K, n), as a part of the width: shape (K,)."""
-    values, widths = points @ bounded.rows.T, bounded.widths
-    return np.asarray(np.min(np.minimum(values - bounded.lower, bounded.upper - values) / widths, axis=1))
+    X, U = (Inequalities.of(bounded) for bounded in (plant.state_set, plant.input_set))
+    return np.min(X.slack(states), axis=1), np.min(U.slack(inputs), axis=1)
