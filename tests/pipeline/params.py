@@ -3,9 +3,12 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from pipeline.experiments import Experiment, load_experiment
 from tests.project import ROOT
 from trackably.arrays import Array
+from trackably.errors import InputError
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 
@@ -41,6 +44,17 @@ def written_to(folder: Path, text: str) -> Path:
     path = folder / "params.yaml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def refusal(name: str, folder: Path, text: str) -> str:
+    """Return the one sentence with which an experiment of this text is refused, after the name of the file."""
+    path = written_to(folder, text)
+    with pytest.raises(InputError) as raised:
+        load_experiment(name, path)
+    said = str(raised.value)
+    assert said.startswith(f"{path}: ")
+    assert "\n" not in said
+    return said.removeprefix(f"{path}: ")
 
 
 def recorded(folder: Path, times: Array, levels: Array, line: str = "") -> Experiment:

@@ -4,47 +4,23 @@
 """
 
 import json
-from functools import cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from pipeline.experiments import load_experiments
-from pipeline.experiments.load import read_fit_of
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import Courses, below, by_reference, read_loops
-from pipeline.storage.archive import Fitted, read_stage
-from pipeline.storage.results import Results, read_columns
+from pipeline.loops.trajectory import below, by_reference
+from pipeline.storage.archive import read_stage
+from pipeline.storage.results import read_columns
 from pipeline.story import table_of_loops, table_of_methods, table_of_offers
-from tests.project import ROOT
+from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
 from trackably.checker import Proved, Refuted, check
 from trackably.control.controller import scaled_controller
 from trackably.control.simulation import simulate
 from trackably.control.tube import TubeController
 
-EXPERIMENTS = load_experiments(ROOT / "params.yaml")
-BY_NAME = pytest.mark.parametrize("name", EXPERIMENTS)
 ANGLES = {"mobile-robot": ("heading",)}
 DISTURBED = pytest.mark.parametrize("name", [name for name, of in EXPERIMENTS.items() if of.disturbance])
-
-
-RESULTS = {name: Results(name, ROOT / "data" / "results") for name in EXPERIMENTS}
-
-
-def content(path: Path) -> Any:
-    return json.loads(path.read_text(encoding="utf-8"))
-
-
-@cache
-def fitted(name: str) -> Fitted:
-    return read_fit_of(EXPERIMENTS[name], RESULTS[name])
-
-
-@cache
-def loops(name: str) -> Courses:
-    return read_loops(RESULTS[name], EXPERIMENTS[name].plant)
 
 
 @BY_NAME
