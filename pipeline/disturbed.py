@@ -103,15 +103,16 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
     except ValueError:  # not controllable, or nothing is left
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
-    robust = _near_bounds(tightened.plant, rng.spawn(1)[0], steps + horizon)
+    robust = near_bounds(tightened.plant, rng.spawn(1)[0], steps + horizon, _PART)
     if not isinstance(prove_on_window(robust, 0.0, (steps + horizon) * 0.1), Certificate):
         return None
     return Case(f"random {seed}", tightened, robust, horizon, steps)
 
 
-def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int) -> Reference:
-    """Return a reference that takes 0.95 of the way from zero to the first bound, at the steps."""
-    kernel, centres = SquaredExponential(1.0, 1.5), np.arange(0.0, 0.1 * steps + 1.0, 1.2)
+def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
+    """Return a reference that takes a part of the way from zero to the first bound, at the steps."""
+    step = plant.sampling_time
+    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0, steps + 10, 12)
     weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
     wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
     k = np.arange(steps + 1.0)
@@ -119,7 +120,7 @@ def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int)
         float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
         for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
     )
-    return Reference(tuple(KernelSum(kernel, 0.0, centres, _PART / used * w) for w in weights), plant)
+    return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)
 
 
 _KINDS = ("greedy", "drawn", "constant")

@@ -5,14 +5,13 @@ from functools import cache
 
 import pytest
 
-from benchmarks.recordings import HELD_OUT, KERNELS, LEVELS, Recording, axis, breathing, hill, made_up
+from benchmarks.recordings import HELD_OUT, KERNELS, LEVELS, Recording, axis, hill, made_up
 from trackably import DoubtfulInputWarning, Samples, TrackableReference, learn_reference
 
 RECORDINGS = {
     "made up": lambda: made_up(LEVELS[1]),
     "axis": axis,
     "drive cycle": hill,
-    "breathing": lambda: breathing(every=2),
 }
 EVERY = [*(("made up", kernel) for kernel in KERNELS), *((name, "Matérn 5/2") for name in [*RECORDINGS][1:])]
 

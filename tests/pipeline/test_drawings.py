@@ -29,7 +29,7 @@ STATE, INPUT = EXPERIMENTS["example1"].plant.quantities
 def drawn_path() -> Figure:
     found = fitted("vehicle")
     shown = {name: found.learned[name].reference for name in ("unconstrained", "joint")}
-    return references.path(shown, ("x", "y"), np.linspace(0, 12, 301), found.sampled.samples, (np.zeros(0),) * 2)
+    return references.path(shown, ("x", "y"), np.linspace(0, 12, 301), found.sampled.samples, None, {})
 
 
 def test_what_the_unconstrained_path_breaks_is_marked_and_nothing_else() -> None:

@@ -1,16 +1,18 @@
 """The exact form of the periodic problem by brute force: formulas written out, dense phases, random starts.
 
 Run as `python -m tests.pipeline.published.naive_periodic` it prints the table that test_periodic_random.py
-compares with; this takes minutes. Of the library it uses nothing.
+compares with; this takes minutes. Of the library it uses the local optimiser only: neither kernels, exchange, screening
+nor starts.
 """
 
 import math
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
+from trackably.learning import sqp
 
 NOWHERE = 1e9
 COARSE, FINE = 100, 6000
@@ -69,11 +71,20 @@ class Brute:
         return np.array(phases), np.array(values)
 
     def descend(self, z: np.ndarray, phases: np.ndarray) -> np.ndarray:
-        """A local minimum with all bounds at the phases (n,); derivatives by finite differences."""
-        kept = {"type": "ineq", "fun": lambda w: self.margins(w, phases).ravel()}
-        box = [*zip(self.low, self.high, strict=True)]
-        options = {"ftol": 1e-12, "maxiter": 300}
-        return minimize(self.objective, z, method="SLSQP", bounds=box, constraints=kept, options=options).x
+        """A local minimum with all bounds at the phases (n,); derivatives by central differences."""
+
+        def at(w: np.ndarray) -> np.ndarray:
+            return np.append(self.objective(w), self.margins(w, phases).ravel())
+
+        def evaluate(w: np.ndarray) -> sqp.Evaluation | None:
+            here = at(w)
+            if here[0] >= NOWHERE:
+                return None
+            slopes = np.array([(at(w + h) - at(w - h)) / 2e-6 for h in 1e-6 * np.eye(3)])
+            return sqp.Evaluation(float(here[0]), slopes[:, 0], here[1:], slopes[:, 1:].T)
+
+        found = sqp.minimise(evaluate, z, self.low, self.high)
+        return z if found is None else found.x
 
     def polished(self, z: np.ndarray) -> tuple[float, np.ndarray]:
         """Smallest margin and ln θ after some rounds with constraints exactly where margins are smallest."""
