@@ -143,21 +143,21 @@ def entity(name: str, frame: str = WORLD, **shapes: Sequence[Json]) -> Json:
     }
 
 
-def line(points: Array, color: str, thickness: float, closed: bool = False, height: float = 0.0) -> Json:
+def line(points: Array, color: str, thickness: float, closed: bool = False) -> Json:
     """Return a line through points (n, 2), as many pixels thick at any distance."""
     return {
         "type": _LOOP if closed else _STRIP,
         "pose": _HERE,
         "thickness": thickness,
         "scale_invariant": True,
-        "points": _points(points, height),
+        "points": _points(points),
         "color": color_of(color),
         "colors": [],
         "indices": [],
     }
 
 
-def area(corners: Array, color: str, opacity: float, height: float = 0.0) -> Json:
+def area(corners: Array, color: str, opacity: float, height: float) -> Json:
     """Return a convex polygon with corners (n, 2)."""
     fan = [i for second in range(1, len(corners) - 1) for i in (0, second, second + 1)]
     return {
@@ -188,7 +188,7 @@ def color_of(code: str, opacity: float = 1.0) -> Json:
     return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": opacity}
 
 
-def _points(points: Array, height: float) -> list[Json]:
+def _points(points: Array, height: float = 0.0) -> list[Json]:
     return [{"x": x, "y": y, "z": height} for x, y in points.round(_PLACES).tolist()]
 
 
