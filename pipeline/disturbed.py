@@ -112,7 +112,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
 def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
     """Return a reference that takes a part of the way from zero to the first bound, at the steps."""
     step = plant.sampling_time
-    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0, steps + 10, 12)
+    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0.0, steps + 10.0, 12.0)
     weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
     wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
     k = np.arange(steps + 1.0)
