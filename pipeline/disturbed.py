@@ -1,10 +1,12 @@
-"""Count what happens to the tube controller and to the nominal one: `python -m pipeline.disturbed [STEPS [RESULTS]]`.
+"""Count how often the tube controller breaks a bound or has no plan: `python -m pipeline.disturbed [STEPS [RESULTS]]`.
 
-A million steps by default, under the disturbances of experiments and of random systems.
+A million steps by default, under the disturbances of experiments and of random systems. The control stage compares it
+with the nominal controller.
 """
 
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import count
@@ -15,15 +17,15 @@ import numpy as np
 
 from pipeline.experiments import load_experiments
 from pipeline.loops.disturbed import disturbed_plant, noise, start
-from pipeline.methods import JOINT, ROBUST
+from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove_on_window
-from trackably.control.controller import Controller, scaled_controller, shortest_horizon
-from trackably.control.simulation import ClosedLoop, simulate
-from trackably.control.stepping import Disturbances, Plan, SteppedController, Successor
+from trackably.control.controller import scaled_controller, shortest_horizon
+from trackably.control.simulation import simulate
+from trackably.control.stepping import Disturbances, Plan, Successor
 from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -39,27 +41,19 @@ _HORIZON, _PART = 15, 0.95
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A plant with tightened bounds, a reference proved for these, and a `nominal` one proved without disturbance.
-
-    Both are proved for the first `steps` steps at least.
-    """
+    """A plant with tightened bounds, and a reference proved for these, for the first `steps` steps at least."""
 
     name: str
     tightening: Tightening
     robust: Reference
-    nominal: Reference
     horizon: int
     steps: int
 
     @cached_property
     def tube(self) -> TubeController:
-        """The controller that leaves room for disturbances, with the weights of `controller`."""
-        return TubeController(self.tightening, self.horizon, self.controller.Q, self.controller.R)
-
-    @cached_property
-    def controller(self) -> Controller:
-        """The nominal controller, which leaves no room for disturbances."""
-        return scaled_controller(self.tightening.given, self.horizon)
+        """The controller that leaves room for disturbances."""
+        nominal = scaled_controller(self.tightening.given, self.horizon)
+        return TubeController(self.tightening, self.horizon, nominal.Q, nominal.R)
 
 
 def experiments(results: Path) -> Iterator[Case]:
@@ -68,9 +62,8 @@ def experiments(results: Path) -> Iterator[Case]:
         tightened = experiment.tightening
         if tightened is None:
             continue
-        learned = read_fit(Results(experiment.name, results)).learned
-        robust, nominal = (learned[name].reference for name in (ROBUST.name, JOINT.name))
-        yield Case(experiment.name, tightened, robust, nominal, experiment.control.horizon, 300)
+        robust = read_fit(Results(experiment.name, results)).learned[ROBUST.name].reference
+        yield Case(experiment.name, tightened, robust, experiment.control.horizon, 300)
 
 
 def random_systems(count: int) -> Iterator[Case]:
@@ -110,17 +103,16 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
     except ValueError:  # not controllable, or nothing is left
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
-    robust, nominal = (_near_bounds(of, rng.spawn(1)[0], steps + horizon) for of in (tightened.plant, plant))
-    end = (steps + horizon) * 0.1
-    proofs = (prove_on_window(reference, 0.0, end) for reference in (robust, nominal))
-    if not all(isinstance(proof, Certificate) for proof in proofs):
+    robust = near_bounds(tightened.plant, rng.spawn(1)[0], steps + horizon, _PART)
+    if not isinstance(prove_on_window(robust, 0.0, (steps + horizon) * 0.1), Certificate):
         return None
-    return Case(f"random {seed}", tightened, robust, nominal, horizon, steps)
+    return Case(f"random {seed}", tightened, robust, horizon, steps)
 
 
-def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int) -> Reference:
-    """Return a reference that takes 0.95 of the way from zero to the first bound, at the steps."""
-    kernel, centres = SquaredExponential(1.0, 1.5), np.arange(0.0, 0.1 * steps + 1.0, 1.2)
+def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
+    """Return a reference that takes a part of the way from zero to the first bound, at the steps."""
+    step = plant.sampling_time
+    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0.0, steps + 10.0, 12.0)
     weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
     wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
     k = np.arange(steps + 1.0)
@@ -128,64 +120,39 @@ def _near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int)
         float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
         for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
     )
-    return Reference(tuple(KernelSum(kernel, 0.0, centres, _PART / used * w) for w in weights), plant)
+    return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)
 
 
 _KINDS = ("greedy", "drawn", "constant")
-_NOMINAL_EVERY = 20
 _OFF_EVERY = 20
 
 
-@dataclass(frozen=True)
-class Counts:
-    """Steps and runs of the tube controller; of some runs also those of the nominal one, on two references."""
-
-    name: str
-    steps: int = 0
-    runs: int = 0
-    broken: int = 0
-    without_plan: int = 0
-    compared: int = 0
-    nominal_failed: int = 0
-    nominal_on_robust_failed: int = 0
-    first_failures: tuple[int, ...] = ()
-
-    def __add__(self, other: "Counts") -> "Counts":
-        sums = {each.name: getattr(self, each.name) + getattr(other, each.name) for each in fields(Counts)[1:]}
-        return Counts(self.name, **sums)
-
-    def __str__(self) -> str:
-        first = f", first at step {int(np.median(self.first_failures))} (median)" if self.first_failures else ""
-        return (
-            f"{self.name}: {self.steps} steps in {self.runs} runs; tube controller: {self.broken} bounds broken, "
-            f"{self.without_plan} steps without a plan; nominal controller, {self.compared} of these runs: fails in "
-            f"{self.nominal_failed} on the nominal reference{first}, in {self.nominal_on_robust_failed} on the robust "
-            "one"
-        )
-
-
-def disturbed_runs(case: Case, steps: int) -> Counts:
-    """Run loops until the tube controller has made at least `steps` steps, and count what happens.
+def disturbed_runs(case: Case, steps: int) -> Counter[str]:
+    """Run loops of at least `steps` steps in all; count steps, runs, broken bounds and steps without a plan.
 
     Disturbances are greedy, drawn and constant in turn. Most runs start in x_r ⊕ Z, and every twentieth outside of it.
     """
-    found, given = Counts(case.name), case.tightening.given
+    found, given = Counter[str](), case.tightening.given
     for i in count():
-        if found.steps >= steps:
+        if found["steps"] >= steps:
             break
         measured = noise(case.tightening, i)
         first = case.robust.state(0) + _start_of(case, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
-        loop = _loop(case, case.tube, case.robust, first, i)
+        moved, pushed = plant_of(case, i)
+        loop = simulate(
+            case.tube,
+            case.robust,
+            first,
+            case.steps,
+            disturbances=pushed,
+            measurement_noise=noise(case.tightening, i),
+            successor=moved,
+        )
         # Bounds have no tolerance here. The first state is given, so it is not counted.
         states, inputs = given.state_set.margin(loop.states[1:]), given.input_set.margin(loop.inputs)
         broken = int(np.sum(states < 0) + np.sum(inputs < 0))
-        found += Counts("", len(loop.inputs), 1, broken, len(loop.without_plan))
-        if i % _NOMINAL_EVERY == 0:
-            failures = [_nominal_fails(case, reference, i) for reference in (case.nominal, case.robust)]
-            at = () if failures[0] is None else (failures[0],)
-            on_nominal, on_robust = (failure is not None for failure in failures)
-            found += Counts("", 0, 0, 0, 0, 1, on_nominal, on_robust, at)
+        found.update(steps=len(loop.inputs), runs=1, broken=broken, without_plan=len(loop.without_plan))
     return found
 
 
@@ -194,37 +161,16 @@ def plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
     return disturbed_plant(_KINDS[i % 3], case.tightening, i)
 
 
-def _loop(case: Case, controller: SteppedController, reference: Reference, first: Array, i: int) -> ClosedLoop:
-    (moved, pushed), measured = plant_of(case, i), noise(case.tightening, i)
-    return simulate(
-        controller,
-        reference,
-        first,
-        case.steps,
-        disturbances=pushed,
-        measurement_noise=measured,
-        successor=moved,
-    )
-
-
 def _start_of(case: Case, i: int) -> Array:
     """Return the first error of the measured state: in Z, or for every twentieth run any error that allows a plan."""
     e = start(case.tube.invariant, i)
     if i % _OFF_EVERY:
         return e
     rng = np.random.default_rng(i)
-    off = rng.standard_normal(len(e)) / np.sqrt(np.diag(case.controller.Q))
+    off = rng.standard_normal(len(e)) / np.sqrt(np.diag(case.tube.Q))
     while not isinstance(case.tube.step(0, case.robust.state(0) + off, case.robust), Plan):
         off = off / 2
     return np.asarray(off)
-
-
-def _nominal_fails(case: Case, reference: Reference, i: int) -> int | None:
-    """Return the first step at which the nominal controller has no plan or breaks a bound; it starts on `reference`."""
-    loop = _loop(case, case.controller, reference, reference.state(0), i)
-    outside = np.flatnonzero(case.tightening.given.state_set.margin(loop.states) < 0).tolist()
-    steps = [*outside[:1], *(result.k for result in loop.without_plan[:1])]
-    return min(steps, default=None)
 
 
 _RANDOM = 16
@@ -235,12 +181,17 @@ _RANDOM = 16
 @click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
 def command(steps: int, results: Path) -> None:
     """Count what becomes of STEPS disturbed steps: of the experiments in RESULTS, and of random systems."""
-    cases, every = [*experiments(results), *random_systems(_RANDOM)], Counts("all")
+    cases, every = [*experiments(results), *random_systems(_RANDOM)], Counter[str]()
     for case in cases:
         found = disturbed_runs(case, -(-steps // len(cases)))
-        print(found, flush=True)
-        every += found
-    print(every)
+        click.echo(_told(case.name, found))
+        every.update(found)
+    click.echo(_told("all", every))
+
+
+def _told(name: str, found: Counter[str]) -> str:
+    counts = f"{found['broken']} bounds broken, {found['without_plan']} steps without a plan"
+    return f"{name}: {found['steps']} steps in {found['runs']} runs: {counts}"
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 _KERNELS = {"OPENBLAS_CORETYPE": "Haswell"}
 _BEYOND_AVX2 = {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
 _NAMED_SO_SINCE = (2, 4)
@@ -27,7 +27,7 @@ def pin() -> None:
     """
     if "numpy" in sys.modules:
         return
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     if has_avx2():
         for name, value in kernels().items():
             os.environ.setdefault(name, value)

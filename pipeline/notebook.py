@@ -12,6 +12,7 @@ from nbclient.exceptions import CellExecutionError
 from PIL import Image
 from traitlets.config import Config
 
+from pipeline.environment import THREADS
 from trackably.errors import InputError
 from trackably.files import write_text
 
@@ -19,7 +20,7 @@ NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"
 _TIMEOUT = 600  # seconds for one cell
 # As in stages: the same bits, however many cores there are. A kernel is a process of its own; its environment tells it.
-_ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+_ONE_THREAD = dict.fromkeys(THREADS, "1")
 
 
 # Levels of red, green and blue in pictures, 0 … 255: a multiple of 15 is at most 7 away, which nobody sees, and a

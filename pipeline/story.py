@@ -137,8 +137,8 @@ def told_of_truth(results: Results) -> Told:
 
 def told_of_loops(results: Results) -> Told:
     """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
-    loops: Any = read_json(results.control)
-    return Told("\n".join(f"- {sentence}" for sentence in _loops(loops, loops["horizon"])))
+    counted: Any = read_json(results.control)
+    return Told("\n".join(f"- {sentence}" for sentence in _loops(counted)))
 
 
 def told_of_room(results: Results) -> Told:
@@ -164,17 +164,21 @@ def told_of_disturbances(results: Results) -> Told:
     return Told("\n".join(f"- {sentence}" for sentence in (many, *_disturbed(loops["disturbed"]))))
 
 
-def _loops(loops: Mapping[str, Any], horizon: int) -> Iterator[str]:
-    for reference, of in loops.items():
-        if reference in ("online", "disturbed", "price_of_room") or not isinstance(of, Mapping):
-            continue
-        starts = {start: found for start, found in of.items() if isinstance(found, Mapping)}
+def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each reference of undisturbed loops, with what was counted from each initial state."""
+    for reference, of in counted.items():
+        if reference not in ("horizon", "online", "disturbed", "price_of_room"):
+            yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
+
+
+def _loops(counted: Mapping[str, Any]) -> Iterator[str]:
+    for reference, starts in _by_start(counted):
         lost = {start: found for start, found in starts.items() if found["infeasible_steps"] or found["unsolved_steps"]}
         if lost:
             yield f"On `{reference}` there is no plan " + _listed(_loss(*loss) for loss in lost.items()) + "."
         else:
-            of_all = f"there is a plan of {horizon} steps at each step, from {_counted(len(starts), 'start')}"
-            yield f"On `{reference}` {of_all}. {_margins(starts)}{_rises(starts)}"
+            every = f"of {counted['horizon']} steps at each step, from {_counted(len(starts), 'start')}"
+            yield f"On `{reference}` there is a plan {every}. {_margins(starts)}{_rises(starts)}"
 
 
 def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
@@ -314,14 +318,8 @@ def table_of_loops(results: Results) -> Table:
 
     A cost that rises by less than 1e-12 of the highest one rises by rounding.
     """
-    metrics: Any = read_json(results.control)
-    by_loop = {
-        f"{reference}, {start}": found
-        for reference, of in metrics.items()
-        if reference not in ("horizon", "online", "disturbed", "price_of_room")
-        for start, found in of.items()
-        if isinstance(found, dict)
-    }
+    counted: Any = read_json(results.control)
+    by_loop = {f"{reference}, {start}": of for reference, starts in _by_start(counted) for start, of in starts.items()}
     columns = {
         "steps": "steps",
         "infeasible_steps": "without a plan",

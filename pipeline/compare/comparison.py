@@ -122,18 +122,18 @@ def recorded(results: Path) -> dict[str, str]:
 
 
 @contextmanager
-def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
-    """Yield a folder with the artifacts of `name`: that folder itself, or those of that revision of `repository`.
+def laid_out(name: str) -> Iterator[Path]:
+    """Yield a folder with the artifacts of `name`: that folder itself, or those of that revision of this repository.
 
     Raises InputError where `name` is neither.
     """
     if Path(name).is_dir():
         yield Path(name)
         return
-    found = _git(repository, "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
+    found = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
     if found.returncode:
         raise InputError(f"{name}: is neither a folder nor a revision of this repository")
-    done = _git(repository, "archive", "--format=zip", found.stdout.decode().strip())
+    done = _git("archive", "--format=zip", found.stdout.decode().strip())
     if done.returncode:
         raise InputError(f"{name}: cannot be read by git: {done.stderr.decode().strip()}")
     with TemporaryDirectory() as folder, ZipFile(BytesIO(done.stdout)) as archive:
@@ -143,9 +143,9 @@ def laid_out(name: str, repository: Path = Path()) -> Iterator[Path]:
         yield Path(folder)
 
 
-def _git(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[bytes]":
+def _git(*arguments: str) -> "subprocess.CompletedProcess[bytes]":
     try:
-        return subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=False)
+        return subprocess.run(["git", *arguments], capture_output=True, check=False)
     except FileNotFoundError as error:
         raise InputError("git is not installed, and only folders can be compared without it") from error
 

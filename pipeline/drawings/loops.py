@@ -20,6 +20,7 @@ from pipeline.drawings.style import (
 )
 from pipeline.loops.trajectory import ON, Course
 from trackably.arrays import Array
+from trackably.control.bounds import Inequalities
 from trackably.exports.figures import (
     BLUE,
     COLUMN,
@@ -31,11 +32,9 @@ from trackably.exports.figures import (
     ORANGE,
     PAGE,
     PURPLE,
-    UNKNOWN_UNITS,
     Units,
     axis_label,
     bounds_of,
-    coordinates,
     legend_above,
     pad_limits,
     shade_outside,
@@ -43,7 +42,6 @@ from trackably.exports.figures import (
 )
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, Course]
@@ -51,9 +49,7 @@ _ROUNDING: Final = 1e-16
 
 
 @with_style
-def closed_loop(
-    loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int, units: Units = UNKNOWN_UNITS
-) -> Figure:
+def closed_loop(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int, units: Units) -> Figure:
     """Draw states and inputs up to `last_step`, one column for each reference by its label.
 
     Steps are shaded where no initial state leaves the controller with a plan.
@@ -80,7 +76,7 @@ def _over_steps(
     There is a row for each coordinate, and a column for each label of the loops, which are drawn in `styles` by name.
     Panels show all that is between the bounds, or, where they are `zoomed`, what loops and references take of it.
     """
-    names, bounds = coordinates(plant), bounds_of(plant)
+    names, bounds = plant.names, bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
     panels = figure.subplots(len(names), len(loops), sharex=True, sharey="row", squeeze=False)
     parts = [{name: of.until(int(shown[1])) for name, of in by_name.items()} for by_name in loops.values()]
@@ -144,7 +140,7 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
 
 
 @with_style
-def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units: Units = UNKNOWN_UNITS) -> Figure:
+def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units: Units) -> Figure:
     """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
 
     Steps at which there is no plan are shaded.
@@ -169,7 +165,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
 
 
 @with_style
-def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS) -> Figure:
+def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: Units) -> Figure:
     """Draw a loop whose reference is learned again, and mark each update as `taken` (1 or 0) or not."""
     shown = 0.0, float(course.steps[-1])
     figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units)
@@ -197,7 +193,7 @@ _FILL: Final = 0.12
 
 @with_style
 def feasible_intervals(
-    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units
 ) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure = Figure(figsize=(PAGE, 2.9))
@@ -219,7 +215,7 @@ def feasible_intervals(
 
 @with_style
 def feasible_polygons(
-    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units = UNKNOWN_UNITS
+    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units
 ) -> Figure:
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     states = plant.system.states
@@ -258,7 +254,7 @@ def loops_in_plane(
     plant: ConstrainedSystem,
     plane: tuple[str, str],
     last_step: int,
-    units: Units = UNKNOWN_UNITS,
+    units: Units,
 ) -> Figure:
     """Draw loops by their initial states up to `last_step`, and the reference that they follow.
 
@@ -307,7 +303,7 @@ def tube_runs(
     window: Window,
     room: tuple[Array, Array],
     plant: ConstrainedSystem,
-    units: Units = UNKNOWN_UNITS,
+    units: Units,
 ) -> Figure:
     """Draw the tube around a reference, and runs of the disturbed system inside of it.
 
@@ -315,7 +311,7 @@ def tube_runs(
     is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count` `runs`
     (x_lowest, x_highest) is shaded, and `single` ones are drawn.
     """
-    names, bounds = coordinates(plant), bounds_of(plant)
+    names, bounds = plant.names, bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
     panels = figure.subplots(len(names), 2, sharex=True, squeeze=False)
     K, n, (below, above) = len(runs.steps), len(plant.system.states), room
@@ -419,12 +415,7 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
 
 
 def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:
-    """Return the smallest margins of states and inputs over the steps, as parts of the widths."""
+    """Return the smallest margins of states and inputs over the steps, as parts of the widths: shapes (K,)."""
     states, inputs = course.together(plant.system.states), course.together(plant.system.inputs)
-    return _margin(plant.state_set, states), _margin(plant.input_set, inputs)
-
-
-def _margin(bounded: Polytope, points: Array) -> Array:
-    """Return the smallest distance to a bound at each point (K, n), as a part of the width: shape (K,)."""
-    values, widths = points @ bounded.rows.T, bounded.widths
-    return np.asarray(np.min(np.minimum(values - bounded.lower, bounded.upper - values) / widths, axis=1))
+    X, U = (Inequalities.of(bounded) for bounded in (plant.state_set, plant.input_set))
+    return np.min(X.slack(states), axis=1), np.min(U.slack(inputs), axis=1)

@@ -25,7 +25,6 @@ from trackably.exports.figures import (
     PALE,
     PURPLE,
     SAMPLE,
-    UNKNOWN_UNITS,
     Units,
     axis_label,
     legend_above,
@@ -42,7 +41,7 @@ _LINEAR_BELOW: Final = 1e-4
 
 
 @with_style
-def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units = UNKNOWN_UNITS) -> Figure:
+def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units) -> Figure:
     """Draw the margins of each reference by its label, one panel for each bounded quantity, and mark the worst ones."""
     styles = reference_styles(profiles)
     quantities = [profile.quantity for profile in next(iter(profiles.values()))]
@@ -82,7 +81,7 @@ def _shade_violations(axes: Axes, shown_below: float) -> None:
 
 @with_style
 def true_signals(
-    reference: Reference, truths: Sequence[TrueSignal], sampled: Mapping[str, Samples], units: Units = UNKNOWN_UNITS
+    reference: Reference, truths: Sequence[TrueSignal], sampled: Mapping[str, Samples], units: Units
 ) -> Figure:
     """Draw where true signals may be beside the reference, one panel for each state: sides, samples, proved distances.
 
@@ -135,9 +134,9 @@ def path(
     references: Mapping[str, Reference],
     plane: tuple[str, str],
     times: Array,
-    samples: Sequence[Samples] = (),
-    truth: tuple[Array, Array] | None = None,
-    units: Units = UNKNOWN_UNITS,
+    samples: Sequence[Samples],
+    truth: tuple[Array, Array] | None,
+    units: Units,
 ) -> Figure:
     """Draw references at `times` [s] in the `plane` of two states, with arrows that show where they lead.
 

@@ -1,15 +1,13 @@
 """What figures have in common: markers and labels, panels over time, steps without a plan, scalar systems."""
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.loops.trajectory import Course
+from pipeline.loops.trajectory import Course, runs_of
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
@@ -100,11 +98,8 @@ def draw_coordinate(axes: Axes, course: Course, name: str, plant: ConstrainedSys
 
 def shade_no_plan(axes: Axes, steps: Array) -> None:
     """Shade each run of consecutive steps, up to the step after it."""
-    if not steps.size:
-        return
-    breaks = np.flatnonzero(np.diff(steps) > 1) + 1
-    for first, end in pairwise([0, *breaks.tolist(), len(steps)]):
-        axes.axvspan(steps[first], steps[end - 1] + 1, **_NO_PLAN)
+    for first, last in runs_of(steps):
+        axes.axvspan(first, last + 1, **_NO_PLAN)
 
 
 def state_at_steps(reference: Reference, steps: Array) -> Array:

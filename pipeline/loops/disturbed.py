@@ -48,7 +48,7 @@ def greedy(of: DisturbanceSet, state_set: Polytope) -> Disturbances:
     X = Inequalities.of(state_set)
 
     def pushed(k: int, successor: Array) -> Array:
-        return of.farthest(X.rows[int(np.argmin((X.bounds - X.rows @ successor) / X.widths))])
+        return of.farthest(X.rows[int(np.argmin(X.slack(successor)))])
 
     return pushed
 
@@ -78,7 +78,7 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
     def moved(k: int, x: Array, u: Array) -> Array:
         found = [v.A @ x + v.B @ u + v.c for v in vertices]
         if kind == "greedy":
-            return min(found, key=lambda successor: float(np.min((X.bounds - X.rows @ successor) / X.widths)))
+            return min(found, key=lambda successor: float(np.min(X.slack(successor))))
         return found[int(of_plant.integers(len(found))) if kind == "drawn" else same]
 
     return moved, pushed

@@ -132,6 +132,12 @@ class Course:
         return np.asarray(self.steps[np.isnan(self["cost"]) & np.all(np.isfinite(others), axis=0)])
 
 
+def runs_of(steps: Array) -> list[tuple[int, int]]:
+    """Return the first and the last step of each run of consecutive steps, of steps in their order."""
+    runs = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
+    return [(int(run[0]), int(run[-1])) for run in runs if run.size]
+
+
 Courses = Mapping[str, Course]
 """By topic: /loops/REFERENCE/START, /feasible/horizon_N, /online, /offers, /disturbed/REFERENCE/CONTROLLER/KIND, …"""
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.loops.trajectory import Course
+from pipeline.loops.trajectory import Course, runs_of
 from pipeline.storage.logs import Documents
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
@@ -143,21 +143,21 @@ def entity(name: str, frame: str = WORLD, **shapes: Sequence[Json]) -> Json:
     }
 
 
-def line(points: Array, color: str, thickness: float, closed: bool = False, height: float = 0.0) -> Json:
+def line(points: Array, color: str, thickness: float, closed: bool = False) -> Json:
     """Return a line through points (n, 2), as many pixels thick at any distance."""
     return {
         "type": _LOOP if closed else _STRIP,
         "pose": _HERE,
         "thickness": thickness,
         "scale_invariant": True,
-        "points": _points(points, height),
+        "points": _points(points),
         "color": color_of(color),
         "colors": [],
         "indices": [],
     }
 
 
-def area(corners: Array, color: str, opacity: float, height: float = 0.0) -> Json:
+def area(corners: Array, color: str, opacity: float, height: float) -> Json:
     """Return a convex polygon with corners (n, 2)."""
     fan = [i for second in range(1, len(corners) - 1) for i in (0, second, second + 1)]
     return {
@@ -188,7 +188,7 @@ def color_of(code: str, opacity: float = 1.0) -> Json:
     return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": opacity}
 
 
-def _points(points: Array, height: float) -> list[Json]:
+def _points(points: Array, height: float = 0.0) -> list[Json]:
     return [{"x": x, "y": y, "z": height} for x, y in points.round(_PLACES).tolist()]
 
 
@@ -294,7 +294,7 @@ def proof_topic(metrics: Mapping[str, Any]) -> Documents:
 
 def losses(name: str, course: Course, sampling_time: float) -> Iterator[Event]:
     """Yield the first step of each time in which a loop has no plan, and the step at which there is one again."""
-    for first, last in _runs(course.infeasible):
+    for first, last in runs_of(course.infeasible):
         yield _at(first, sampling_time), _ERROR, name, f"no plan from step {first} to {last}"
         if last < course.steps[-1] - 1:
             yield _at(last + 1, sampling_time), _INFO, name, f"a plan again at step {last + 1}"
@@ -306,14 +306,6 @@ def offers(records: Sequence[Mapping[str, Any]], sampling_time: float) -> Iterat
         taken = "taken" if record["taken"] else "not taken"
         level = _INFO if record["taken"] else _WARNING
         yield _at(record["step"], sampling_time), level, "learned again", f"{taken}: {record['reason']}"
-
-
-def _runs(steps: Array) -> list[tuple[int, int]]:
-    """Return the first and the last step of each run of neighbouring steps."""
-    if not steps.size:
-        return []
-    runs = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
-    return [(int(run[0]), int(run[-1])) for run in runs]
 
 
 def _at(step: int, sampling_time: float) -> int:

@@ -6,6 +6,7 @@ from typing import Final
 from xml.etree import ElementTree
 
 import numpy as np
+from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
 Element = ElementTree.Element
@@ -24,7 +25,7 @@ class Drawing:
         target = ElementTree.TreeBuilder(insert_comments=True)  # they hold what is written
         self._root = ElementTree.fromstring(svg, ElementTree.XMLParser(target=target))
         self._letters = {
-            path.get("id"): _points(path, np.eye(3)) for path in self._root.iter(f"{_SVG}path") if path.get("id")
+            path.get("id"): _points(path, Affine2D()) for path in self._root.iter(f"{_SVG}path") if path.get("id")
         }
         _, _, self.width, self.height = map(float, self._root.attrib["viewBox"].split())
 
@@ -34,12 +35,12 @@ class Drawing:
 
     def paths(self, group: Element) -> list[Matrix]:
         """Return the vertices of each path below a group, letters included, (n, 2) each."""
-        return [points for points in self._paths(group, np.eye(3)) if len(points)]
+        return [points for points in self._paths(group, Affine2D()) if len(points)]
 
-    def _paths(self, node: Element, outer: Matrix) -> Iterator[Matrix]:
-        here = outer @ _matrix(node.get("transform", ""))
+    def _paths(self, node: Element, outer: Affine2D) -> Iterator[Matrix]:
+        here = _inside(outer, node)
         if node.tag == f"{_SVG}use":
-            yield _moved(self._letters[node.get(_HREF, "").removeprefix("#")], here)
+            yield np.asarray(here.transform(self._letters[node.get(_HREF, "").removeprefix("#")]))
         elif node.tag == f"{_SVG}path":
             yield _points(node, outer)
         elif node.tag == f"{_SVG}g":
@@ -47,13 +48,9 @@ class Drawing:
                 yield from self._paths(child, here)
 
 
-def _points(path: Element, outer: Matrix) -> Matrix:
+def _points(path: Element, outer: Affine2D) -> Matrix:
     points = np.array(_NUMBER.findall(path.get("d", "")), dtype=float).reshape(-1, 2)
-    return _moved(points, outer @ _matrix(path.get("transform", "")))
-
-
-def _moved(points: Matrix, by: Matrix) -> Matrix:
-    return points @ by[:2, :2].T + by[:2, 2]
+    return np.asarray(_inside(outer, path).transform(points))
 
 
 def comment(group: Element) -> str:
@@ -61,21 +58,9 @@ def comment(group: Element) -> str:
     return " ".join((node.text or "").strip() for node in group.iter() if node.tag is ElementTree.Comment)
 
 
-def _matrix(transform: str) -> Matrix:
-    """Return the matrix (3, 3) of what an attribute `transform` says."""
-    product = np.eye(3)
-    for kind, written in _CHANGE.findall(transform):
-        product = product @ _change(kind, [float(number) for number in _NUMBER.findall(written)])
-    return product
-
-
-def _change(kind: str, numbers: list[float]) -> Matrix:
-    match kind, numbers:
-        case "translate", [x, y]:
-            return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
-        case "scale", [x, *same]:
-            return np.diag([x, *(same or [x]), 1.0])
-        case "rotate", [degrees]:
-            c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
-            return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    raise ValueError(f"matplotlib does not write {kind}({numbers})")
+def _inside(outer: Affine2D, element: Element) -> Affine2D:
+    """Return the map from an element's own points to the canvas: the last of its changes is done first."""
+    own = Affine2D()
+    for kind, written in reversed(_CHANGE.findall(element.get("transform", ""))):
+        getattr(own, {"rotate": "rotate_deg"}.get(kind, kind))(*map(float, _NUMBER.findall(written)))
+    return own + outer

@@ -47,6 +47,13 @@ def call(*arguments: str, folder: Path = ROOT) -> Done:
     return subprocess.CompletedProcess(arguments, code, out.getvalue(), errors.getvalue())
 
 
+def refused(done: Done, said: str, code: int = 2) -> None:
+    """The command ended with one sentence, which says this."""
+    assert (done.returncode, done.stdout) == (code, ""), done.stderr
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
 @few_periods
 @studies_here
 def _main(stages: str, *arguments: str) -> int:

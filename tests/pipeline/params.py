@@ -3,9 +3,12 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from pipeline.experiments import Experiment, load_experiment
 from tests.project import ROOT
 from trackably.arrays import Array
+from trackably.errors import InputError
 
 PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 
@@ -43,6 +46,17 @@ def written_to(folder: Path, text: str) -> Path:
     return path
 
 
+def refusal(name: str, folder: Path, text: str) -> str:
+    """Return the one sentence with which an experiment of this text is refused, after the name of the file."""
+    path = written_to(folder, text)
+    with pytest.raises(InputError) as raised:
+        load_experiment(name, path)
+    said = str(raised.value)
+    assert said.startswith(f"{path}: ")
+    assert "\n" not in said
+    return said.removeprefix(f"{path}: ")
+
+
 def recorded(folder: Path, times: Array, levels: Array, line: str = "") -> Experiment:
     """Return the tank with these samples of its level [m], and a line of its own."""
     rows = "".join(f"{t!r},{level!r}\n" for t, level in zip(times.tolist(), levels.tolist(), strict=True))
@@ -62,7 +76,7 @@ def recorded(folder: Path, times: Array, levels: Array, line: str = "") -> Exper
 EXAMPLE1 = changed(
     "example1",
     ("algorithm1: {first_step: 70", "algorithm1: {first_step: 128"),
-    ("tightness: [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]", "tightness: [0.05, 0.002]"),
+    ("tightness: [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]", "tightness: [0.002]"),
     ("      steps: 2000\n", "      steps: 200\n      shown: 30\n      horizons: [2, 20]\n"),
     ("steps: {first: 70, last: 120, every: 10}", "steps: {first: 70, last: 80, every: 10}"),
     ("sizes: [0.5, 1.5, 1.9, 2.0]", "sizes: [0.5]"),

@@ -9,9 +9,7 @@ from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, references
 from pipeline.drawings.algorithm1 import evaluate_on_grid
-from pipeline.experiments import load_experiment
-from pipeline.experiments.load import read_fit_of
-from pipeline.storage.results import Results
+from tests.pipeline.committed import EXPERIMENTS, fitted
 from tests.project import ROOT
 from trackably.exports.figures import axis_label, svg
 from trackably.gp.hyperparameter import Learned
@@ -23,19 +21,15 @@ from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 
-EXPERIMENT = load_experiment("example1")
-FITTED = read_fit_of(EXPERIMENT, Results("example1", ROOT / "data" / "results"))
-REFERENCES = {name: learned.reference for name, learned in FITTED.learned.items()}
-SAMPLES, PLANT = FITTED.sampled.only, EXPERIMENT.plant
-STATE, INPUT = PLANT.quantities
-STEPS = np.arange(151.0)
+FITTED = fitted("example1")
+SAMPLES = FITTED.sampled.only
+STATE, INPUT = EXPERIMENTS["example1"].plant.quantities
 
 
 def drawn_path() -> Figure:
-    vehicle = load_experiment("vehicle")
-    fitted = read_fit_of(vehicle, Results("vehicle", ROOT / "data" / "results"))
-    shown = {name: fitted.learned[name].reference for name in ("unconstrained", "joint")}
-    return references.path(shown, ("x", "y"), np.linspace(0, 12, 301), fitted.sampled.samples, (np.zeros(0),) * 2)
+    found = fitted("vehicle")
+    shown = {name: found.learned[name].reference for name in ("unconstrained", "joint")}
+    return references.path(shown, ("x", "y"), np.linspace(0, 12, 301), found.sampled.samples, None, {})
 
 
 def test_what_the_unconstrained_path_breaks_is_marked_and_nothing_else() -> None:
@@ -52,7 +46,7 @@ def test_what_the_unconstrained_path_breaks_is_marked_and_nothing_else() -> None
 
 def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
     def drawn() -> bytes:
-        return svg(algorithm1.tube(REFERENCES["sound"], np.arange(12)))
+        return svg(algorithm1.tube(FITTED.learned["sound"].reference, np.arange(12)))
 
     expected = drawn()
     assert b"<text" not in expected, "letters are paths, so that fonts do not matter"

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.params import PARAMS, written_to
-from tests.pipeline.stages import STAGES, call, run_here
+from tests.pipeline.command import call, refused
+from tests.pipeline.params import alone, written_to
+from tests.pipeline.stages import STAGES, run_here
 
 BAD_SAMPLES = {
     "not finite": ("k,y\n0,1\n10,inf\n20,0\n", "line 3"),
@@ -17,12 +18,8 @@ BAD_SAMPLES = {
 @pytest.mark.parametrize(("text", "names"), BAD_SAMPLES.values(), ids=BAD_SAMPLES)
 def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path) -> None:
     (tmp_path / "samples.csv").write_text(text)
-    params = PARAMS.replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv"))
-    written_to(tmp_path, params)
-    done = run_here("generate", tmp_path)
-    assert done.returncode == 2, done.stderr
-    assert names in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    written_to(tmp_path, alone("example1").replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv")))
+    refused(run_here("generate", tmp_path), names)
     assert not (tmp_path / "results").exists()
 
 

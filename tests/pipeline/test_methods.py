@@ -2,19 +2,17 @@
 
 import pytest
 
-from pipeline.experiments import Experiment, load_experiments
+from pipeline.experiments import Experiment
 from pipeline.methods import (
     JOINT,
     METHODS,
     SOUND,
     Fit,
 )
-from tests.project import ROOT
+from tests.pipeline.committed import EXPERIMENTS
 from trackably.certificates.certificate import Certificate
 from trackably.gp.samples import Samples
 from trackably.systems.reference import Reference
-
-EXPERIMENTS = load_experiments(ROOT / "params.yaml")
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)

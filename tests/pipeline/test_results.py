@@ -4,69 +4,28 @@
 """
 
 import json
-from dataclasses import dataclass
-from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 
-from pipeline.experiments import Experiment, load_experiments
-from pipeline.experiments.load import read_fit_of
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import Courses, below, by_reference, read_loops
-from pipeline.storage.archive import Fitted, read_stage
-from pipeline.storage.results import Results, read_columns
+from pipeline.loops.trajectory import below, by_reference
+from pipeline.storage.archive import read_stage
+from pipeline.storage.results import read_columns
 from pipeline.story import table_of_loops, table_of_methods, table_of_offers
-from tests.project import ROOT
+from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
 from trackably.checker import Proved, Refuted, check
 from trackably.control.controller import scaled_controller
 from trackably.control.simulation import simulate
 from trackably.control.tube import TubeController
 
-EXPERIMENTS = load_experiments(ROOT / "params.yaml")
-BY_NAME = pytest.mark.parametrize("name", EXPERIMENTS)
 ANGLES = {"mobile-robot": ("heading",)}
 DISTURBED = pytest.mark.parametrize("name", [name for name, of in EXPERIMENTS.items() if of.disturbance])
 
 
-@dataclass(frozen=True)
-class Committed:
-    """What is committed of an experiment."""
-
-    experiment: Experiment
-    results: Results
-
-    @property
-    def fitted(self) -> Fitted:
-        return _fitted(self.experiment.name)
-
-    @property
-    def loops(self) -> Courses:
-        return _loops(self.experiment.name)
-
-    def json(self, name: str) -> Any:
-        return json.loads((self.results.folder / f"{name}.json").read_text(encoding="utf-8"))
-
-
-@cache
-def committed(name: str) -> Committed:
-    return Committed(EXPERIMENTS[name], Results(name, ROOT / "data" / "results"))
-
-
-@cache
-def _fitted(name: str) -> Fitted:
-    return read_fit_of(EXPERIMENTS[name], committed(name).results)
-
-
-@cache
-def _loops(name: str) -> Courses:
-    return read_loops(committed(name).results, EXPERIMENTS[name].plant)
-
-
 @BY_NAME
 def test_what_is_proved_keeps_every_bound_and_the_unconstrained_fit_does_not(name: str) -> None:
-    metrics = committed(name).json("metrics")
+    metrics = content(RESULTS[name].metrics)
     for method, of in metrics.items():
         worst = min(value for key, value in of.items() if key.startswith("worst_") and key.endswith("_at_steps"))
         if of["proof"].startswith("proved for"):
@@ -87,7 +46,7 @@ def test_every_state_and_input_has_a_unit(name: str) -> None:
 
 @BY_NAME
 def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) -> None:
-    metrics = committed(name).json("metrics")
+    metrics = content(RESULTS[name].metrics)
     free, alone, joint = (metrics[method] for method in ("unconstrained", "hyperparameters", "joint"))
     assert joint["price"] == joint["objective"] - free["nlml"]
     assert sum(joint["price_by_bound"].values()) == pytest.approx(joint["objective"] - joint["nlml"], rel=1e-9)
@@ -97,9 +56,8 @@ def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) ->
 
 @BY_NAME
 def test_active_bounds_survive_their_log(name: str) -> None:
-    of = committed(name)
-    series = {series.topic: series for series in read_stage(of.results, "fit").series}
-    for active in of.fitted.learned["joint"].active_bounds:
+    series = {series.topic: series for series in read_stage(RESULTS[name], "fit").series}
+    for active in fitted(name).learned["joint"].active_bounds:
         topic = series[f"/active_bounds/joint/{active.name}"]
         (row,) = np.flatnonzero(topic.times == active.time)
         logged = {field: float(values[row]) for field, values in topic.fields.items()}
@@ -109,9 +67,12 @@ def test_active_bounds_survive_their_log(name: str) -> None:
 
 @BY_NAME
 def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
-    of = committed(name)
-    metrics, summary, margins = of.json("metrics"), of.json("summary"), read_columns(of.results.margins)
-    widths = {quantity.name: quantity.bounds.width for quantity in of.experiment.plant.quantities}
+    metrics, summary, margins = (
+        content(RESULTS[name].metrics),
+        content(RESULTS[name].summary),
+        read_columns(RESULTS[name].margins),
+    )
+    widths = {quantity.name: quantity.bounds.width for quantity in EXPERIMENTS[name].plant.quantities}
     assert list(margins) == ["time", *metrics]
     for method in ("unconstrained", "joint"):
         assert summary[f"objective_{method}"] == metrics[method]["objective"]
@@ -119,7 +80,7 @@ def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
         assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(relative), rel=1e-12)
         assert min(margins[method]) == summary[f"worst_relative_margin_{method}"]
     assert summary["price_joint"] == metrics["joint"]["price"]
-    rows = {row[0]: row[-1] for row in table_of_methods(of.results).rows}
+    rows = {row[0]: row[-1] for row in table_of_methods(RESULTS[name]).rows}
     assert rows == {method: found["proof"].startswith("proved for") for method, found in metrics.items()}
 
 
@@ -127,22 +88,20 @@ def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
 def test_the_checker_says_of_every_file_what_the_metrics_say_and_it_is_about_the_reference_of_the_log(
     name: str,
 ) -> None:
-    of = committed(name)
-    metrics, learned = of.json("metrics"), read_stage(of.results, "fit").attachments
-    files = {path.name.split(".")[0]: path for path in of.results.certificate("joint").parent.iterdir()}
+    metrics, learned = content(RESULTS[name].metrics), read_stage(RESULTS[name], "fit").attachments
+    files = {path.name.split(".")[0]: path for path in RESULTS[name].certificate("joint").parent.iterdir()}
     assert files.keys() == metrics.keys()
     for method, path in files.items():
-        content = json.loads(path.read_text(encoding="utf-8"))
-        assert content["reference"] == json.loads(learned[f"{method}.json"])["reference"], method
-        verdict = check(content)
+        written = content(path)
+        assert written["reference"] == json.loads(learned[f"{method}.json"])["reference"], method
+        verdict = check(written)
         is_proved = metrics[method]["proof"].startswith("proved for")
         assert isinstance(verdict, Proved if is_proved else Refuted), method
 
 
 @BY_NAME
 def test_the_system_goes_where_the_stored_reference_goes(name: str) -> None:
-    of = committed(name)
-    for learned in of.fitted.learned.values():
+    for learned in fitted(name).learned.values():
         reference = learned.reference
         states, inputs = reference.state(np.arange(501)), reference.input(np.arange(500))
         off = reference.plant.system.successor(states[:-1], inputs) - states[1:]
@@ -153,7 +112,7 @@ def test_the_system_goes_where_the_stored_reference_goes(name: str) -> None:
 
 @BY_NAME
 def test_the_last_round_is_the_proved_one(name: str) -> None:
-    columns = read_columns(committed(name).results.iterations)
+    columns = read_columns(RESULTS[name].iterations)
     if "proved" in columns:
         assert columns["proved"][-1] == 1
     elif "relative_margin" in columns:
@@ -167,14 +126,13 @@ def test_the_last_round_is_the_proved_one(name: str) -> None:
 
 @BY_NAME
 def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_what_is_counted(name: str) -> None:
-    of = committed(name)
-    counted, closed = of.json("control"), of.loops
+    counted, closed = content(RESULTS[name].control), loops(name)
     for start, kept in counted["joint"].items():
         if start != "first_untrackable_step":
             assert (kept["infeasible_steps"], kept["unsolved_steps"]) == (0, 0), start
     assert counted["joint"]["first_untrackable_step"] is None
     assert counted["unconstrained"]["first_untrackable_step"] is not None
-    system = of.experiment.plant.system
+    system = EXPERIMENTS[name].plant.system
     for reference, by_start in by_reference(closed).items():
         for start, course in by_start.items():
             said, lost = counted[reference][start], course.infeasible
@@ -183,55 +141,52 @@ def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_wh
             states, inputs = course.together(system.states), course.together(system.inputs)
             moved = system.successor(states[:-1], inputs[:-1])
             np.testing.assert_allclose(moved, states[1:], atol=1e-12)
-    assert len(table_of_loops(of.results).rows) >= 2
+    assert len(table_of_loops(RESULTS[name]).rows) >= 2
     if "online" in counted:
         offers = counted["online"]["offers"]
         assert all(offer["reason"] for offer in offers)
         assert counted["online"]["infeasible_steps"] == 0
         assert closed["/offers"]["taken"].tolist() == [float(offer["taken"]) for offer in offers]
-        assert len(table_of_offers(of.results).rows) == len(offers)
+        assert len(table_of_offers(RESULTS[name]).rows) == len(offers)
 
 
 @DISTURBED
 def test_robust_references_leave_room_and_disturbed_loops_on_them_break_nothing(name: str) -> None:
-    of = committed(name)
-    tightened = of.experiment.tightening.plant
-    robust = of.fitted.learned["robust"].reference
+    tightened = EXPERIMENTS[name].tightening.plant
+    robust = fitted(name).learned["robust"].reference
     assert np.all(tightened.state_set.margin(robust.state(np.arange(300.0))) >= -1e-9)
-    disturbed = of.json("control")["disturbed"]
+    disturbed = content(RESULTS[name].control)["disturbed"]
     assert disturbed["tube"]["broken"] == 0
     for kind, counts in disturbed["robust"]["tube"].items():
         assert (counts["steps_without_plan"], counts["steps_outside"]) == (0, 0), kind
-    states = of.experiment.plant.system.states
-    for topic, course in below(of.loops, "disturbed").items():
+    states = EXPERIMENTS[name].plant.system.states
+    for topic, course in below(loops(name), "disturbed").items():
         reference, controller, kind = topic.split("/")
         said = disturbed[reference][controller][kind]
         # A loop that is given up has no input at its last step, and no row for it.
         assert said["steps_without_plan"] - len(course.infeasible) in {0, 1}
         assert said["first_step_without_plan"] in {None, *course.infeasible}
-        worst = np.min(of.experiment.plant.state_set.margin(course.together(states)[1:]))
+        worst = np.min(EXPERIMENTS[name].plant.state_set.margin(course.together(states)[1:]))
         assert worst == said["worst_state_margin"]
-    ends, single = of.loops["/disturbed_range"], below(of.loops, "disturbed_runs").values()
+    ends, single = loops(name)["/disturbed_range"], below(loops(name), "disturbed_runs").values()
     for run in single:
         for column, values in run.columns.items():
             assert np.all((ends[f"{column}_lowest"] <= values) & (values <= ends[f"{column}_highest"]))
 
 
 def test_certificates_of_known_signals_bound_the_distance_from_them() -> None:
-    of = committed("hand")
-    (known,) = of.experiment.truth.values()
+    (known,) = EXPERIMENTS["hand"].truth.values()
     for method in ("hyperparameters", "joint", "robust"):
-        distance = of.json("metrics")[method]["accuracy"]["position"]
+        distance = content(RESULTS["hand"].metrics)[method]["accuracy"]["position"]
         assert distance["radius"] <= distance["least"] <= distance["error"]
         assert known.noise <= distance["error"] <= (distance["plant"] or np.inf)
-        written = json.loads((of.results.certificate(method)).read_text())
+        written = content(RESULTS["hand"].certificate(method))
         assert written["truth"][0]["of"]["second_derivative"] == known.second_derivative
 
 
 @DISTURBED
 def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(name: str) -> None:
-    of = committed(name)
-    price, metrics = of.json("control")["price_of_room"], of.json("metrics")
+    price, metrics = content(RESULTS[name].control)["price_of_room"], content(RESULTS[name].metrics)
     by_size = dict(zip(price["sizes"], zip(price["price"], price["misfit"], strict=True), strict=True))
     for size, method in ((0.0, "joint"), (1.0, "robust")):
         cost, misfit = by_size[size]
@@ -243,10 +198,9 @@ def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(
 
 @pytest.mark.parametrize("name", ["example1", "hand"])
 def test_a_run_is_that_of_the_tube_controller(name: str) -> None:
-    of = committed(name)
-    tightening, reference = of.experiment.tightening, of.fitted.learned["robust"].reference
+    tightening, reference = EXPERIMENTS[name].tightening, fitted(name).learned["robust"].reference
     course = runs._run(tightening, reference.window(0, 40), 0, 4)
-    nominal = scaled_controller(of.experiment.plant, 20)
+    nominal = scaled_controller(EXPERIMENTS[name].plant, 20)
     moved, pushed = runs.disturbed_plant("greedy", tightening, 4)
     loop = simulate(
         TubeController(tightening, 20, nominal.Q, nominal.R),

@@ -6,10 +6,7 @@ from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
-import pytest
-
-from pipeline.experiments import load_experiments
-from pipeline.storage.archive import read_fit, read_margins
+from pipeline.storage.archive import read_margins
 from pipeline.storage.results import Results
 from pipeline.story import (
     printed_by_coq,
@@ -25,22 +22,20 @@ from pipeline.story import (
     told_of_unconstrained,
 )
 from pipeline.theorem import Proved, write_record
+from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted
 from tests.project import ROOT
 from trackably.gp.hyperparameter import Learned
 from trackably.theorem import theorem
 
-EXPERIMENTS = load_experiments(ROOT / "params.yaml")
-COMMITTED = ROOT / "data" / "results"
-
 
 def test_hyperparameters_at_an_end_of_their_interval_are_told() -> None:
-    fitted = read_fit(Results("example1-resampled", COMMITTED))
-    assert told_of_edges(fitted) == "Every learned hyperparameter lies inside of its search interval."
-    learned = fitted.learned["joint"]
+    resampled = fitted("example1-resampled")
+    assert told_of_edges(resampled) == "Every learned hyperparameter lies inside of its search interval."
+    learned = resampled.learned["joint"]
     (own,) = learned.prior.parts
     wanted = Learned(own.noise_std, (0.001, float(own.noise_std)))
     prior = replace(learned.prior, parts=(replace(own, noise_std=wanted),))
-    told = told_of_edges(replace(fitted, learned={"joint": replace(learned, prior=prior)}))
+    told = told_of_edges(replace(resampled, learned={"joint": replace(learned, prior=prior)}))
     assert told.startswith("- `joint`: noise_std = ")
     assert "lies at the upper end of the interval in which it was sought, [0.001, " in told
     assert "may lead to other hyperparameters" in told
@@ -49,11 +44,11 @@ def test_hyperparameters_at_an_end_of_their_interval_are_told() -> None:
 def test_a_theorem_is_told_of_the_very_certificate_that_is_on_record(tmp_path: Path) -> None:
     theory, results = tmp_path / "theorem", Results("mine", tmp_path / "results")
     words = (ROOT / "theorem" / "Statement.v").read_text()
-    files = COMMITTED / "example1" / "certificates"
-    text = (files / "joint.json").read_text()
+    file = RESULTS["example1"].certificate("joint")
+    text = file.read_text()
     proved = Proved(
         coq="8.16.1",
-        statement=theorem(files / "joint.json").fingerprint,
+        statement=theorem(file).fingerprint,
         meaning=sha256(words.encode()).hexdigest(),
         axioms="",
         theorems={"trackable": "holds reference"},
@@ -61,9 +56,9 @@ def test_a_theorem_is_told_of_the_very_certificate_that_is_on_record(tmp_path: P
     )
 
     def told(certificate: str, statement: str, record: Mapping[str, Mapping[str, Proved]]) -> str:
-        for path, content in ((results.certificate("joint"), certificate), (theory / "Statement.v", statement)):
+        for path, written in ((results.certificate("joint"), certificate), (theory / "Statement.v", statement)):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(content)
+            path.write_text(written)
         write_record(record, theory)
         printed, sentence = printed_by_coq(results, "joint", theory), told_of_theorems(results, theory)
         assert ("not checked by Coq" in printed) == (sentence == "")
@@ -83,29 +78,28 @@ def test_a_theorem_is_told_of_the_very_certificate_that_is_on_record(tmp_path: P
 
 def test_what_a_theorem_leaves_out_is_told() -> None:
     """Files of `hand` state distances from true signals, and one of them a model that may be wrong; others do not."""
-    sentence = told_of_theorems(Results("hand", COMMITTED))
+    sentence = told_of_theorems(RESULTS["hand"])
     assert "but for evaluation in float64, distances from true signals and plants that differ from their" in sentence
-    assert "but for evaluation in float64, is a theorem" in told_of_theorems(Results("example1", COMMITTED))
+    assert "but for evaluation in float64, is a theorem" in told_of_theorems(RESULTS["example1"])
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@BY_NAME
 def test_every_committed_result_can_be_told(name: str) -> None:
-    results = Results(name, COMMITTED)
-    fitted = read_fit(results)
-    assert "leaves its bounds" in told_of_unconstrained(read_margins(results, fitted.learned))
+    results, learned = RESULTS[name], fitted(name).learned
+    assert "leaves its bounds" in told_of_unconstrained(read_margins(results, learned))
     assert "`joint` costs" in told_of_price(results)
     loops = told_of_loops(results).splitlines()
-    counted = json.loads(results.control.read_text())
+    counted, metrics = content(results.control), content(results.metrics)
     assert any(line.startswith("- On `joint` there is a plan of ") for line in loops)
     lost = [start["infeasible_steps"] for start in counted["unconstrained"].values() if isinstance(start, dict)]
     assert any(line.startswith("- On `unconstrained` there is no plan at ") for line in loops) == any(lost)
-    for method, of in json.loads(results.metrics.read_text()).items():
+    for method, of in metrics.items():
         assert f"- `{method}`: {of['proof']}" in told_of_proofs(results)
     if EXPERIMENTS[name].disturbance:
         assert "no bound is broken" in told_of_disturbances(results)
         assert told_of_room(results).startswith("`robust` costs ")
     assert [line[2:].split(":")[0] for line in told_of_truth(results).splitlines()] == [
-        f"`{method}`" for method, of in json.loads(results.metrics.read_text()).items() if "accuracy" in of
+        f"`{method}`" for method, of in metrics.items() if "accuracy" in of
     ]
-    rows = [row[0] for row in table_of_hyperparameters(fitted.learned).rows]
+    rows = [row[0] for row in table_of_hyperparameters(learned).rows]
     assert ("last step k̄ of Algorithm 1" in rows) is name.startswith("example1")

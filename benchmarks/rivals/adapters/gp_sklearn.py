@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from benchmarks.harness import Disagreement
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem, Promise, Rival
 from trackably.arrays import Array
@@ -27,10 +28,6 @@ Bounds = tuple[float, float]
 _RESTARTS = 8
 _WIDE = 1e8
 _SAME = 1e-3  # of the samples' spread: a sample of a state is half a step beside its flat output
-
-
-class Disagreement(AssertionError):
-    """The same hyperparameters do not give the same mean in both."""
 
 
 def solve(problem: Problem) -> Answer:

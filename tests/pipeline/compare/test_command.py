@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.pipeline.command import Done, call, refused
 from tests.pipeline.compare.project import CLAIMS, edit_json, edit_text
-from tests.pipeline.stages import Done, call
 from tests.project import ROOT
 
 OPTIONS = ("--tolerances", str(ROOT / "tolerances.yaml"))
@@ -92,9 +92,3 @@ def test_what_has_no_results_is_one_sentence(new: Path, wrong: str) -> None:
     refused(run(new, *OPTIONS, "--", wrong), "neither a folder nor a revision")
     (new / "empty").mkdir()
     refused(run(new, *OPTIONS, "--", str(new / "empty")), "holds no results")
-
-
-def refused(done: Done, said: str) -> None:
-    assert (done.returncode, done.stdout) == (2, "")
-    assert said in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1

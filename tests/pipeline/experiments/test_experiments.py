@@ -1,12 +1,13 @@
 """params.yaml in its one form: what it means, and what stops every entry of it."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from pipeline.experiments import load_experiment, load_experiments
 from pipeline.generate import sampled_by
-from tests.pipeline.params import alone, changed, written_to
+from tests.pipeline.params import alone, changed, refusal, written_to
 from trackably.checker.certificate import Window
 from trackably.errors import InputError
 from trackably.gp.kernels.base import Product
@@ -43,14 +44,11 @@ NAMES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "sentence"), NAMES, ids=[name for name, _ in NAMES])
+@pytest.mark.parametrize(("name", "sentence"), NAMES)
 def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, sentence: str, tmp_path: Path) -> None:
     """It would stop `dvc repro` for all of them."""
-    path = written_to(tmp_path, f"experiments:\n  example1: {{}}\n  {name}: {{}}\n")
-    with pytest.raises(InputError, match=sentence) as raised:
-        load_experiment("example1", path)
-    assert str(raised.value).startswith(f"{path}: experiments: ")
-    assert "\n" not in str(raised.value)
+    message = refusal("example1", tmp_path, f"experiments:\n  example1: {{}}\n  {name}: {{}}\n")
+    assert re.search(f"^experiments: .*{sentence}", message), message
 
 
 @pytest.mark.parametrize(
@@ -62,11 +60,7 @@ def test_a_name_that_the_project_cannot_carry_stops_every_experiment(name: str, 
     ],
 )
 def test_a_file_without_the_experiment_is_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
-    path = written_to(tmp_path, text)
-    with pytest.raises(InputError, match=sentence) as raised:
-        load_experiment("example1", path)
-    assert str(raised.value).startswith(str(path))
-    assert "\n" not in str(raised.value)
+    assert re.search(sentence, refusal("example1", tmp_path, text))
 
 
 @pytest.mark.parametrize("field", ["periodic: {last_step: 400", "verification: {last_step: 400"])

@@ -13,6 +13,7 @@ from pipeline.figures import drawings
 from pipeline.storage.archive import read_margins
 from pipeline.storage.results import Results
 from pipeline.verify import verify
+from tests.pipeline.committed import EXPERIMENTS
 from tests.pipeline.params import changed, written_to
 from tests.project import ROOT
 from trackably.errors import InputError
@@ -46,7 +47,7 @@ def test_units_are_no_part_of_the_system(tmp_path: Path, results: Results) -> No
 
 
 def test_margins_of_other_references_are_refused(results: Results) -> None:
-    fitted = read_fit_of(load_experiment("tank", ROOT / "params.yaml"), results)
+    fitted = read_fit_of(EXPERIMENTS["tank"], results)
     assert set(read_margins(results, fitted.learned)) == set(fitted.learned)
     shutil.copyfile(COMMITTED / "vehicle" / "verification.mcap", results.log("verification"))
     with pytest.raises(InputError, match="no margins of unconstrained, level; run the verify stage"):

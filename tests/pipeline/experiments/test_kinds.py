@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 
 from pipeline.experiments import load_experiment
-from tests.pipeline.params import written_to
+from tests.pipeline.params import refusal
 from tests.pipeline.stages import STAGES, run_all_here
 from trackably import SquaredExponential, learn_reference
 from trackably.checker import Proved, check
-from trackably.errors import InputError
 from trackably.gp.samples import Samples
 
 _TIMES = np.arange(0, 3.01, 0.5)
 _BETWEEN = _TIMES[:-1] + 0.25
 _KERNEL = "{type: squared_exponential, signal_std: [0.01, 3.0], lengthscale: [0.3, 3.0]}"
 _PRIOR = f"{{mean: 0.0, kernel: {_KERNEL}, noise_std: 0.02}}"
-_OTHER = "velocity"
 
 
 def _position(t: np.ndarray) -> np.ndarray:
@@ -30,9 +28,9 @@ def _velocity(t: np.ndarray) -> np.ndarray:
     return np.asarray(np.cos(2 * t))
 
 
-def _entry(folder: Path, other: str = _OTHER, of_first: str = _PRIOR, of_other: str = "{noise_std: 0.1}") -> str:
+def _entry(folder: Path, of_first: str = _PRIOR, of_other: str = "{noise_std: 0.1}") -> str:
     """A double integrator, with recordings of two of its signals at different times."""
-    for name, times, signal in (("position", _TIMES, _position), ("other", _BETWEEN, _velocity)):
+    for name, times, signal in (("position", _TIMES, _position), ("velocity", _BETWEEN, _velocity)):
         rows = "".join(f"{t!r},{value!r}\n" for t, value in zip(times.tolist(), signal(times).tolist(), strict=True))
         (folder / f"{name}.csv").write_text(f"t,{name}\n{rows}", encoding="utf-8")
     source = "{{csv: {0}/{1}.csv, time_column: t, time_unit: s, value_column: {1}}}"
@@ -41,7 +39,7 @@ def _entry(folder: Path, other: str = _OTHER, of_first: str = _PRIOR, of_other: 
     title: "An axis whose position and velocity are measured"
     samples_from: {folder}
     samples:
-      {other}: {source.format(folder, "other")}
+      velocity: {source.format(folder, "velocity")}
       position: {source.format(folder, "position")}
     system: {{continuous: true, A: [[0, 1], [0, 0]], B: [[0], [1]], states: [position, velocity], inputs: [force],
       sampling_time: 0.1}}
@@ -49,7 +47,7 @@ def _entry(folder: Path, other: str = _OTHER, of_first: str = _PRIOR, of_other: 
     input_set: {{lower: [-3.0], upper: [3.0]}}
     prior:
       position: {of_first}
-      {other}: {of_other}
+      velocity: {of_other}
     claim: {{window: [0.0, 3.0]}}
     methods: [unconstrained, hyperparameters, joint]
     search: {{starts: 1}}
@@ -83,11 +81,8 @@ def test_it_learns_what_the_library_learns(tmp_path: Path) -> None:
             r"prior\.position\.noise_std: must be a number, as",
         ),
         (_PRIOR, "{noise_std: [0.01, 0.1]}", r"prior\.velocity\.noise_std: "),
-        (_PRIOR, "{noise_std: -1}", r"prior\.velocity\.noise_std: expected greater than 0, got -1"),
         (_PRIOR, "{}", r"prior\.velocity\.noise_std: is missing"),
     ],
 )
 def test_priors_that_do_not_fit_are_refused(tmp_path: Path, of_first: str, of_other: str, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence) as refused:
-        load_experiment("axis", written_to(tmp_path, _entry(tmp_path, of_first=of_first, of_other=of_other)))
-    assert not re.search(r"Traceback|\n", str(refused.value))
+    assert re.search(sentence, refusal("axis", tmp_path, _entry(tmp_path, of_first, of_other)))

@@ -8,7 +8,6 @@ from pipeline.experiments import load_experiment
 from pipeline.experiments.model import with_learned_means
 from pipeline.generate import sampled_by
 from tests.pipeline.params import alone, changed, written_to
-from trackably.errors import InputError
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
@@ -39,11 +38,3 @@ def test_the_mean_is_learned_and_then_known(tmp_path: Path) -> None:
     for other in (mean - 0.05, mean + 0.05):
         assert least(tank(tmp_path, str(other)), samples) > best
     assert with_learned_means(known, samples) is known
-
-
-@pytest.mark.parametrize(
-    "mean", ["[1.2, 0.4]", "[0.4]", "[low, high]", "[0.4, 0.8, 1.2]", "low", ".nan", "true", "[0.4, .inf]"]
-)
-def test_what_is_no_interval_is_refused(mean: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"tank\.prior\.level\.mean: expected a number \(known\) or \[lower, upper\]"):
-        tank(tmp_path, mean)

@@ -1,7 +1,4 @@
-"""Systems and sets have one grammar: params.yaml and the command line read the same, and refuse the same."""
-
-import json
-from pathlib import Path
+"""Sets have one grammar; `trackably/given/test_command.py` sees that the command line has the same."""
 
 import numpy as np
 import pytest
@@ -9,11 +6,8 @@ import yaml
 from pydantic import TypeAdapter
 
 from pipeline.experiments.plants import SetField
-from trackably.errors import InputError
-from trackably.given.command import read_plant
 from trackably.systems.polytopes import Polytope
 
-SYSTEM = {"A": [[1.0, 0.0], [0.0, 1.0]], "B": [[1.0, 0.0], [0.0, 1.0]], "sampling_time": 0.1}
 BOX, ROWS = {"lower": [-1, -2], "upper": [1, 2]}, {"rows": [[1, 1], [1, -1]], "lower": [-1, -2], "upper": [3, 4]}
 SETS = {
     "a box": (BOX, [[1, 0], [0, 1]], [-1, -2], [1, 2]),
@@ -46,21 +40,14 @@ def by_parameters(written: object) -> Polytope:
     return TypeAdapter(SetField).validate_python(yaml.safe_load(yaml.safe_dump(written)))
 
 
-def by_command(written: object, path: Path) -> Polytope:
-    path.write_text(json.dumps({"system": SYSTEM, "state_set": written, "input_set": None}))
-    return read_plant(path).state_set
-
-
 @pytest.mark.parametrize(("written", "rows", "lower", "upper"), SETS.values(), ids=SETS)
-def test_both_read_the_bounds_of_sums_of_coordinates(written, rows, lower, upper, tmp_path):
-    for found in (by_parameters(written), by_command(written, tmp_path / "plant.json")):
-        for mine, expected in zip((found.rows, found.lower, found.upper), (rows, lower, upper), strict=True):
-            np.testing.assert_allclose(mine, expected, rtol=1e-5)
+def test_bounds_of_sums_of_coordinates_are_read(written, rows, lower, upper):
+    found = by_parameters(written)
+    for mine, expected in zip((found.rows, found.lower, found.upper), (rows, lower, upper), strict=True):
+        np.testing.assert_allclose(mine, expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize(("written", "why"), WRONG.values(), ids=WRONG)
-def test_both_refuse_the_same(written, why, tmp_path):
+def test_what_is_no_set_is_refused(written, why):
     with pytest.raises(ValueError, match=why):
         by_parameters(written)
-    with pytest.raises(InputError, match=rf"plant\.json: state_set: .*{why}"):
-        by_command(written, tmp_path / "plant.json")

@@ -5,9 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.experiments import load_experiment
-from tests.pipeline.params import alone, changed, written_to
-from trackably.errors import InputError
+from tests.pipeline.params import alone, changed, refusal
 
 NOISE = "kernel: {type: squared_exponential}, noise_std: 0.01"
 QUASI = "{type: product, left: {type: periodic}, right: {type: squared_exponential, signal_std: 1}}"
@@ -17,7 +15,6 @@ LISTED = "[unconstrained, hyperparameters, joint]"
 # The entry, what is replaced, by what, and a pattern of the sentence: field, expectation, and what came.
 WRONG = [
     ("example1", "A: [[0.9]]", "A: [[true]]", r"system: A: expected a matrix.*True"),
-    ("example1", "{lower: [-0.5], upper: [0.5]}", "{lower: [0.5]}", r"input_set: expected lower with upper"),
     ("example1", NOISE, NOISE.replace("0.01", "[0.2, 0.1]"), r"noise_std: .*0 < lower < upper.*got \[0\.2, 0\.1\]"),
     (
         "example1",
@@ -26,7 +23,10 @@ WRONG = [
         r"claim: expected .*\(start, end\) in seconds",
     ),
     ("example1", KERNEL, "{type: gaussian}", r"prior\.state\.kernel: type: expected one of .*got 'gaussian'"),
-    ("example1", "mean: 0.0", "mean: zero", r"prior\.state\.mean: .*'zero'"),
+    *(
+        ("example1", "mean: 0.0", f"mean: {mean}", r"state\.mean: expected a number \(known\) or \[lower, upper\].*got")
+        for mean in ("zero", "true", "[1.2, 0.4]", "[0.4, .inf]")
+    ),
     ("example1", "verification: {last_step: 300", "verification: {last_step: 30", r"verification\.last_step .*got 30"),
     (
         "example1",
@@ -40,9 +40,7 @@ WRONG = [
         "ground_truth: step",
         r"ground_truth: expected one of .*'step'",
     ),
-    ("example1", "title:", "titel:", r"titel: is not a known field"),
     ("example1", "claim: all_times", "kind: asymptotic", r"kind: is not a known field .*; .*claim: is missing"),
-    ("example1-resampled", "seed: 3", "seed: -2", r"samples\.state\.seed: .*got -2"),
     ("example1-resampled", "{first: 0, last: 60, every: 5}", "{first: 9, last: 6, every: 5}", r"steps: .*first ≤ last"),
     ("example1", "claim: all_times", "claim: all_times\n    centres: few", r"centres: expected auto, a whole .*'few'"),
     (
@@ -52,12 +50,11 @@ WRONG = [
         r"steps\.each: .* known field \(all known ones are given\)",
     ),
     ("example2", "claim: all_phases", "claim: all_times", r"claim: all_times needs kernels that decay, got Periodic"),
-    ("example2", "{type: periodic}", QUASI, r"claim: all_phases needs periodic kernels of one period, got Product"),
     (
         "example2",
         "{type: periodic}",
         QUASI,
-        r"methods: exact: a guarantee for all .* kernel, got Product",
+        r"claim: all_phases needs periodic kernels of one period, got Product.*; methods: exact: a guarantee for all",
     ),
     ("example2", "{type: periodic}", "{type: matern52}", r"methods: grid: .* needs a periodic kernel, got Matern52"),
     ("example2", "backoff: 1.0e-7", "backoff: 0", r"periodic\.backoff: .*got 0"),
@@ -100,7 +97,6 @@ WRONG = [
     ("robot-axis", "{start: 0.0, end: 30.0", "{start: 40.0, end: 30.0", r"expected start < end, got 40\.0 and 30\.0"),
     ("tank", "model: tank", "model: reactor", r"there is no model 'reactor'; there are tank"),
     ("tank", "mcap: data", "bag: data", r"expected one of `csv`, `mcap` \(recorded\), `ground_truth` \(drawn\)"),
-    ("tank", "    claim: all_times\n", "", r"tank\.claim: is missing"),
     (
         "tank",
         "claim: all_times",
@@ -139,12 +135,6 @@ WRONG = [
         "3",
         r"kernel: left: expected a mapping with a `type`, got 3",
     ),
-    (
-        "robot-axis",
-        "[drop_zero_rows, drop_rows_out_of_order, average_repeated]",
-        "sort_rows",
-        r"repairs: expected a list",
-    ),
     ("tank", "field: level", "field: level\n        time: now", r"time: expected log, publish, or \{field: header\.s"),
     ("tank", LISTED, "joint", r"methods: expected a list of methods, got 'joint'"),
     (
@@ -158,13 +148,9 @@ WRONG = [
 
 @pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
 def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
-    path = written_to(tmp_path, alone(name, changed(name, (right, wrong))))
-    with pytest.raises(InputError) as raised:
-        load_experiment(name, path)
-    message = str(raised.value)
+    message = refusal(name, tmp_path, alone(name, changed(name, (right, wrong))))
     assert re.search(sentence, message), message
-    assert message.startswith(f"{path}: experiments.{name}")
-    assert "\n" not in message
+    assert message.startswith(f"experiments.{name}")
 
 
 def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
@@ -183,9 +169,7 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
     ]
     for chosen in (alone_wrong, together_wrong):
         text = changed("example1", *((right, instead) for right, instead, _ in chosen))
-        with pytest.raises(InputError) as raised:
-            load_experiment("example1", written_to(tmp_path, alone("example1", text)))
-        assert [p for *_, p in chosen if not re.search(p, str(raised.value))] == []
-        assert "\n" not in str(raised.value)
+        message = refusal("example1", tmp_path, alone("example1", text))
+        assert [p for *_, p in chosen if not re.search(p, message)] == []
         twice = any("algorithm1" in p for *_, p in chosen)  # two methods need it
-        assert len(str(raised.value).split("; ")) == len(chosen) + twice, "and nothing else"
+        assert len(message.split("; ")) == len(chosen) + twice, "and nothing else"

@@ -16,7 +16,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
-from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.streams.relearner import LearningResult
 from trackably.systems.intervals import Interval
@@ -58,48 +57,57 @@ def test_the_loop_stays_feasible_over_every_change_of_reference(online):
     assert np.min(PLANT.input_set.margin(online.loop.inputs)) >= 0
 
 
-def test_a_reference_out_of_the_controllers_reach_is_not_accepted(first):
-    far = certified_by_search((Samples(TIMES[:8], np.full(8, -1.9)),))
-    short = Controller(PLANT, 1, np.eye(1), np.eye(1))
-    update = decide_update(short, 30, np.array([0.0]), STREAM, far)
+@pytest.fixture(scope="module")
+def far() -> Certified:
+    """A reference that the controller does not reach in a step."""
+    return certified_by_search((Samples(TIMES[:8], np.full(8, -1.9)),))
+
+
+SHORT = Controller(PLANT, 1, np.eye(1), np.eye(1))
+# The prior comes to rest at 5, which is outside the state set, and all its hyperparameters are known.
+ELSEWHERE = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
+REFUSED = {
+    "out of reach": (lambda first, far: far, "at step 30 "),
+    "no solution": (
+        lambda first, far: certified_by_search(receding_window(STREAM, 0.8, 8), ELSEWHERE, starts=2),
+        "no solution: ",
+    ),
+    "no proof": (
+        lambda first, far: Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes"),
+        "learned, but not proved: ",
+    ),
+    "a window": (
+        lambda first, far: replace(first, certificate=replace(first.certificate, claim=Window(0.0, 2.0))),
+        "proved for all real t from 0 s to 2 s only",
+    ),
+}
+
+
+@pytest.mark.parametrize(("offered", "reason"), REFUSED.values(), ids=REFUSED)
+def test_what_is_not_proved_for_all_times_or_out_of_reach_is_not_accepted(first, far, offered, reason):
+    update = decide_update(SHORT, 30, first.reference.state(30), STREAM, offered(first, far))
     assert not update.accepted
-    assert update.widening > 0.1
-    loop = simulate_online(short, first, first.reference.state(0), 60, [(30, STREAM)], lambda _: far)
+    assert update.reason.startswith(reason)
+
+
+def test_a_loop_keeps_its_reference_where_another_one_is_out_of_reach(first, far):
+    loop = simulate_online(SHORT, first, first.reference.state(0), 60, [(30, STREAM)], lambda _: far)
     assert not loop.updates[0].accepted
+    assert loop.updates[0].widening > 0.1
     assert loop.reference is first.reference
     assert loop.loop.first_infeasible_step is None
 
 
 def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first):
-    short = Controller(PLANT, 1, np.eye(1), np.eye(1))
     # With u in [-0.5, 0.5], one step leads to 0.9 x + 0.5 u, which has to be the next state of the reference.
     farthest = (first.reference.state(31) + 0.25) / 0.9
-    updates = [decide_update(short, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
+    updates = [decide_update(SHORT, 30, farthest + by, STREAM, first) for by in (-1e-6, 2e-8, 1e-6)]
     assert [update.accepted for update in updates] == [True, False, False]
     assert updates[1].reason.startswith("within the tolerance only: ")
     assert 0 < updates[1].widening < TOLERANCE < updates[2].widening
 
 
-def test_a_problem_without_solution_or_proof_is_not_accepted():
-    # The prior comes to rest at 5, which is outside the state set, and all its hyperparameters are known.
-    elsewhere = JointPrior((Prior(SquaredExponential(1.0, 1.0), noise_std=0.02, mean=5.0),))
-    samples = receding_window(STREAM, 0.8, 8)
-    failed = learn_certified(samples, elsewhere, PLANT, SearchSpace.around(samples, elsewhere, starts=2))
-    assert isinstance(failed, NoSolution)
-    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, failed)
-    assert not update.accepted
-    assert update.reason.startswith("no solution: ")
-    assert failed.explanation in update.reason
-    unproved = Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes")
-    update = decide_update(CONTROLLER, 120, np.array([0.0]), STREAM, unproved)
-    assert not update.accepted
-    assert update.reason.startswith("learned, but not proved: ")
-
-
-def test_a_reference_proved_on_a_window_only_is_not_accepted(first):
-    brief = replace(first, certificate=replace(first.certificate, claim=Window(0.0, 2.0)))
-    update = decide_update(CONTROLLER, 120, first.reference.state(120), STREAM, brief)
-    assert not update.accepted
-    assert update.reason == "proved for all real t from 0 s to 2 s only"
+def test_a_loop_begins_on_what_is_proved_for_all_times(first):
+    brief, _ = REFUSED["a window"]
     with pytest.raises(ValueError, match="must be certified for all time"):
-        simulate_online(CONTROLLER, brief, np.array([0.0]), 10, [], certified_by_search)
+        simulate_online(CONTROLLER, brief(first, None), np.array([0.0]), 10, [], certified_by_search)

@@ -1,8 +1,6 @@
 """Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
 
-from collections.abc import Iterator
 from functools import partial
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -11,6 +9,7 @@ from pipeline.baselines import exact, learn_unconstrained
 from pipeline.published.ground_truth import two_harmonics
 from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
+from tests.pipeline.command import few_periods
 from tests.pipeline.published.periodic_instances import instance
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.periodic import Periodic
@@ -44,14 +43,8 @@ METHODS = {
 }
 
 
-@pytest.fixture(autouse=True, scope="module")
-def few_periods() -> Iterator[None]:
-    """Begin at the six most promising periods only."""
-    with mock.patch.object(search, "_FEWEST_BASINS", 6):
-        yield
-
-
 @pytest.fixture(scope="module")
+@few_periods
 def found() -> dict[str, Solution]:
     return {name: method((SAMPLES,), PRIOR, SYSTEM, SPACE) for name, method in METHODS.items()}
 

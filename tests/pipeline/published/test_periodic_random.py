@@ -29,7 +29,7 @@ def learned(case: Instance, best: float) -> Solution:
     return exchange.outcome
 
 
-@pytest.mark.parametrize("seed", SEEDS[:10])  # every system, with samples at regular and at random times
+@pytest.mark.parametrize("seed", SEEDS)  # every system, with samples at regular and at random times
 def test_as_good_as_brute_force_and_never_outside(seed):
     """Brute force may find something worse, or nothing (inf): then it is enough to be feasible."""
     case = instance(seed)

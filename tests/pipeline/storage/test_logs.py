@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from mcap.reader import make_reader
 
 from pipeline.storage.logs import Log, Series, encode, read_log, write_log
-from tests.pipeline.storage.logs import LOG, NAN, same
+from tests.pipeline.storage.logs import LOG, same
 
 
 def validator() -> Any:
@@ -27,24 +25,6 @@ def test_round_trip_and_equal_logs_are_equal_files(path: Path, data: bytes) -> N
     assert same(read_log(path), LOG)
     write_log(path, replace(LOG))
     assert path.read_bytes() == data
-
-
-finite = st.floats(allow_nan=False, allow_infinity=False)
-rows = st.lists(st.tuples(st.floats(0, 9e9), finite | st.just(NAN)), max_size=8)
-
-
-@given(st.lists(rows, max_size=3))
-def test_round_trip_of_any_numbers(
-    tmp_path_factory: pytest.TempPathFactory, columns: list[list[tuple[float, float]]]
-) -> None:
-    series = []
-    for i, column in enumerate(columns):
-        times, values = np.array(sorted(t for t, _ in column)), np.array([x for _, x in column])
-        series.append(Series(f"/topic{i}", times, {"x": np.where(np.isnan(values), np.nan, values)}))
-    log = Log(tuple(series), {}, {"a": b"0"})
-    path = tmp_path_factory.mktemp("log") / "any.mcap"
-    write_log(path, log)
-    assert same(read_log(path), log)
 
 
 def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: bytes) -> None:

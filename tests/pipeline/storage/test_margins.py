@@ -5,13 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.experiments import load_experiment
 from pipeline.margins import MarginProfile
 from pipeline.storage.archive import read_stage, write_margins
 from pipeline.storage.results import Results
-from tests.project import ROOT
+from tests.pipeline.committed import EXPERIMENTS
 
-QUANTITY = load_experiment("example1", ROOT / "params.yaml").plant.quantities[0]
+QUANTITY = EXPERIMENTS["example1"].plant.quantities[0]
 
 
 @pytest.mark.parametrize(("count", "together"), [(1, 1), (1001, 1), (1002, 2), (2002, 2), (5001, 5), (5006, 6)])

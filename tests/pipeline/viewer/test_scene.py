@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.experiments import load_experiments
-from pipeline.loops.trajectory import Course, below, read_loops
-from pipeline.storage.archive import read_fit
+from pipeline.loops.trajectory import Course, below
 from pipeline.storage.logs import Documents, Topic, topics_of
-from pipeline.storage.results import Results
 from pipeline.viewer.layout import documents_of, layout_of
 from pipeline.viewer.scene import (
     SCHEMAS,
@@ -22,26 +19,20 @@ from pipeline.viewer.scene import (
     offers,
     plane_of,
 )
-from tests.project import ROOT
+from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, fitted, loops
 from trackably.files import from_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
-EXPERIMENTS = load_experiments(ROOT / "params.yaml")
-BY_NAME = pytest.mark.parametrize("name", EXPERIMENTS)
 NAN = float("nan")
 BOX = Polytope.box([-2, -1, -5, -5], [2, 1, 5, 5])
 _PATH = re.compile(r'(?:"(?P<quoted>(?:[^"\\]|\\.)*)"|(?P<plain>[A-Za-z0-9_/-]+))\.(?P<field>\D.*)')
 
 
-def results_of(name: str) -> Results:
-    return Results(name, ROOT / "data" / "results")
-
-
 @cache
 def logged(name: str) -> dict[str, Topic]:
-    return topics_of(results_of(name))
+    return topics_of(RESULTS[name])
 
 
 def layout_for(name: str) -> dict[str, Any]:
@@ -93,7 +84,7 @@ def test_every_bound_of_a_state_or_an_input_is_a_line(name: str) -> None:
 
 @BY_NAME
 def test_no_committed_layout_is_stale(name: str) -> None:
-    assert from_json(results_of(name).layout.read_bytes()) == layout_for(name)
+    assert from_json(RESULTS[name].layout.read_bytes()) == layout_for(name)
 
 
 def test_names_that_are_no_identifiers_are_quoted_and_topics_of_unknown_kinds_are_shown() -> None:
@@ -118,7 +109,7 @@ def plant(state_set: Polytope = BOX) -> ConstrainedSystem:
 @cache
 def scene(name: str) -> dict[str, Documents]:
     """What the last stage makes of the committed results."""
-    return {documents.topic: documents for documents in documents_of(EXPERIMENTS[name], results_of(name))}
+    return {documents.topic: documents for documents in documents_of(EXPERIMENTS[name], RESULTS[name])}
 
 
 @pytest.mark.parametrize("name", ["example1", "hand", "mobile-robot"])
@@ -134,10 +125,10 @@ def test_messages_are_valid_by_their_schemas(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["hand", "vehicle", "mobile-robot"])
 def test_a_scene_has_every_path_and_set_and_the_vehicle_turns_where_it_goes(name: str) -> None:
-    plant, results = EXPERIMENTS[name].plant, results_of(name)
-    plane, closed = plane_of(plant, EXPERIMENTS[name].plane), read_loops(results, plant)
+    plant, closed = EXPERIMENTS[name].plant, loops(name)
+    plane = plane_of(plant, EXPERIMENTS[name].plane)
     ((_, message),) = scene(name)["/scene"].messages
-    wanted = {"bounds", "vehicle", *(f"path {method}" for method in read_fit(results).learned)}
+    wanted = {"bounds", "vehicle", *(f"path {method}" for method in fitted(name).learned)}
     wanted |= {f"feasible with {horizon.replace('_', ' ')}" for horizon in below(closed, "feasible")}
     assert {entity["id"] for entity in message["entities"]} - {"samples"} == wanted
     followed, frames = closed["/loops/joint/on"], scene(name)["/tf"].messages

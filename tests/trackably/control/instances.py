@@ -22,6 +22,11 @@ def double_integrator(position=(-1.0, 1.2), velocity=(-2.0, 2.0), acceleration=(
     return ConstrainedSystem(system, states, Polytope.box(*np.array([acceleration]).T))
 
 
+def controller_of(plant: ConstrainedSystem) -> Controller:
+    """Return a controller of a double integrator."""
+    return Controller(plant, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
+
+
 def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
     """Return a constant reference."""
     nothing = KernelSum(SquaredExponential(1.0, 1.0), level, np.zeros(1), np.zeros(1))

@@ -4,10 +4,10 @@ import cvxpy as cp
 import numpy as np
 from scipy.optimize import minimize
 
+from tests.trackably.systems.disturbance.naive import extremes
 from trackably.control.controller import Controller
 from trackably.control.tube import TubeController
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import Zonotope
 from trackably.systems.polytopes import Polytope
 
 
@@ -74,28 +74,20 @@ def in_error_set(Z, e: cp.Expression) -> list[cp.Constraint]:
             p = cp.Variable(n)
             constraints.append(cp.abs(p) <= Z.box / (1 - Z.contraction))
             total = total + power @ p
-        elif isinstance(Z.disturbance, Zonotope):
-            parts = cp.Variable(len(Z.disturbance.generators))
-            constraints.append(cp.abs(parts) <= 1)
-            w = np.array(Z.disturbance.centre, dtype=float) + parts @ np.array(Z.disturbance.generators, dtype=float)
-            total = total + power @ w
         else:
-            parts = cp.Variable(len(Z.disturbance.vertices), nonneg=True)
+            corners = extremes(Z.disturbance)
+            parts = cp.Variable(len(corners), nonneg=True)
             constraints.append(cp.sum(parts) == 1)
-            total = total + power @ (parts @ np.array(Z.disturbance.vertices, dtype=float))
+            total = total + power @ (parts @ corners)
         power = power @ Z.closed_loop
     return [*constraints, e == total]
 
 
 def cost_of_a_minimum(controller: Controller, state, window, start=None) -> float:
     """Return the cost of the minimum that SLSQP finds from a window, in states and inputs of boxes."""
-    system, X, U, N = (
-        controller.plant.system,
-        controller.plant.state_set,
-        controller.plant.input_set,
-        len(window.inputs),
-    )
-    start = window if start is None else start
+    plant, N = controller.plant, len(window.inputs)
+    system, X, U = plant.system, plant.state_set, plant.input_set
+    start = start or window
 
     def split(z):
         inner, inputs = np.split(z, [(N - 1) * len(state)])

@@ -15,7 +15,7 @@ from trackably.systems.reference import Reference
 
 PLANT = instances.double_integrator()
 AT_REST = instances.at_rest(PLANT, 1.2)  # on its bound
-CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
+CONTROLLER = instances.controller_of(PLANT)
 
 
 @pytest.mark.parametrize("seed", range(0, 50, 6))

@@ -13,24 +13,20 @@ from trackably.control.stepping import Infeasible
 from trackably.systems.reference import Window
 
 PLANT = instances.double_integrator()
-CONTROLLER = Controller(PLANT, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
+CONTROLLER = instances.controller_of(PLANT)
 BEYOND = instances.at_rest(PLANT, 1.4)  # 0.2 outside
-
-
-def problem(controller, state, reference) -> StepProblem:
-    window = reference.window(0, controller.horizon)
-    return StepProblem.of(controller.formulation, 0, np.array(state), window)
 
 
 @pytest.mark.parametrize("state", [(1.0, 0.0), (1.2, 0.0), (0.9, -1.0), (-0.5, 0.0), (1.0, 0.5)], ids=str)
 def test_among_the_plans_with_the_closest_end_the_cheapest_is_taken(state):
-    miss = naive.smallest_miss(CONTROLLER, 0, np.array(state), BEYOND)
-    closest = problem(CONTROLLER, state, BEYOND).closest
+    state = np.array(state)
+    miss = naive.smallest_miss(CONTROLLER, 0, state, BEYOND)
+    closest = StepProblem.of(CONTROLLER.formulation, 0, state, BEYOND.window(0, CONTROLLER.horizon)).closest
     assert np.linalg.norm((closest.states[-1] - [1.4, 0]) / [2.2, 4]) == pytest.approx(miss, rel=1e-5)
-    least = naive.closest_plan_cost(CONTROLLER, 0, np.array(state), BEYOND, miss * (1 + 1e-6))
+    least = naive.closest_plan_cost(CONTROLLER, 0, state, BEYOND, miss * (1 + 1e-6))
     assert closest.cost == pytest.approx(least, rel=2e-3)
     assert closest.slack >= -3 * TOLERANCE
-    applied = CONTROLLER.step(0, np.array(state), BEYOND)
+    applied = CONTROLLER.step(0, state, BEYOND)
     assert isinstance(applied, Infeasible)
     assert np.array_equal(applied.fallback, closest.input)
 

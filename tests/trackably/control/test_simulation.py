@@ -22,13 +22,12 @@ def assert_decreasing(loop):
 
 
 @pytest.mark.parametrize("example", ["example1", "example2"])
-@pytest.mark.parametrize("away", [0.0, -0.5])
-def test_on_a_certified_reference_every_step_is_feasible(example, away):
+def test_on_a_certified_reference_every_step_is_feasible(example):
     reference = certified(example).reference
     plant = reference.plant
-    loop = simulate(controller(reference), reference, reference.state(0) + away, 700)
+    loop = simulate(controller(reference), reference, reference.state(0) - 0.5, 600)
     assert loop.first_infeasible_step is None
-    assert len(loop.inputs) == 700
+    assert len(loop.inputs) == 600
     assert loop.widened == 0
     assert_decreasing(loop)
     assert np.max(np.abs(loop.errors[500:])) < 1e-10
@@ -36,12 +35,11 @@ def test_on_a_certified_reference_every_step_is_feasible(example, away):
     assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
 
 
-@pytest.mark.parametrize("away", [0.0, -0.5])
-def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_horizon(away):
+def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_horizon():
     reference = unconstrained("example1")
     plant = reference.plant
     leaves = instances.first_outside(reference, plant.state_set, reference.state)
-    loop = simulate(controller(reference), reference, reference.state(0) + away, 100)
+    loop = simulate(controller(reference), reference, reference.state(0) - 0.5, 100)
     assert loop.first_infeasible_step == leaves - HORIZON
     assert loop.infeasible[0].at_step == leaves
     excess = -plant.state_set.margin(reference.state(leaves)) / np.ptp([-2.0, 0.05])

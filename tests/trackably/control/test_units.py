@@ -35,8 +35,9 @@ def _case(controller: Controller, reference, *states: tuple[float, ...]) -> Case
 
 def _integrator(*bounds: tuple[float, float]) -> Case:
     plant = instances.double_integrator(*bounds)
-    controller = Controller(plant, 20, np.diag([10.0, 1.0]), 0.1 * np.eye(1))
-    return _case(controller, instances.at_rest(plant, 1.2), (1.0, 1.2), (0.5, 0.0), (1.2, 0.3), (0.0, 0.0))
+    return _case(
+        instances.controller_of(plant), instances.at_rest(plant, 1.2), (1.0, 1.2), (0.5, 0.0), (1.2, 0.3), (0.0, 0.0)
+    )
 
 
 def _tank() -> Case:

@@ -5,11 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
+from pipeline.disturbed import near_bounds
 from tests.trackably.systems.disturbance.instances import CART, EXAMPLE1, random_disturbed
 from trackably.control.controller import scaled_controller
 from trackably.control.tube import TubeController
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
@@ -22,17 +21,15 @@ STEPS = 60
 
 @dataclass(frozen=True)
 class Loop:
-    """A plant and its disturbance; the reference moves by a `part` of the way to the nearest tightened bound."""
+    """A plant and its disturbance; the reference nearly touches the nearest tightened bound."""
 
     plant: ConstrainedSystem
     disturbance: DisturbanceSet
-    part: float = 0.999
     horizon: int = 12
-    noise: Zonotope | None = None
 
     @cached_property
     def tightening(self) -> Tightening:
-        return tightening(self.plant, self.disturbance, noise=self.noise)
+        return tightening(self.plant, self.disturbance)
 
     @cached_property
     def controller(self) -> TubeController:
@@ -41,22 +38,7 @@ class Loop:
 
     @cached_property
     def reference(self) -> Reference:
-        """Signals scaled such that they come as near to the tightened bounds as `part` says, from a rest in zero."""
-        plant, t_s = self.tightening.plant, self.plant.sampling_time
-        centres = t_s * np.linspace(0, STEPS, 9)
-        kernel = SquaredExponential(1.0, t_s * STEPS / 7)
-        rng = np.random.default_rng(1)
-        wild = tuple(
-            KernelSum(kernel, 0.0, centres, rng.standard_normal(centres.size)) for _ in range(plant.signal_count)
-        )
-        moved = Reference(wild, plant)
-        k = np.arange(STEPS + self.horizon + 2)
-        used = [
-            np.max(values @ bounded.rows.T / np.where(values @ bounded.rows.T > 0, bounded.upper, bounded.lower))
-            for values, bounded in ((moved.state(k), plant.state_set), (moved.input(k), plant.input_set))
-        ]
-        by = self.part / max(used)
-        return Reference(tuple(KernelSum(s.kernel, 0.0, s.centres, by * s.weights) for s in wild), plant)
+        return near_bounds(self.tightening.plant, np.random.default_rng(1), STEPS + self.horizon + 1, 0.999)
 
 
 HULL = ConvexHull([side * g for g in random_disturbed(7).disturbance.generator_matrix for side in (1, -0.5)])

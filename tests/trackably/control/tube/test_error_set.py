@@ -24,11 +24,13 @@ def test_points_of_the_set_are_inside_and_others_are_not(name):
     """Points on the boundary by a convex program of the definition, moved in and out by a hundredth."""
     loop = LOOPS[name]
     Z, errors = loop.tightening.invariant, loop.controller.errors
+    middle = 0.5 * (errors.support(np.eye(len(Z.box))) - errors.support(-np.eye(len(Z.box))))
+    e, row = cp.Variable(len(Z.box)), cp.Parameter(len(Z.box))
+    farthest_point = cp.Problem(cp.Maximize(row @ e), in_error_set(Z, e))
     for direction in np.random.default_rng(0).normal(size=(6, len(Z.box))):
-        e = cp.Variable(len(Z.box))
-        cp.Problem(cp.Maximize(direction @ e), in_error_set(Z, e)).solve(solver=cp.CLARABEL)
+        row.value = direction
+        farthest_point.solve(solver=cp.CLARABEL)
         assert direction @ e.value == pytest.approx(errors.support(direction[None])[0], rel=1e-3)
-        middle = -0.5 * (errors.support(-np.eye(len(Z.box))) - errors.support(np.eye(len(Z.box))))
         assert errors.contains(middle + 0.99 * (e.value - middle))
         assert not errors.contains(middle + 1.01 * (e.value - middle))
 

@@ -23,14 +23,13 @@ def test_the_worst_disturbances_nearly_reach_the_bounds_of_the_set(name):
     """Greedy vertices reach what Z allows for each row that is bounded, but for some hundredths."""
     found = ALL[name].tightening
     Z = found.invariant
-    for row, side in [(c.row, c.side) for c in found.given.given_constraints]:
-        of_state = np.array([float(r) for r in row])
-        of_state = of_state if side == "state" else of_state @ Z.feedback
+    for of in found.given.given_constraints:
+        rational = exact(of.row) if of.side == "state" else exact(of.row) @ exact(Z.feedback)
+        of_state = rational.astype(float)
         reached, power = 0.0, of_state
         for _ in range(3 * (Z.head + Z.terms)):
             reached += float(power @ Z.disturbance.farthest(power))
             power = power @ Z.closed_loop
-        allowed = float(Z.support(list(row) if side == "state" else (exact(row) @ exact(Z.feedback)).tolist()))
-        width = next(c.bounds.width for c in found.given.given_constraints if c.row == row and c.side == side)
+        allowed = float(Z.support(rational.tolist()))
         assert reached <= allowed * (1 + 1e-12)
-        assert allowed <= 1.03 * reached + 2e-5 * width
+        assert allowed <= 1.03 * reached + 2e-5 * of.bounds.width

@@ -113,8 +113,6 @@ def test_what_is_no_formula_or_treats_symbols_in_another_way_is_refused_with_the
 DENSE = np.random.default_rng(0).normal(size=(8, 8))
 HONEST = {
     "functions": lambda x, u: np.tanh(x) + np.sinh(u) + np.hypot(x, u) + np.arctan2(x, u) + np.tan(x) + abs(u),
-    "where it overflows": lambda x, u: (np.exp(x) - np.exp(-x)) / (np.exp(x) + np.exp(-x)) + u**40,
-    "where it is not defined": lambda x, u: np.sqrt(x) * np.log(u) + x**0.3 / u**1.5,
     "matrices": lambda x, u: DENSE[:4, :4] @ x + DENSE[:4, 4:] @ u + x.mean() + np.sum(u) + np.linalg.norm(x),
     "large terms": lambda x, u: 1e8 + x - 1e8 + 1e5 * np.sin(u),
     "plain lists": lambda x, u: [a + b * (1 - 0.2 * a) for a, b in zip(x.tolist(), list(u), strict=True)],

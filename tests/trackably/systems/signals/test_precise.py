@@ -26,7 +26,7 @@ def test_pieces_begin_exactly_at_their_breakpoints(beyond, turns):
     signal = PolynomialPieces(**STEPS, beyond=beyond)
     whole = [t + turns * signal.period for t in signal.breakpoints] if beyond == "period" else signal.breakpoints
     times = near(np.array(whole))
-    for t, value in zip(times.tolist(), signal.summed(times).tolist(), strict=True):
+    for t, value in zip(times.tolist(), signal(times).tolist(), strict=True):
         assert value == pytest.approx(float(value_of(signal, Fraction(t))), rel=1e-15, abs=1e-29)
 
 
