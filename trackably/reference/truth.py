@@ -312,10 +312,10 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
     parts = [_around(of.samples.times, t, _BESIDE), n + _around(of.rates.times if of.rates else (), t, _BESIDE)]
     which = np.concatenate(parts).tolist()
     some = replace(_only(of, which), slope=None)
-    sides = [_extreme(some, t, sign) for sign in (1, -1)]
-    if sides[0] is None or sides[1] is None:
+    upper, lower = (_extreme(some, t, sign) for sign in (1, -1))
+    if upper is None or lower is None:
         return None
-    return Derived(t, *(tuple((which[i], m) for i, m in side) for side in sides))
+    return Derived(t, *(tuple((which[i], m) for i, m in side) for side in (upper, lower)))
 
 
 def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction], ...] | None:
