@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from math import inf, nextafter
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from trackably.checker import certificate as checked
 from trackably.checker import piecewise
 from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
+from trackably.checker.floats.intervals import Floats
 from trackably.checker.form import a_kernel
 from trackably.checker.intervals import Real, UndefinedError, at_most, exactly, ratio
 from trackably.checker.models import constants
@@ -195,17 +196,23 @@ def _errors_of_formulas(
     """Return estimates, from above, of the errors of formulas near some times [s]; infinite if there is none."""
     step, signals = reference.plant.sampling_time, [signal.summed for signal in reference.kernel_sums]
     shifted = {name: shifts_of(argument)[0] for q in formulas for name, argument in q.arguments.items()}
-    every = {name: signals[s](times + j * step).tolist() for name, (s, j) in shifted.items()}
-    largest = dict.fromkeys((q.name for q in formulas), 0.0)
-    for i in range(len(times)):
-        values = FormulaValues(needs, 1)
-        at = constants({name: exactly(value[i]) for name, value in every.items()}, 1)
-        for q in formulas:
-            try:
-                largest[q.name] = max(largest[q.name], _round_up(values.error(q, at)))
-            except UndefinedError:  # the formula may be defined at other times
-                continue
-    return {name: _FORMULA_ERROR * error or np.inf for name, error in largest.items()}
+    every = {name: signals[s](times + j * step) for name, (s, j) in shifted.items()}
+    return {q.name: _FORMULA_ERROR * _largest_error(needs, q, every) or np.inf for q in formulas}
+
+
+def _largest_error(needs: FormulaNeeds, q: Quantity, values: Mapping[str, Array]) -> float:
+    """Return the largest error of a formula for those `values` (n,) of its arguments at which it is defined.
+
+    0 if it is defined at none of them.
+    """
+    at: Any = {name: Floats.exact(of) for name, of in values.items()}  # arrays take the place of single intervals
+    try:
+        with np.errstate(all="ignore"):
+            error = Floats.of(FormulaValues(needs, 1).error(q, constants(at, 1))).high
+        return float(np.nextafter(np.max(error, initial=0.0, where=np.isfinite(error)), np.inf))
+    except UndefinedError as undefined:
+        defined = {name: of[np.broadcast_to(undefined.where, of.shape)] for name, of in values.items()}
+    return _largest_error(needs, q, defined) if any(map(len, defined.values())) else 0.0
 
 
 def _round_up(number: Real) -> float:

@@ -142,7 +142,9 @@ _KNOTS, _FINE = 4, 2000  # knots of splines for each correlation time; points at
 # Times of regular places: the number in each correlation time, and the least and the largest number in all.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
 _SLOWER = 0.5  # the distance from the prior means is multiplied by this
-_OFF = 0.02  # relative to a width: bounds stay this far off a point of rest at which a formula has no derivative
+# Relative to a width: bounds stay this far off a point of rest at which a formula has no derivative. With less, the
+# functions for the next hyperparameters often violate bounds between places.
+_OFF = 0.05
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
