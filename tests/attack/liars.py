@@ -203,7 +203,7 @@ OF_JOINTS: Lies = {
     "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
     "nothing is decided": (joints, "undecided", _everything_open),
     "extremes are elsewhere": (
-        joints, "extremes", lambda rng, honest: lambda p, width: np.sort(width * rng.random(4)),
+        joints, "_times_at", lambda rng, honest: lambda of, value: np.sort(rng.uniform(of.x[0], of.x[-1], 4)),
     ),
     "limits are left at any time": (joints, "_begins", _scaled(-3, 0)),
     "exact values are larger": (joints, "_below", _scaled(0, 2)),

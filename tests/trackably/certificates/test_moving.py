@@ -265,7 +265,7 @@ LEARNED: dict[str, tuple] = {
 }
 
 
-@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning", "ignore::trackably.DoubtfulInputWarning")
 @pytest.mark.parametrize("claim", LEARNED)
 def test_what_is_learned_keeps_bounds_that_move(claim) -> None:
     kernel, plant, values = LEARNED[claim]

@@ -255,10 +255,10 @@ class JointSearch:
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
 
-        The first search begins at `start`, or, if no function is found there, at the minimiser of J with formulas
-        linearised at the path of the means at an even pace (see `starts_for`). A later one begins at the minimiser of J
-        with formulas linearised at the best function; None if J there is not lower than the best J by the allowed gap.
-        None also if no function is found.
+        The first search begins at the minimiser of J with formulas linearised at the path of the means at an even pace
+        (see `starts_for`), or at `start`: where J is lower, or, if it is brief, at the first one with a function. A
+        later one begins at the minimiser of J with formulas linearised at the best function; None if J there is not
+        lower than the best J by the allowed gap. None also if no function is found.
         """
         if self.best is not None:
             known = self.best.function
@@ -267,13 +267,15 @@ class JointSearch:
             if found is None or found.at.value >= self.best.objective - self.best.allowed_gap:
                 return None
             return found.x, known.places, known.mean.signals
-        if (point := self.begin(start)) is None:
-            posterior = self.problem.posterior(start)
-            regular = with_regular(self.problem, posterior, no_places(self.problem))
-            found = self._minimise_linearised(start, regular, starts_for(self.problem, posterior)[-1])
-            point = None if found is None else self.begin(found.x)
-        if point is None:
+        posterior, begun = self.problem.posterior(start), list[tuple[Point, ConstrainedProblem]]()
+        regular = with_regular(self.problem, posterior, no_places(self.problem))
+        found = self._minimise_linearised(start, regular, starts_for(self.problem, posterior)[-1])
+        for log_theta in (start,) if found is None else (found.x, start):
+            if not (begun and self.is_brief) and (point := self.begin(log_theta)) is not None:
+                begun.append((point, self.problem))
+        if not begun:
             return None
+        point, self.problem = min(begun, key=lambda each: each[0].objective)
         return point.log_theta, point.function.places, point.function.mean.signals
 
     def _minimise_linearised(self, start: Array, places: Places, near: Signals) -> sqp.Minimum | None:

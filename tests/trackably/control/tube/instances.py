@@ -21,15 +21,17 @@ STEPS = 60
 
 @dataclass(frozen=True)
 class Loop:
-    """A plant and its disturbance; the reference nearly touches the nearest tightened bound."""
+    """A plant and its disturbance; the reference moves by a `part` of the way to the nearest tightened bound."""
 
     plant: ConstrainedSystem
     disturbance: DisturbanceSet
+    part: float = 0.999
     horizon: int = 12
+    noise: Zonotope | None = None
 
     @cached_property
     def tightening(self) -> Tightening:
-        return tightening(self.plant, self.disturbance)
+        return tightening(self.plant, self.disturbance, noise=self.noise)
 
     @cached_property
     def controller(self) -> TubeController:
@@ -38,7 +40,7 @@ class Loop:
 
     @cached_property
     def reference(self) -> Reference:
-        return near_bounds(self.tightening.plant, np.random.default_rng(1), STEPS + self.horizon + 1, 0.999)
+        return near_bounds(self.tightening.plant, np.random.default_rng(1), STEPS + self.horizon + 1, self.part)
 
 
 HULL = ConvexHull([side * g for g in random_disturbed(7).disturbance.generator_matrix for side in (1, -0.5)])
