@@ -179,8 +179,8 @@ def check_joints(
         joint = trajectory.joints[j]
         limit = joint.limits[r]
         if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
-            start, end = trajectory.breakpoints[i : i + 2]
-            kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s to {end:.9g} s"
+            start, *end = trajectory.breakpoints[i : i + 2]  # what rests in the end has one piece more
+            kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {f'to {end[0]:.9g} s' if end else 'on'}"
             return f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}'
     for j, r, i in jumps:
         if abs(trajectory.jump(j, r, i)) > Fraction(trajectory.jumps[r]):
