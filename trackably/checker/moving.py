@@ -22,7 +22,7 @@ from trackably.checker.intervals import ZERO, Real, at_most, exact_sum, exactly,
 from trackably.checker.limits import CELLS
 from trackably.checker.polynomials import Number, compose
 from trackably.checker.subject import Bound, End, Pieces, Row
-from trackably.checker.watch import UndecidedError, tick
+from trackably.checker.watch import UndecidedError, short, tick
 
 Cells = list[tuple[Number, Number]]
 """The first and the last time of each cell; the last cell is the end alone."""
@@ -80,9 +80,12 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
 
 
 def value_of_signal(z: Pieces, t: Fraction) -> Fraction:
-    """Return z(t)."""
+    """Return z(t), by Horner's rule."""
     i, local, _ = place(z, z.ends, t, Fraction(0))
-    return compose([Fraction(c) for c in z.coefficients[i]], local, Fraction(0))[0]
+    value = Fraction(0)
+    for c in reversed(z.coefficients[i]):
+        value = short(value * local + Fraction(c))
+    return value
 
 
 @dataclass(frozen=True)
