@@ -209,7 +209,8 @@ def _largest_error(needs: FormulaNeeds, q: Quantity, values: Mapping[str, Array]
     try:
         with np.errstate(all="ignore"):
             error = Floats.of(FormulaValues(needs, 1).error(q, constants(at, 1))).high
-        return float(np.nextafter(np.max(error, initial=0.0, where=np.isfinite(error)), np.inf))
+        finite = error[np.isfinite(error)]
+        return float(np.nextafter(np.max(finite), np.inf)) if finite.size else 0.0
     except UndefinedError as undefined:
         defined = {name: of[np.broadcast_to(undefined.where, of.shape)] for name, of in values.items()}
     return _largest_error(needs, q, defined) if any(map(len, defined.values())) else 0.0

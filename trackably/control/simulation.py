@@ -196,8 +196,8 @@ def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon
     except ValueError as error:
         fitting = bisect_left(range(steps), True, key=ends_before) - 1
         fit = f"{fitting} steps fit" if fitting > 0 else "no step fits"
-        ahead = f"as plans look {horizon + 1} steps ahead"
-        raise ValueError(f"simulate: steps: {fit} from step {first_step} on, {ahead}, got {steps}: {error}") from error
+        fit += f" from step {first_step} on with plans that look {horizon + 1} steps ahead"
+        raise ValueError(f"simulate: steps: {fit}, got {steps}: {error}") from error
 
 
 def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied: Array) -> Array:

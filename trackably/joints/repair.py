@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import BSpline, PPoly
+from scipy.interpolate import PPoly
 
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, subdivide
@@ -140,10 +140,12 @@ class HeldSplines(Splines):
     @cached_property
     def coefficients_of(self) -> list[Any]:
         """For each order r, the matrix that maps the coefficients of a spline to those of its r-th derivative."""
-        basis = BSpline(self.padded, np.eye(self.count), _DEGREE)
-        return [
-            sparse.csr_array((basis.derivative(r) if r else basis).c[: self.count - r]) for r in range(self.order + 1)
-        ]
+        found, t = [sparse.eye_array(self.count, format="csr")], self.padded
+        for r in range(self.order):
+            p, n = _DEGREE - r, self.count - r
+            rate = p / (t[r + 1 + p : r + p + n] - t[r + 1 : r + n])
+            found.append(sparse.csr_array(sparse.diags_array(rate) @ (found[-1][1:] - found[-1][:-1])))
+        return found
 
     @cached_property
     def free(self) -> Any:

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from itertools import product
 
 import numpy as np
 
@@ -10,10 +11,10 @@ from trackably.arrays import Array
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.checker.formulas import Formula, Function, Power, names, parts, text
-from trackably.checker.intervals import UndefinedError, between, is_multiplied
+from trackably.checker.intervals import UndefinedError, between, exactly, is_multiplied
 from trackably.checker.models import enclose
 from trackably.errors import DoubtfulInputWarning
-from trackably.gp.samples import Samples
+from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
@@ -41,8 +42,8 @@ _DEEPEST = 6  # nested parts of a formula that are written out
 _SEEN = 1e-3  # of the width of bounds: samples in the right unit differ by more than this part
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
 _LAST = 0.1  # whether samples still move at their end is judged by this last part of them,
-_FEWEST_LAST = 4  # but by at least this many
-_MOVED = 10.0  # they still move if a line through them rises by more than this many times what they are off the line
+_FEWEST_LAST = 4  # but by at least this many, of at least twice as many
+_MOVED = 20.0  # they still move if a line through them rises by more than this many times what they are off the line
 _ROUNDING = 1e-9  # of a rate
 
 
@@ -77,6 +78,7 @@ def doubts(
     `samples` are by name, and so are `noise_std` and `mean` where they are known.
     """
     yield from _of_system(plant)
+    yield from _of_window(claim, *recorded_span(samples.values()))
     bounds, noise_std, mean = {q.name: q.bounds for q in plant.quantities}, noise_std or {}, mean or {}
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name)
@@ -112,7 +114,7 @@ def _last_rate(samples: Samples) -> float:
     A motion that ends is slower than the mean rate that the range of the samples and their duration give.
     """
     last = max(_FEWEST_LAST, int(_LAST * len(samples)))
-    if len(samples) < last:
+    if len(samples) < 2 * last:
         return 0.0
     t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
     level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
@@ -135,15 +137,16 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
         )
     if isinstance(system, NonlinearSystem) and (part := _part_without_slope(system, plant)) is not None:
         yield (
-            f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it has no "
-            "slope, and no reference is proved that comes there; np.abs and np.hypot are square roots too. Can bounds "
-            "exclude it, or another formula, such as np.sqrt(x**2 + 1e-6) in place of np.abs(x)?"
+            f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it is "
+            "undefined or has no slope, and no reference is proved that comes there; np.abs and np.hypot are square "
+            "roots too. Can bounds exclude it, or another formula, such as np.sqrt(x**2 + 1e-6) in place of np.abs(x)?"
         )
 
 
 def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
-    """Return a root or fractional power in f whose argument may be zero or negative well within the bounds, or None.
+    """Return a root or fractional power in f whose argument is zero or negative well within the bounds, or None.
 
+    It is so if intervals do not exclude it, and it is so at a point whose coordinates are zero or near their bounds.
     Zeros on the bounds are not asked about: a tank may be empty, if the reference never comes there. Arguments that
     depend on a state or input without bounds are not examined.
     """
@@ -151,6 +154,7 @@ def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Fo
     extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
     inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
     box = {name: between(of.lower, of.upper) for name, of in inner.items()}
+    at = {name: sorted({of.lower, of.upper, min(max(0.0, of.lower), of.upper)}) for name, of in inner.items()}
     for part in (part for formula in system.f for part in parts(formula)):
         match part:
             case Function("sqrt" | "log", argument):
@@ -159,11 +163,25 @@ def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Fo
                 pass
             case _:
                 continue
-        if names(argument) <= box.keys():
-            with suppress(UndefinedError):
-                if not enclose(argument, box).a > 0:
-                    return part
+        used = sorted(names(argument))
+        if not box.keys() >= {*used}:
+            continue
+        points = (dict(zip(used, map(exactly, of), strict=True)) for of in product(*(at[name] for name in used)))
+        with suppress(UndefinedError):
+            if not enclose(argument, box).a > 0 and any(not enclose(argument, point).a > 0 for point in points):
+                return part
     return None
+
+
+def _of_window(claim: Claim, first: float, last: float) -> Iterator[str]:
+    if isinstance(claim, Window) and claim.start <= last and first <= claim.end:
+        beyond = max(claim.end - last, first - claim.start)
+        if beyond > _FAR * (last - first) > 0:
+            yield (
+                f"claim: the window from {claim.start:g} s to {claim.end:g} s reaches {beyond:g} s beyond the samples, "
+                f"which last {last - first:g} s: is it in seconds? What is learned there follows from kernel, mean and "
+                "bounds alone"
+            )
 
 
 def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
@@ -174,12 +192,6 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
             yield (
                 f"claim: the window from {claim.start:g} s to {claim.end:g} s is {gap:g} s away from the samples of "
                 f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
-            )
-        elif (beyond := max(claim.end - last, first - claim.start)) > _FAR * (last - first) > 0:
-            yield (
-                f"claim: the window from {claim.start:g} s to {claim.end:g} s reaches {beyond:g} s beyond the samples "
-                f"of {name}, which last {last - first:g} s: is it in seconds? What is learned there follows from "
-                "kernel, mean and bounds alone"
             )
     if isinstance(claim, AllTimes) and last < 0:
         yield (

@@ -176,6 +176,7 @@ FAILED: Rows = {
         ("reference.signals.0.beyond", "end", "not at rest"),
         ("claim.tail_start", 2.9999, "not at rest"),
         ("evaluation.errors.position", times(0.5), "the position can be off by more"),
+        ("evaluation.errors.position", 10.0, "cell: the position is not shown"),
     ],
     "period": [
         ("reference.signals.0.beyond", "rest", "does not repeat"),

@@ -118,6 +118,9 @@ BROKEN = [
 KEPT = [
     (("table", "states", 7, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),
     (("table", "states", 7, 0), -0.2, "within the tolerance of the state after step 10"),
+    (("table", "states", 29, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 33"),
+    (("table", "states", 29, 0), -0.2, "within the tolerance of the state after step 32"),
+    (("table", "inputs", 29, 0), 99.0, "bound 0 of the inputs is broken at step 33"),
     (("tolerance",), 1e-18, "within the tolerance"),
     (("table", "inputs"), [[0.0]], "an input for each"),
     (("version",), 2, "version 2"),

@@ -195,7 +195,8 @@ def test_what_is_saved_comes_back(learned, tmp_path):
 CHANGES = {
     "noise": (("of", "samples", "noise"), 0.004),
     "bound": (("of", "second_derivative"), 1.0),
-    "side": (("upper", 3), [0, 0]),
+    "upper side": (("upper", 3), [0, 0]),
+    "lower side": (("lower", 3), [0, 0]),
     "pair": (("upper", 3), [0, 1000]),
     "sample": (("of", "samples", "values", 7), 0.5),
     "state": (("state",), "velocity"),

@@ -21,6 +21,7 @@ from trackably import (
     tank,
 )
 from trackably.certificates.claim import Written, as_claim
+from trackably.checker.certificate import Window
 from trackably.reference.input_warnings import doubts, moving_ends
 
 KNOWN = SquaredExponential(0.1, 0.5)
@@ -35,6 +36,12 @@ DRAGGED = ConstrainedSystem(
 )
 DRAINED = ConstrainedSystem(tank(1.0), Polytope.box([0.0], [2.0]), Polytope.box([0.0], [1.0]))
 DRIVEN = replace(DRAGGED, state_set=Polytope.box([0.1], [2.0]))
+SMOOTH = replace(
+    DRAGGED,
+    system=NonlinearSystem.of(
+        lambda x, u: [x[0] + 0.1 * (u[0] - x[0] * np.sqrt(x[0] * x[0] + 1e-6))], ["v"], ["force"], 0.1
+    ),
+)
 OFTEN = np.arange(60) * 0.05
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
 SPIKE = np.where(np.arange(len(SAMPLES)) == 3, 1e6, SAMPLES.values)
@@ -67,10 +74,10 @@ def lost(*at: int) -> Samples:
 DOUBTFUL = {
     "a differential equation": (asked(plant=CONTINUOUS), "system: A is singular, .* are these the A and B of ẋ = A x"),
     "a drag whose speed may be zero": (asked(plant=DRAGGED, name="v"), r"system: the argument of sqrt\S+ \^ 2\.0\)\) "
-              "may be zero or less within the bounds: at zero it has no slope, and no reference is proved that comes"),
+              "may be zero or less within the bounds: at zero it is undefined or has no slope, and no reference"),
     "a late window": (asked((1000.0, 1001.0)), "claim: the window from 1000 s to 1001 s is 997 s away"),
     "a window that ends long after": (asked((0.0, 100.0)), "claim: the window from 0 s to 100 s reaches 97 s beyond "
-              r"the samples of position, which last 3 s: is it in seconds\?"),
+              r"the samples, which last 3 s: is it in seconds\?"),
     "a motion that does not end": (asked_of_end(Samples(TIMES, 0.1 * TIMES**2)), "claim: all times are claimed, but "
               r"position still moves at its last sample, by 0\.\d+ per second at 3 s: after it"),
     "before time zero": (asked(samples=moved(-100)), r"samples: all of position lie before t = 0, .*\(from -100 s to"),
@@ -137,6 +144,11 @@ ORDINARY = {
     "a smooth peak that bounds cut": asked(samples=Samples(OFTEN, 1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)))),
     "a level at the end that bounds cut": asked(samples=Samples(OFTEN, np.where(OFTEN > 2.7, 1.6, 0.1 * OFTEN))),
     "a drag whose speed is positive": asked(plant=DRIVEN, name="v"),
+    "a drag that is smooth at zero": asked(plant=SMOOTH, name="v"),
+    "a short signal beside a long one": list(
+        doubts(Window(0.0, 20.0), {"a": Samples(20 * TIMES / 3, TIMES), "b": Samples(TIMES / 3, TIMES)}, CART)
+    ),
+    "a motion that ends with its few samples": asked_of_end(Samples([0.0, 1 / 3, 2 / 3, 1.0], [0.0, 0.21, 0.79, 1.0])),
     "a tank that may be empty": asked(plant=DRAINED, name="level"),
     "a window that ends after its samples": asked((0.0, 30.0)),
     "a motion that does not end, in a window": asked_of_end(Samples(TIMES, 0.1 * TIMES**2), (0.0, 3.0)),
