@@ -52,3 +52,8 @@ def test_repeats(repair, kept, word):
         "y": [(0.0, 9.0), (1.0, 1.0), (2.0, 8.0)],
     }
     assert findings(recording)[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
+
+
+def test_an_average_has_the_noise_of_an_average():
+    recording = record(rows(["0", "1", "1"], noise=[1.0, 3.0, 4.0], x=[0.0, 1.0, 2.0]), average_repeated)
+    assert recording["x"].relative_noise.tolist() == [1.0, 2.5]
