@@ -15,13 +15,17 @@ from itertools import product
 import numpy as np
 
 from tests.attack.command import run
+from tests.attack.tampering import random_change
 from tests.attack.truth import distance, distances
+from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.checker.files import CERTIFICATES, file_of
 from tests.trackably.plants import SLIDE as PLANT
 from tests.trackably.reference.test_truth import LIMIT, NOISE, BangBang, measured, nearly_known
 from tests.trackably.test_model_error import A, B, W, gain
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
+    NoSignal,
     Plan,
     Polytope,
     Samples,
@@ -36,8 +40,9 @@ from trackably import (
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
 from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.truth import read_contradicted
 from trackably.codec import decode
-from trackably.reference.truth import no_signal
+from trackably.reference.truth import Signals, no_signal
 
 SYSTEM = PLANT.system
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
@@ -71,6 +76,8 @@ def attack_signals(count: int, seed: int) -> tuple[object, list[str]]:
         adversarial.append(reached / truth.error)
         if np.any(apart > errors + 1e-12) or reached > truth.error * (1 + 1e-6):
             false.append(f"signal {seed + i} is further away than is said")
+        if reached <= _NEAR * truth.error:
+            false.append(f"signal {seed + i}: no signal that is found is as far away as is said, only {reached:.3g}")
     return {
         "largest of drawn / ε": max(drawn),
         "adversarial / ε: least, median, largest": [*np.percentile(adversarial, [0, 50, 100]).round(4).tolist()],
@@ -108,6 +115,51 @@ def attack_contradictions(count: int, seed: int) -> tuple[object, list[str]]:
             sizes[len(answer.among)] += 1
             false += [] if isinstance(check(answer.contradiction), Contradicted) else [f"{i}: it is refused"]
     return {"found": sizes.total(), "sizes": dict(sizes)}, false
+
+
+def attack_changed(count: int, seed: int) -> tuple[object, list[str]]:
+    """Change certificates about bounds that move, and contradictions of samples; what is accepted has to be true."""
+    contradictions = [found.contradiction for i in range(12) if (found := _planted(seed, i))]
+    moving = [kind for kind in CERTIFICATES if kind.startswith("moving bounds")]
+    counts, false = Counter[str](), []
+    for i in range(count):
+        rng, kind = np.random.default_rng([seed, 4, i]), moving[i // 2 % len(moving)]
+        known = file_of(kind) if i % 2 else contradictions[i // 2 % len(contradictions)]
+        what, content = random_change(copy.deepcopy(known), rng)
+        verdict = check(content)
+        counts[f"{kind if i % 2 else 'contradiction'}: {type(verdict).__name__}"] += 1
+        if isinstance(verdict, Proved) and not _moving_bounds_are_kept(content):
+            false.append(f"{kind}; {what}: it is accepted")
+        if isinstance(verdict, Contradicted) and _is_explained(content):
+            false.append(f"contradiction; {what}: it is accepted")
+    return dict(sorted(counts.items())), false
+
+
+def _planted(seed: int, i: int) -> NoSignal | None:
+    """Return a proof that no signal explains samples of which one is moved."""
+    draw = np.random.default_rng([seed, i])
+    of = measured(BangBang(seed + i), draw, 20)
+    of = [replace(of, slope=None, rates=None), replace(of, second_derivative=None, rates=None)][i % 2]
+    values = list(of.samples.values)
+    values[int(draw.integers(1, len(values) - 1))] += 2.0
+    return no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
+
+
+def _moving_bounds_are_kept(content: dict) -> bool:
+    """Whether all bounds are kept at many times that are claimed, in float64."""
+    reference, claim = decode_certificate(content).reference, content["claim"]
+    times = np.linspace(claim.get("start", 0.0), claim.get("end", 30.0), 40_001)
+    if claim["kind"] == "instants":
+        times = reference.plant.sampling_time * np.arange(2001)
+    elif claim["kind"] == "window":
+        times = times[:-1]  # a piece that begins at the end does not count
+    return all(float(np.min(q.margin(reference.signals, times))) >= -1e-9 for q in reference.quantities)
+
+
+def _is_explained(content: dict) -> bool:
+    """Whether a linear program finds a signal of the class."""
+    of = read_contradicted(content).of
+    return Signals.of(of, (), 64).ends_at(of.samples.times[0]) is not None
 
 
 def attack_models(steps: int, seed: int) -> tuple[object, list[str]]:
@@ -299,6 +351,7 @@ def _fractions(texts: list[str]) -> list[Fraction]:
 ATTACKS = {
     "steps": (10**6, attack_models),
     "planted": (200, attack_contradictions),
+    "changed": (2400, attack_changed),
     "tamperings": (2000, attack_tamperings),
     "runs": (1000, attack_end_to_end),
     "signals": (500, attack_signals),
