@@ -10,10 +10,11 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, TypeGuard
 
 from google.protobuf.message import Message as Protobuf
 from lz4.frame import LZ4FrameDecompressor
@@ -42,34 +43,45 @@ from trackably.recordings.tables import (
     refuse_no_mcap,
 )
 
-# Paths of fields in messages, such as "joints[2].angle" or "transforms[child_frame_id=base].transform.translation.x".
+# Paths of fields in messages, such as "joints[2].angle", "transforms[child_frame_id=base].transform.translation.x", or
+# "position[name=elbow]" for the entry whose name is in the list beside it, as in ROS's JointState.
 
 _ENTRY = re.compile(r"\[(?:(?P<index>[0-9]+)|(?P<field>[^=\[\]]+)=(?P<value>[^\]]*))\]\.?")
-_NUMBERED = re.compile(r"\[\d+\]", re.ASCII)
 _LABELS = ("child_frame_id", "name")  # fields that name an entry of a list
 _DEPTH, _LISTED = 8, 60  # error messages search this many levels of a message, and list this many paths
 
 
-def find(node: object, path: str) -> object:
-    """Return the value at `path` in a decoded message; None if it, or a message around it, is unset or null.
+def locate(node: object, path: str, around: Mapping[str, object] | None = None) -> tuple[object, str]:
+    """Return the value at `path` in a decoded message, and the entries of lists on the way, as "[child_frame_id=base]".
 
-    LookupError: there is no such field. ValueError: several entries of a list have the name in the path.
+    The value is None if it, or a message around it, is unset or null. An entry without a name is told as its number.
+    `around` has the fields beside a list `node`. LookupError: there is no such field. ValueError: several entries of a
+    list have the name in the path.
     """
     if not path or node is None:
-        return node
+        return node, ""
     if (fields := _fields(node)) is not None:
         # A key may contain dots, such as "left.rate" in this project's logs: the longest key is tried first.
         for name, rest in _splits(path):
             if name in fields:
-                return find(fields[name], rest)
-    elif isinstance(node, Sequence) and not isinstance(node, str) and (entry := _ENTRY.match(path)):
-        index, field, value = entry.groups()
-        found = [node[int(index)]] if index else [each for each in node if _text(each, field) == value]
+                return locate(fields[name], rest, fields)
+    elif _is_list(node) and (entry := _ENTRY.match(path)):
+        number, field, wanted = entry.groups()
+        name_of = partial(_name_of_entry, node, around or {})
+        found = [int(number)] if number else [i for i in range(len(node)) if name_of(i, field) == wanted]
         if len(found) > 1:
-            raise ValueError(f"expected one entry with {field} = {value!r}, got {len(found)}")
+            raise ValueError(f"expected one entry with {field} = {wanted!r}, got {len(found)}")
         if found:
-            return find(found[0], path[entry.end() :])
+            i, labels = found[0], [field] if field else _LABELS
+            shown = next((f"[{of}={name}]" for of in labels if (name := name_of(i, of))), f"[{i}]")
+            value, inside = locate(node[i], path[entry.end() :])
+            return value, shown + inside
     raise LookupError(path)
+
+
+def find(node: object, path: str) -> object:
+    """Return the value at `path` in a decoded message. Raises the errors of `locate`."""
+    return locate(node, path)[0]
 
 
 def leaves(message: object) -> list[str]:
@@ -81,28 +93,18 @@ def leaves(message: object) -> list[str]:
     return found if len(found) <= _LISTED else [*found[:_LISTED], "…"]
 
 
-def labels(message: object, path: str) -> list[tuple[str, str]]:
-    """Return the names of the list entries that a path selects by number.
-
-    A name is a transform's child frame, or what the field `name` holds. With each name, return the path in which it
-    replaces the number.
-    """
-    found = []
-    for number in _NUMBERED.finditer(path):
-        entry = find(message, path[: number.end()])
-        for field in _LABELS:
-            if label := _text(entry, field):
-                found.append((label, f"{path[: number.start()]}[{field}={label}]{path[number.end() :]}"))
-                break
-    return found
+def _is_list(node: object) -> TypeGuard[Sequence[object]]:
+    return isinstance(node, Sequence) and not isinstance(node, str)
 
 
-def _text(entry: object, name: str) -> str:
-    """Return the text in a field; "" if there is none."""
-    with suppress(LookupError):
-        if isinstance(found := find(entry, name), str):
-            return found
-    return ""
+def _name_of_entry(entries: Sequence[object], around: Mapping[str, object], i: int, field: str) -> str:
+    """Return the text in a field of a list entry, or entry i of the list `field` beside it; "" for none."""
+    match around.get(field):
+        case [*names] if len(names) == len(entries):
+            name = names[i]
+        case _:
+            name = (_fields(entries[i]) or {}).get(field)
+    return name if isinstance(name, str) else ""
 
 
 def _splits(path: str) -> Iterator[tuple[str, str]]:
@@ -313,9 +315,9 @@ class RecordTime:
         """The recorder's clock."""
         return RECORDED
 
-    def of(self, message: Received, _content: object) -> object:
-        """Return the time stamp of a message, on the clock."""
-        return getattr(message.message, self.attribute)
+    def of(self, message: Received, _content: object) -> tuple[object, str]:
+        """Return the time stamp of a message, on the clock; "" because it is in no list."""
+        return getattr(message.message, self.attribute), ""
 
 
 @dataclass(frozen=True)
@@ -338,13 +340,13 @@ class Stamp:
         """The clock of the stamps."""
         return clock_named("epoch s" if self.unit is None else self.unit)
 
-    def of(self, _message: Received, content: object) -> object:
-        """Return the time stamp in a message, on the clock; None if it is unset.
+    def of(self, _message: Received, content: object) -> tuple[object, str]:
+        """Return the time stamp in a message, on the clock, None if it is unset; and the entries as in `locate`.
 
         LookupError: the message has no such field. ValueError: the field has no seconds and nanoseconds.
         """
-        found = find(content, self.field)
-        return found if found is None or self.unit is not None else _pair(found)
+        found, entries = locate(content, self.field)
+        return found if found is None or self.unit is not None else _pair(found), entries
 
 
 MessageTime = RecordTime | Stamp
@@ -370,7 +372,8 @@ class Field:
 
     Then `offset` is added, in the new unit (273.15 converts degrees Celsius to kelvins). Examples of a path are
     `pose.position.x`, `joints[2].angle`, and `transforms[child_frame_id=base].transform.translation.x` for the entry of
-    a list that has this name. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a `Stamp` in it.
+    a list that has this name; `position[name=elbow]` is the entry of `position` where the list `name` beside it has
+    `elbow`, as in ROS's JointState. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a `Stamp` in it.
     `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
     scaled too. TypeError, ValueError: as for a `Column`, or topic or time are of another kind.
     """
@@ -447,6 +450,9 @@ def read_mcap(
     return replace(found, signals={name: found[name] for name in signals})
 
 
+_ONE_NUMBER = "; a path leads to one number: position[0] or position[name=elbow] is an entry of a list"
+
+
 def _table(source: str, reading: Reading, messages: Sequence[Received], time: MessageTime) -> Table:
     """Return a table with a row for each message, and None for a missing field.
 
@@ -454,15 +460,16 @@ def _table(source: str, reading: Reading, messages: Sequence[Received], time: Me
     """
     paths = {name: time.field if name == reading.time else name for name in reading.names}
     columns: dict[str, list[object]] = {name: [] for name in paths}
-    missing, frames = {*paths}, dict[str, tuple[str, ...]]()
+    missing, before = {*paths}, dict[str, str]()
     for message in messages:  # one at a time, as a decoded message may be much larger than the values kept
         content = message.content()
         for name, path in paths.items():
             value = None
             try:
-                value = time.of(message, content) if name == reading.time else find(content, name)
+                value, entries = time.of(message, content) if name == reading.time else locate(content, name)
                 missing.discard(name)
-                _refuse_other_frame(path or "", content, frames)
+                if value is not None and (first := before.setdefault(name, entries)) != entries:
+                    raise ValueError(f"is of {entries} here, and was of {first} before; write {first} in its path")
             except LookupError:
                 pass
             except ValueError as error:
@@ -471,20 +478,5 @@ def _table(source: str, reading: Reading, messages: Sequence[Received], time: Me
     if absent := [path for name, path in paths.items() if name in missing]:
         has = ", ".join(leaves(messages[0].content()))
         raise InputError(f"{source}: there is no field {absent[0]!r}; the first message has {has}")
-    return Table(source, [f"message {number}" for number in range(1, len(messages) + 1)], columns, what="field")
-
-
-def _refuse_other_frame(path: str, content: object, frames: dict[str, tuple[str, ...]]) -> None:
-    """Raise ValueError if the index of an entry in a path selects another frame than in earlier messages.
-
-    This may happen on `/tf`, where messages do not all have the same transforms.
-    """
-    if "[" not in path:
-        return
-    found = labels(content, path)
-    named = tuple(label for label, _ in found)
-    if (before := frames.setdefault(path, named)) != named:
-        raise ValueError(
-            f"is of {', '.join(named)} here, and was of {', '.join(before)} before; select it by its name: "
-            f"{found[0][1] if found else path}"
-        )
+    places = [f"message {number}" for number in range(1, len(messages) + 1)]
+    return Table(source, places, columns, what="field", advice=_ONE_NUMBER)
