@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, tzinfo
 from decimal import ROUND_FLOOR, Context, Decimal
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Literal
 
 from trackably.arguments import positive
 
@@ -23,7 +23,8 @@ POINT, COMMA = ".", ","
 DECIMAL_MARKS = (POINT, COMMA)
 _SWAPPED = str.maketrans(".,", ",.")
 
-_BEGINS_AS_DATE = re.compile(r"\s*\d{4}-\d\d-\d\d")
+_BEGINS_AS_DATE = re.compile(r"\s*\d{1,4}([-/.:])\d\d?\1\d\d")  # or as a time of day
+_BY_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _LONGEST = 1000  # most digits, and limit of the decimal exponent: float64 needs less, and `EXACT` keeps all
@@ -41,10 +42,12 @@ def exact(value: object, mark: str | None = None) -> Decimal:
         if mark and _NUMBER.fullmatch(text):
             number = Decimal(text)
         elif _BEGINS_AS_DATE.match(value):
-            hint = ' (dates have the unit "ISO 8601")'
+            hint = ' (dates have the unit "ISO 8601", or DateTimes(format) of trackably.recordings)'
         elif mark and _NUMBER.fullmatch(other):
             given = POINT if mark == COMMA else COMMA
             hint = f' (with layout=CsvLayout(decimal="{given}"), or the option --decimal "{given}", it would be one)'
+        elif _BY_THOUSANDS.fullmatch(text):
+            hint = " (marks between thousands are not read: write it without them)"
     if isinstance(number, int | float | Decimal) and not isinstance(number, bool):
         found = Decimal(number)
         if abs(found.adjusted()) >= _LONGEST or len(found.as_tuple().digits) > _LONGEST:
@@ -82,41 +85,43 @@ _DATE = re.compile(r"\d{4}-?(?:\d\d-?\d\d|W\d\d(?:-?\d)?)(?:$|[T ])", re.ASCII)
 _FRACTION = re.compile(r"[T ]\d\d:?\d\d:?\d\d[.,](\d+)", re.ASCII)
 _WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
 _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
-_TIME = re.compile("%[HIMSpfXcT]")
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
-# strptime takes 1900-01-01 00:00 for what a format leaves out; this probe has another year, month, day and hour.
-_PROBE = datetime(2024, 5, 17, 13, tzinfo=UTC)
+_DAY, _NO_DAY = (2024, 5, 17), (1900, 1, 1)  # the second one is what strptime takes for a date that a format leaves out
+_TIME = (13, 7, 9)
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 
 @dataclass(frozen=True)
 class DateTimes:
-    """Stamps that are dates with a time of day, or dates alone, which mean midnight.
+    """Stamps that are dates with a time of day, dates alone, which mean midnight, or times of day without a date.
 
     They are in ISO 8601, 2024-05-01T12:00:00.25+02:00 or 2024-05-01, or in a `format` of strptime like
     "%d.%m.%Y %H:%M:%S". If the format ends with seconds, a stamp may have a fraction of any length after a point or a
-    comma. Stamps that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00".
+    comma. Stamps that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00". Times of day,
+    "%H:%M:%S", count from midnight.
 
-    ValueError: a format without a complete date, or an invalid zone.
+    ValueError: a format with a part of a date, or with neither date nor time, or an invalid zone.
     """
 
     format: str | None = None
     zone: str = "Z"
-    absolute: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not self.zone.startswith(("Z", "+", "-")) or self._tzinfo is None:
             raise ValueError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
-        if self.format is not None and not _tells_a_date(self._whole):
+        if self._day is None:
             raise ValueError(
-                f"clock: expected a format with day, month and year (and hour), and without the name of a zone, "
-                f"like {_GERMAN}, got {self.format!r}"
+                f"clock: expected a format with day, month and year, or with a time of day from the hour on, and "
+                f"without the name of a zone, like {_GERMAN}, got {self.format!r}"
             )
 
     def seconds(self, stamp: object, _mark: str | None = None) -> Decimal:
-        """Return the time [s] since 1970, UTC, exactly. ValueError: this is no text, or has another format."""
+        """Return the time [s] since 1970, UTC, or since midnight, exactly.
+
+        ValueError: this is no text, or has another format.
+        """
         if not isinstance(stamp, str):
             raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
         try:
@@ -124,8 +129,30 @@ class DateTimes:
         except ValueError:
             raise ValueError(f"expected a stamp like {self._example}, got {stamp!r}{self._hint}") from None
         moment = moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)
-        whole = EXACT.multiply(Decimal((moment - _EPOCH_UTC) // _MICROSECOND), Decimal("1e-6"))
+        zero = _EPOCH_UTC if self.absolute else datetime(*_NO_DAY, tzinfo=moment.tzinfo)
+        whole = EXACT.multiply(Decimal((moment - zero) // _MICROSECOND), Decimal("1e-6"))
         return EXACT.add(whole, Decimal(f"0.{fraction}"))
+
+    @property
+    def absolute(self) -> bool:
+        """Whether stamps count from 1970, and not from midnight."""
+        return self._day == _DAY
+
+    @cached_property
+    def _day(self) -> tuple[int, int, int] | None:
+        """Which of the two days a format reads back as it was written, with a time of day or, for a date, without one.
+
+        A part of the time would be lost without the hour. %Z is refused, because strptime ignores the zone's name.
+        """
+        if self.format is None:
+            return _DAY
+        try:
+            written = datetime(*_DAY, *_TIME, tzinfo=UTC).strftime(self._whole)
+            found = datetime.strptime(written, self._whole).replace(tzinfo=None)
+        except (ValueError, re.error):  # re.error: a directive is repeated
+            return None
+        known = {datetime(*day, *_TIME[:n]): day for day, fewest in ((_DAY, 0), (_NO_DAY, 1)) for n in range(fewest, 4)}
+        return None if "%Z" in self.format else known.get(found)
 
     @cached_property
     def _whole(self) -> str:
@@ -171,19 +198,6 @@ def _read_iso(text: str) -> tuple[datetime, str]:
     if moment.microsecond != int(f"{fraction:0<6.6}"):  # the fraction is not one of seconds
         raise ValueError
     return moment.replace(microsecond=0), fraction
-
-
-def _tells_a_date(format_: str) -> bool:
-    """Whether a date written in this format is read back unchanged.
-
-    A format without a time of day means midnight. %Z is refused, because strptime ignores the zone's name.
-    """
-    try:
-        found = datetime.strptime(_PROBE.strftime(format_), format_)
-    except (ValueError, re.error):  # re.error: a directive is repeated
-        return False
-    expected = _PROBE.replace(tzinfo=None) if _TIME.search(format_) else _PROBE.replace(tzinfo=None, hour=0)
-    return "%Z" not in format_ and found.replace(tzinfo=None) == expected
 
 
 @dataclass(frozen=True)
@@ -243,11 +257,11 @@ def doubt(clock: Clock, first: Decimal) -> str | None:
     count = Context(prec=50).divide(first, clock.length)
     units = {name: other for name, other in CLOCKS.items() if isinstance(other, Ticks) and other.absolute}
     likely = [name for name, other in units.items() if _is_likely(other.seconds(count))]
-    if not likely or (not clock.absolute and units[likely[0]].length != clock.length):
-        return None
+    if not likely or (not clock.absolute and units[likely[0]].length > clock.length):
+        return None  # a count from another zero may well be so small
     unit = likely[0]
     year = 1970 + int(units[unit].seconds(count) / _YEAR)
-    if clock.absolute:
+    if units[unit].length != clock.length:
         return f"time: the first stamp, {count:f}, is far from the present in this unit; is it {unit!r}, of {year}?"
     return (
         f'time: the first stamp, {count:f}, looks like {unit!r} of {year}; with that unit, or with origin="first", '

@@ -31,24 +31,35 @@ from trackably.recordings.tables import (
     refuse_other_kinds,
 )
 
-_UTF8 = ("utf-8", "utf-8-sig")
-_UTF8_MARK = b"\xef\xbb\xbf"
-_UTF16_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF32_LE: "utf-32",  # it begins with the mark of UTF-16
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
+"""Encodings by the byte order marks with which their files begin."""
 
 
 def read_text(path: Path, encoding: str) -> str:
-    """Return the whole text of a file, unpacked if it is a gzip file, without a byte order mark of UTF-8.
+    """Return the whole text of a file, unpacked if it is a gzip file; a byte order mark overrides the `encoding`.
 
-    InputError: it is unreadable, or not in `encoding`.
+    InputError: it is unreadable, or not in this encoding.
     """
     data = _unpack(path, read_bytes(path))
+    refuse_other_kinds(path, data)
+    encoding = next((marked for mark, marked in _MARKS.items() if data.startswith(mark)), encoding)
     try:
-        _refuse_no_text(path, data, encoding)
-        return data.removeprefix(_UTF8_MARK).decode(encoding)
+        has_nul_bytes = codecs.lookup(encoding).name.startswith(("utf-16", "utf-32"))
+        if not has_nul_bytes and (at := data.find(0)) >= 0:
+            raise InputError(
+                f"{path}, line {len(data[: at + 1].splitlines())}: a NUL byte, so this is no text file (unless the "
+                "encoding 'utf-16-le' reads it)"
+            )
+        return data.decode(encoding)
     except LookupError as error:
         raise InputError(f"{path}: expected an encoding like 'utf-8' or 'latin-1', got {encoding!r}") from error
     except UnicodeError as error:
-        hint = "" if _has_nul_bytes(encoding) else "; does the encoding 'latin-1' read it?"
+        hint = "" if has_nul_bytes else "; does the encoding 'latin-1' read it?"
         raise InputError(f"{path}: it is not written in {encoding!r} ({error}){hint}") from error
 
 
@@ -66,30 +77,11 @@ def _unpack(path: Path, data: bytes) -> bytes:
     return found
 
 
-def _refuse_no_text(path: Path, data: bytes, encoding: str) -> None:
-    refuse_other_kinds(path, data)
-    if data.startswith(_UTF8_MARK) and codecs.lookup(encoding).name not in _UTF8:
-        raise InputError(f"{path}: it begins with the mark of UTF-8, so give the encoding 'utf-8', not {encoding!r}")
-    if _has_nul_bytes(encoding):
-        return
-    if data.startswith(_UTF16_MARKS):
-        raise InputError(f"{path}: it begins with the mark of UTF-16, which the encoding 'utf-16' reads")
-    if (at := data.find(0)) >= 0:
-        line = len(data[: at + 1].splitlines())
-        raise InputError(
-            f"{path}, line {line}: a NUL byte, so this is no text file (unless the encoding 'utf-16-le' reads it)"
-        )
-
-
-def _has_nul_bytes(encoding: str) -> bool:
-    return codecs.lookup(encoding).name.startswith(("utf-16", "utf-32"))
-
-
 _NO_HEADER = (
     ": if these are values, the file has no header, and `columns` of the layout names its columns (TUM and KITTI are "
     "such layouts)"
 )
-SEPARATORS = (",", ";", "\t")
+SEPARATORS = (",", ";", "\t", " ")
 _TITLE = 100  # errors hint at a header below a title if it is among this many first lines
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
@@ -98,11 +90,11 @@ MISSING = ("", "-", "na", "n/a", "nan", "null")
 class CsvLayout:
     """The format of a CSV file.
 
-    `separator`: one character; None detects comma, semicolon or tab by the header. `decimal`: the decimal mark, "." or
-    ",". `encoding`: its name in Python. `comment`: lines that start with it are ignored; empty for none. `skip`:
-    numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that mean a missing
-    value, in upper or lower case. `columns`: the names of the columns of a file without a header. TypeError,
-    ValueError: a value is invalid.
+    `separator`: one character; None detects comma, semicolon, tab or spaces by the header. `decimal`: the
+    decimal mark, "." or ",". `encoding`: its name in Python, if the file does not begin with a byte order mark.
+    `comment`: lines that start with it are ignored; empty for none. `skip`: numbers, from 1, of further lines to
+    ignore, such as units below the header. `missing`: texts that mean a missing value, in upper or lower case.
+    `columns`: the names of the columns of a file without a header. TypeError, ValueError: a value is invalid.
     """
 
     separator: str | None = None
@@ -156,6 +148,8 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
             )
         places.append(f"line {line}")
         rows.append(row)
+    while rows and not any(map(str.strip, rows[-1])):  # as spreadsheets may end
+        rows.pop(), places.pop()
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
     missing = {text.casefold() for text in layout.missing}
@@ -174,7 +168,8 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
 def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
     """Return the separator and the names in the header.
 
-    If the layout names no separator, choose the one that gives most wanted names, and among equals most names.
+    If the layout names no separator, choose the one that gives all wanted names, or otherwise most of them, and among
+    equals most names. Names may have spaces, which separate only if that gives all of them, or if nothing else does.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
@@ -186,14 +181,15 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
         raise refused[0]
     if not any(firsts.values()):
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
-    separator = max(firsts, key=lambda separator: (sum(name in firsts[separator] for name in names),
-                                                   len(firsts[separator])))  # fmt: skip
+    wanted_in = {separator: sum(name in cells for name in names) for separator, cells in firsts.items()}
+    is_mark = {separator: separator != " " and len(cells) > 1 for separator, cells in firsts.items()}
+    separator = max(firsts, key=lambda of: (wanted_in[of] == len(names), is_mark[of], wanted_in[of], len(firsts[of])))
     header = [*layout.columns] or firsts[separator]
     for name in header if wanted is None else wanted:
         if name not in header:
             listed, hint = ", ".join(map(repr, header)), ""
             if not layout.columns:
-                is_value = all(name[:1] in {*"+-.0123456789"} for name in header)
+                is_value = all(name[:1] in {*"+-.0123456789", ""} for name in header)
                 hint = _NO_HEADER if is_value else _header_below(path, text, layout, names)
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"

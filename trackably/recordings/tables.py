@@ -67,7 +67,7 @@ def refuse_no_mcap(path: Path, data: bytes) -> None:
     if not data or data.startswith(MCAP):
         return
     refuse_other_kinds(path, data)
-    if data.isascii() and b"\0" not in data:
+    if b"\0" not in data:
         raise InputError(f"{path}: this is a text file, not MCAP: read_csv reads tables")
 
 

@@ -28,7 +28,11 @@ WRITTEN = {
     "separator at the end": ("t,x,\n0,1.5,\n0.1,-2,\n0.25,3e-7,\n", CsvLayout()),
     "comments": ("# a; b; c\nt,x\n0,1.5\n#0.05,7\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
     "lines to skip": ("Device,7\n\nt,x\n[s],[mm]\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(skip=(1, 4))),
-    "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
+    "spaces between": ("t        x\n0 1.5 \n 0.1    -2\n0.25  3e-7\n", CsvLayout()),
+    "empty rows at the end": ("t;x;\n0;1.5;\n0.1;-2;\n0.25;3e-7;\n;;\n; ;\n", CsvLayout()),
+    "mark of UTF-8": (b"\xef\xbb\xbft,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout(encoding="latin-1")),
+    "mark of UTF-16": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-16"), CsvLayout()),
+    "mark of UTF-32": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n".encode("utf-32"), CsvLayout()),
     "Latin-1": ("t,x,größe\n0,1.5,µ\n0.1,-2,µ\n0.25,3e-7,µ\n".encode("latin-1"), CsvLayout(encoding="latin-1")),
 }
 

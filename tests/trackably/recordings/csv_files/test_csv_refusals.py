@@ -31,6 +31,16 @@ REFUSALS = {
         {},
         ", line 2, column 't': expected a finite number, got '2024-05-01T12:00:00.25Z' (dates have",
     ),
+    "thousands": (
+        't,x\n0,"1,000.5"\n',
+        {},
+        ", line 2, column 'x': expected a finite number, got '1,000.5' (marks between thousands are not read",
+    ),
+    "spaces inside of names": (
+        "t [s];x [mm]\n0;1\n",
+        {},
+        ": there is no column 't'; with the separator ';' there are 't [s]', 'x [mm]'",
+    ),
     "too large": ("t,x\n0,1e400\n", {}, ", line 2, column 'x': expected a number that fits a float64, got 1.000e+400"),
     "decimal commas without quotes": (
         "t,x\n0,1,5\n",
@@ -43,7 +53,6 @@ REFUSALS = {
         ", line 3: the row has no time (drop_rows_without_time leaves such rows out)",
     ),
     "Latin-1 as UTF-8": ("t,x,größe\n0,1,2\n".encode("latin-1"), {}, ": it is not written in 'utf-8' ("),
-    "UTF-16 as UTF-8": ("t,x\n0,1\n".encode("utf-16"), {}, ": it begins with the mark of UTF-16, which the encoding "),
     "binary": (b"\x7fELF\n\xff\0\1", {}, ", line 2: a NUL byte, so this is no text file"),
     "Parquet": (b"PAR1\0", {}, ": this is a Parquet file: read_parquet reads it"),
     "unknown encoding": (
