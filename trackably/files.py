@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from math import radians
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -162,7 +163,8 @@ _ENDED = re.compile(r"\n---\s*\Z")
 def from_yaml(data: bytes) -> object:
     """Parse YAML. ValueError: `data` is not YAML, or is nested too deeply, or has too many values.
 
-    A part counts again for each alias that refers to it. ModuleNotFoundError: ruamel.yaml is not installed.
+    A part counts again for each alias that refers to it. Numbers with the tag !degrees, as robot descriptions of ROS
+    have them, become radians. ModuleNotFoundError: ruamel.yaml is not installed.
     """
     from ruamel.yaml import YAML  # noqa: PLC0415  an extra
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
@@ -170,7 +172,9 @@ def from_yaml(data: bytes) -> object:
     try:
         text = _ENDED.sub("\n", data.decode())
         _require_small(YAML(typ="safe", pure=True).parse(text))
-        content: object = YAML(typ="safe", pure=True).load(text)
+        yaml = YAML(typ="safe", pure=True)
+        yaml.constructor.add_constructor("!degrees", lambda of, node: radians(float(of.construct_scalar(node))))
+        content: object = yaml.load(text)
     except (YAMLError, ValueError) as error:
         said = str(error).partition("To suppress this check")[0]
         raise ValueError(f"is not YAML: {' '.join(said.split())}") from error

@@ -3,9 +3,10 @@
 FILE holds a system with its sets, in the form of params.yaml, and TABLE has a row for each step or time.
 """
 
+import re
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from trackably.given.certify import CertifiedReference, certify
 from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.gp.samples import Samples
 from trackably.progress import progress_bar
+from trackably.recordings import tables
+from trackably.recordings.clocks import CLOCKS, Ticks
 from trackably.recordings.csv_file import CsvLayout, csv_table
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
@@ -101,33 +104,42 @@ def _content(path: Path) -> object:
         raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
 
 
-_SCALES = {"t": 1.0, "time": 1.0, "k": None, "step": None}
-"""Columns of times, with their unit [s]; None for steps, whose unit is the sampling time."""
+_TIMES, _STEPS = ("t", "time"), ("k", "step")
+_LENGTHS = {name: float(unit.length) for name, unit in CLOCKS.items() if isinstance(unit, Ticks)}
+_HEADING = re.compile(r"([^\[(]+?)\s*(?:[\[(](.*)[\])])?")
 
 _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a file by their headings, without units in brackets; NaN for an empty cell.
+    """The columns of a file: `cells`, and by the name of a column its heading and the unit in it, in brackets."""
 
-    `places` name the rows, for example "line 2".
-    """
+    cells: tables.Table
+    headings: Mapping[str, tuple[str, str]]
 
-    values: dict[str, Array]
-    places: Sequence[str]
+    def __getitem__(self, name: str) -> Array:
+        """Return the numbers of a column, NaN for an empty cell. InputError: a cell is no number."""
+        return self.cells.numbers(self.headings[name][0])
 
     def times(self, sampling_time: float) -> Array:
-        """Return the times of the rows [s]. ValueError: there is no column of steps or times."""
-        for name, scale in _SCALES.items():
-            if name in self.values:
-                return self.values[name] * (scale or sampling_time)
-        raise ValueError(f"expected a column named k or step, or t or time; the columns are {', '.join(self.values)}")
+        """Return the times of the rows [s].
+
+        ValueError: there is no column of steps or times, or its unit is unknown.
+        """
+        for name in filter(self.headings.__contains__, (*_TIMES, *_STEPS)):
+            heading, unit = self.headings[name]
+            if name in _STEPS:
+                return self[name] * sampling_time
+            if unit not in _LENGTHS:
+                raise ValueError(f"{heading}: expected a unit of time, one of {', '.join(_LENGTHS)}, got {unit!r}")
+            return self.cells.numbers(heading, _LENGTHS[unit])
+        raise ValueError(f"expected a column named k or step, or t or time; the columns are {', '.join(self.headings)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:
         """Return states and inputs at the steps. ValueError: a column is missing, or a time is no step."""
         system = plant.system
-        if missing := [name for name in (*system.states, *system.inputs) if name not in self.values]:
+        if missing := [name for name in (*system.states, *system.inputs) if name not in self.headings]:
             raise ValueError(
                 f"there is no column {missing[0]}: a table at the steps has a column for each state and input; for "
                 "curves of some states only, give an --interpolation"
@@ -139,12 +151,10 @@ class Columns:
             i = wrong[0]
             before = f" after {steps[i - 1]:.9g}" if i else ""
             raise ValueError(
-                f"{self.places[i]}: rows must be successive steps, k or t = k T with "
+                f"{self.cells.places[i]}: rows must be successive steps, k or t = k T with "
                 f"T = {plant.sampling_time:g} s, got the step {steps[i]:.9g}{before}"
             )
-        states, inputs = (
-            np.stack([self.values[name] for name in names], axis=1) for names in (system.states, system.inputs)
-        )
+        states, inputs = (np.stack([self[name] for name in names], axis=1) for names in (system.states, system.inputs))
         if len(inputs) > 1 and np.all(np.isnan(inputs[-1])):
             inputs = inputs[:-1]
         return Table(states, inputs, int(whole[0]))
@@ -152,16 +162,16 @@ class Columns:
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
         """Return samples of the flat outputs, by state, from the columns of the file. ValueError: there are none."""
         shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
-        found = [name for names in shown if (name := next((name for name in names if name in self.values), None))]
+        found = [name for names in shown if (name := next((name for name in names if name in self.headings), None))]
         times = self.times(plant.sampling_time)
         if not found:
             wanted = " or ".join(name for names in shown for name in names)
-            raise ValueError(f"no column shows a flat output; expected {wanted}, got {', '.join(self.values)}")
-        return {name: Samples(times, self.values[name]) for name in found}
+            raise ValueError(f"no column shows a flat output; expected {wanted}, got {', '.join(self.headings)}")
+        return {name: Samples(times, self[name]) for name in found}
 
 
 def read_columns(path: Path, decimal: str = ".") -> Columns:
-    """Read a CSV file with a header, with commas, semicolons or tabs between cells; `decimal` is the mark in numbers.
+    """Read a CSV file with a header, separated as `CsvLayout` detects; `decimal` is the mark in numbers.
 
     InputError: it cannot be read, or has no such form.
     """
@@ -169,8 +179,11 @@ def read_columns(path: Path, decimal: str = ".") -> Columns:
     filled = [i for i, row in enumerate(zip(*table.columns.values(), strict=True)) if any(row)]
     if len(filled) < 2:
         raise InputError(f"{path}: expected a header and two rows at least, got {len(filled)} rows that are not empty")
-    heads = [head.partition("[")[0].strip() for head in table.columns]
-    if twice := [head for i, head in enumerate(heads) if head in heads[:i]]:
-        raise InputError(f"{path}: expected a header of different names, but {twice[0]!r} is there twice")
-    table = replace(table.part(filled), advice="")  # users of the command cannot change the layout
-    return Columns(dict(zip(heads, map(table.numbers, table.columns), strict=True)), table.places)
+    headings = dict[str, tuple[str, str]]()
+    for heading in table.columns:
+        match = _HEADING.fullmatch(heading)
+        name, unit = match.groups("s") if match else (heading, "s")
+        if name in headings:
+            raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")
+        headings[name] = heading, unit.strip()
+    return Columns(replace(table.part(filled), advice=""), headings)  # users of the command cannot change the layout

@@ -56,6 +56,13 @@ def test_what_is_proved(folder, capsys, system):
     assert main(["check", "proof.json"]) == 0
 
 
+def test_times_are_in_the_unit_of_their_heading_and_notes_are_not_read(folder, capsys):
+    rows = [f"{50 * k} {x},seen" for k, x in enumerate(np.linspace(0, 0.1, 30))]
+    (folder / "ms.csv").write_text("time (ms),position [m],note\n" + "\n".join(rows).replace(" ", ",") + "\n")
+    code, text = said(capsys, "ms.csv", "--system", "system.json", "--interpolation", "linear")
+    assert (code, "proved for all real t from 0 s to 1.45 s" in text) == (0, True)
+
+
 def test_decimal_commas_are_read_if_asked_for(folder, capsys):
     (folder / "comma.csv").write_text((folder / "table.csv").read_text().replace(",", ";").replace(".", ","))
     code, text = said(capsys, "comma.csv", "--system", "system.json")
@@ -92,6 +99,7 @@ UNUSABLE = {
     "a word": (HEAD + "0,0,0,0\n1,0,fast,0\n", {}, "bad.csv, line 3, column 'velocity': expected a finite number"),
     "no input": ("k;position;velocity\n0;0;0\n1;0;0\n", {}, "bad.csv: there is no column force"),
     "a column twice": (STILL.replace("velocity", "position [mm]"), {}, "but 'position' is there twice"),
+    "an odd unit": (STILL.replace("k,", "t [fortnights],"), {}, "expected a unit of time, one of s, ms"),
     "half a set": (STILL, {"input_set": {"lower": [0]}}, "bad.json: input_set: expected lower with upper"),
     "no JSON": (STILL, None, "bad.json: expected JSON, got "),
     "no file": (None, {}, "bad.csv: there is no such file"),

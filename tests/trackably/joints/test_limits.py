@@ -32,7 +32,7 @@ CONTROL = """
 /**:
   ros__parameters:
     joint_limits:
-      wheel: {angle_wraparound: true, has_velocity_limits: true, max_velocity: 4.0, has_acceleration_limits: true,
+      wheel: {angle_wraparound: true, has_velocity_limits: true, max_velocity: !degrees 180.0, has_acceleration_limits: true,
         max_acceleration: 5.0, has_deceleration_limits: true, max_deceleration: 2.5, has_soft_limits: true}
 """
 
@@ -59,6 +59,7 @@ def test_joint_limits_are_read_as_moveit_and_ros2_control_write_them(tmp_path):
     assert joints.position[1].tolist() == [-1.0, 2.0]
     wheel = Joints.from_joint_limits_yaml(file(tmp_path, "control.yaml", CONTROL))
     assert wheel.continuous == {"wheel"}
+    assert wheel.velocity.tolist() == [[-np.pi, np.pi]]
     assert wheel.acceleration.tolist() == [[-2.5, 2.5]]
 
 
