@@ -289,30 +289,28 @@ def _jump(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
 
 
 def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
-    """Return the violation of a derivative's limits on a piece; None if there is none."""
+    """Return the violation of a derivative's limits on a piece; None if there is none.
+
+    It is looked for at the ends of the piece, at extremes and where limits are reached. It begins at the first of these
+    times after which the derivative is outside. If rounding hides that one, it begins where it is surely outside.
+    """
     limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
     assert limit is not None, "only derivatives with limits are undecided"
     exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
     h = float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
     curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # a rest has no width
-    times = [0.0, *_times_at(curve.derivative(), 0.0).tolist(), h]
-    by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times)
+    times = np.sort([0.0, *_times_at(curve.derivative(), 0.0), *(s for end in limit for s in _times_at(curve, end)), h])
+    by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times.tolist())
     if by <= 0:
         return None
-    begins, place = t + _begins(curve, limit, h, since), {"joint": j, "order": r, "piece": i, "since": since}
-    return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, begins, t + since, _below(by), False, place)
-
-
-def _begins(curve: PPoly, limit: tuple[float, float], h: float, since: float) -> float:
-    """Return the first time, since the start of a piece of width h [s], at which it is outside of its limit.
-
-    If rounding hides that time, return `since`, a time at which it is outside for certain.
-    """
-    ends = np.sort([0.0, h, *(t for end in limit for t in _times_at(curve, end))])
-    between = curve((ends[:-1] + ends[1:]) / 2)
+    between = curve((times[:-1] + times[1:]) / 2)
     outside = np.flatnonzero((between < limit[0]) | (between > limit[1]))
-    return float(ends[outside[0]] if len(outside) else since)
+    begins, place = (
+        float(times[outside[0]] if len(outside) else since),
+        {"joint": j, "order": r, "piece": i, "since": since},
+    )
+    return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t + begins, t + since, _below(by), False, place)
 
 
 def _below(by: Fraction) -> float:

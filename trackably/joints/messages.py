@@ -31,10 +31,9 @@ def read_joint_trajectory(
 
     In an MCAP file, it is the message with the number `message`, from 0, on the `topic`, which may be left out if the
     file has only one. Times count from the message's start. The degree of a piece depends on the fields that both its
-    points have; see `JointTrajectory.through` for this and for `upsampled`. Points without positions are integrated by
-    the trapezoidal rule from the point before, as `Trajectory::deduce_from_derivatives` does (in the file and commit
-    named there). If the first point is later than the message's start, the controller first moves there from the
-    joints' actual positions, which are unknown here: that piece is left out.
+    points have; see `JointTrajectory.through` for this and for `upsampled`. Points without positions are refused, as
+    the controller refuses them by default. If the first point is later than the message's start, the controller first
+    moves there from the joints' actual positions, which are unknown here: that piece is left out.
 
     InputError: the file cannot be read, has no such message, or its points do not fit its joints. ValueError: the name
     of the file has another suffix.
@@ -57,42 +56,20 @@ A field that the message leaves out is empty.
 """
 
 
-def _deduce(before: list[Array], fields: list[Array], h: float) -> tuple[list[Array], list[Array]]:
-    """Return the fields of two points, `before` and h [s] later; missing positions of the later one are integrated.
-
-    Velocities and accelerations of the first point that are needed for this, but missing, are set to zero.
-    """
-    position, reached, acceleration = fields
-    if position.size:
-        return before, fields
-    q, v, a = before
-    v = v if v.size else np.zeros(q.size)
-    if not reached.size:
-        if not acceleration.size:
-            raise ValueError("a point has neither positions nor anything to integrate (velocities or accelerations)")
-        a = a if a.size else np.zeros(q.size)
-        reached = v + (a + acceleration) * 0.5 * h
-    return [q, v, a], [q + (v + reached) * 0.5 * h, reached, acceleration]
-
-
 def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: bool) -> JointTrajectory:
     """Return the pieces between the points."""
     if len(points) < 2:
         raise ValueError(
             "two points at least are needed, as a message does not say where the joints are before its first point"
         )
-    before = points[0][1]
-    if not before[0].size:
-        raise ValueError("points[0]: expected positions, got none")
     times = [time / _NANOSECONDS for time, _ in points]
     if upsampled and all([field.size > 0 for field in fields] == [True, False, False] for _, fields in points):
         return JointTrajectory.through(times, [fields[0] for _, fields in points], names=joints, upsampled=True)
     parts = []
-    for i, ((begun, _), (time, fields)) in enumerate(pairwise(points)):
-        first, before = _deduce(before, fields, (time - begun) / _NANOSECONDS)
+    for i, ((_, first), (_, second)) in enumerate(pairwise(points)):
         q, v, a = (np.stack(both) if all(one.size for one in both) else None
-                   for both in zip(first, before, strict=True))  # fmt: skip
-        assert q is not None, "deduced"
+                   for both in zip(first, second, strict=True))  # fmt: skip
+        assert q is not None, "all points have positions"
         parts.append(JointTrajectory.through(times[i : i + 2], q, v, a, joints).coefficients)
     return JointTrajectory(joints, times, join(parts, 1))
 
@@ -139,6 +116,8 @@ def _point(what: str, point: Any, count: int) -> Point:
         of = numbers(f"{what}: {name}", [] if given is None else [*given])
         if of.shape not in ((count,), (0,)) or not np.all(np.isfinite(of)):
             raise ValueError(f"{what}: {name} must be {count} finite numbers, or none at all")
+        if not fields and not of.size:
+            raise ValueError(f"{what}: expected positions, got none, which the controller refuses by default, too")
         fields.append(of)
     return time, fields
 

@@ -32,8 +32,9 @@ CONTROL = """
 /**:
   ros__parameters:
     joint_limits:
-      wheel: {angle_wraparound: true, has_velocity_limits: true, max_velocity: !degrees 180.0, has_acceleration_limits: true,
-        max_acceleration: 5.0, has_deceleration_limits: true, max_deceleration: 2.5, has_soft_limits: true}
+      wheel: {angle_wraparound: true, has_velocity_limits: true, max_velocity: !degrees 180.0,
+        has_acceleration_limits: true, max_acceleration: 5.0, has_deceleration_limits: true, max_deceleration: 2.5,
+        has_soft_limits: true}
 """
 
 
