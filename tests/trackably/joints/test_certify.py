@@ -103,29 +103,25 @@ def test_a_repair_that_cannot_be_is_unproved():
     assert "0 s" in late.explanation
 
 
-def test_limits_of_a_derivative_are_broken_where_the_one_below_jumps():
-    linear = JointTrajectory.through(T, np.sin(T)[:, None])
-    assert isinstance(certify_joints(linear, Joints(velocity=1.0, names=linear.names)), CertifiedTrajectory)
-    found = certify_joints(linear, Joints(velocity=1.0, acceleration=1e9, names=linear.names))
-    assert isinstance(found, BrokenLimits)
-    assert (found.first.order, found.first.jumps, found.first.time) == ("velocity", True, 0.25)
-    assert isinstance(stretch_joints(linear, Joints(acceleration=1e9, names=linear.names)), BrokenLimits)
+LINEAR = JointTrajectory.through(T, np.sin(T)[:, None])
+HAND = JointTrajectory.through(T, np.column_stack([np.sin(T), 0.1 * T]), names=["gripper", "arm"], rests=False)
+OF_HAND = {"velocity": {"gripper": 2.0}, "acceleration": {"arm": 1.0}}
+MOVING = JointTrajectory.of(CubicSpline(T, np.sin(T)[:, None]))
+JUMPS = {
+    "no limit above the velocity": (LINEAR, {"velocity": 1.0}, []),
+    "a limit above the velocity": (LINEAR, {"velocity": 1.0, "acceleration": 1e9}, [("q1", "velocity", 0.25)]),
+    "of a joint without a limit above": (HAND, OF_HAND, []),
+    "of a joint with a limit far above": (HAND, OF_HAND | {"jerk": {"gripper": 1.0}}, [("gripper", "velocity", 0.25)]),
+    "to rest at the end": (MOVING, {"acceleration": 2.0}, [("q1", "velocity", 2.0)]),
+    "no rest at the end": (JointTrajectory.of(MOVING, rests=False), {"acceleration": 2.0}, []),
+}
 
 
-def test_a_joint_may_jump_in_what_it_has_no_limits_of():
-    positions = np.column_stack([np.sin(T), 0.1 * T])
-    given = JointTrajectory.through(T, positions, names=["gripper", "arm"], rests=False)
-    limits = {"velocity": {"gripper": 2.0}, "acceleration": {"arm": 1.0}}
-    assert isinstance(certify_joints(given, Joints(**limits)), CertifiedTrajectory)
-    found = certify_joints(given, Joints(**{**limits, "jerk": {"gripper": 1.0}}))
-    assert isinstance(found, BrokenLimits)
-    assert [(each.joint, each.order) for each in found.broken] == [("gripper", "velocity")]
-
-
-def test_the_end_counts_where_it_rests():
-    spline = CubicSpline(T, np.sin(T)[:, None])
-    joints = Joints(acceleration=2.0, names=["q1"])
-    found = certify_joints(spline, joints)
-    assert isinstance(found, BrokenLimits)
-    assert (found.first.order, found.first.time) == ("velocity", 2.0)
-    assert isinstance(certify_joints(JointTrajectory.of(spline, rests=False), joints), CertifiedTrajectory)
+@pytest.mark.parametrize("name", JUMPS)
+def test_a_derivative_may_jump_only_where_a_joint_has_no_limit_above_it(name):
+    given, limits, wanted = JUMPS[name]
+    joints = Joints(names=given.names, **limits)
+    found = certify_joints(given, joints)
+    assert isinstance(found, BrokenLimits if wanted else CertifiedTrajectory)
+    assert [(each.joint, each.order, each.time) for each in getattr(found, "broken", []) if each.jumps] == wanted
+    assert isinstance(stretch_joints(given, joints), type(found)), "slowing down does not help"

@@ -42,20 +42,22 @@ def test_splines_of_several_columns_are_read(name):
         np.testing.assert_allclose(found(FINE, order), wanted, atol=1e-9 * 10**order)
 
 
-@pytest.mark.parametrize("fields", [[Q], [Q, V], [Q, V, A]], ids=["linear", "cubic", "quintic"])
-def test_points_are_met_with_all_that_both_ends_have(fields):
-    found = JointTrajectory.through(T, *fields)
-    assert found.degree == 2 * len(fields) - 1
-    np.testing.assert_allclose(found(FINE), BPoly.from_derivatives(T, np.stack(fields, axis=1))(FINE), atol=1e-12)
+POINTS = {"linear": [Q], "cubic": [Q, V], "quintic": [Q, V, A]}
+as_points = pytest.mark.parametrize("fields", POINTS.values(), ids=POINTS)
 
 
-def test_positions_alone_are_upsampled_by_the_spline_at_rest():
-    found = JointTrajectory.through(T, Q, upsampled=True)
-    np.testing.assert_allclose(found(FINE), CubicSpline(T, Q, bc_type="clamped")(FINE), atol=1e-12)
+@as_points
+@pytest.mark.parametrize("upsampled", [False, True])
+def test_points_are_met_with_all_that_both_ends_have(fields, upsampled):
+    """Positions alone are upsampled, if asked for, by the spline that begins and ends at rest."""
+    found = JointTrajectory.through(T, *fields, upsampled=upsampled)
+    used = [Q, CubicSpline(T, Q, bc_type="clamped")(T, 1)] if upsampled and len(fields) == 1 else fields
+    assert found.degree == 2 * len(used) - 1
+    np.testing.assert_allclose(found(FINE), BPoly.from_derivatives(T, np.stack(used, axis=1))(FINE), atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["arm.yaml", "arm.mcap"])
-@pytest.mark.parametrize("fields", [[Q], [Q, V], [Q, V, A]], ids=["linear", "cubic", "quintic"])
+@as_points
 def test_messages_come_back(name, fields, tmp_path):
     given = JointTrajectory.through(T, *fields, names=["a", "b"])
     found = read_joint_trajectory(write_joint_trajectory(given, tmp_path / name))

@@ -1,4 +1,4 @@
-"""A date keeps every digit, in whichever format and zone it stands."""
+"""A stamp keeps every digit, in whichever unit, format and zone it stands."""
 
 import re
 from datetime import UTC, datetime, timedelta
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.recordings import DateTimes
+from trackably.recordings import CLOCKS, DateTimes, frames
 
 DATES = {
     "1970-01-01T00:00:00Z": "0",
@@ -26,7 +26,7 @@ NO_DATES = [
     *("2024-05-01T12:30.5Z", "2024-05-01.5", "2024-05-01_12:00:00.5", "1712121211200"),
 ]
 
-FORMATTED = [
+OTHERS = [
     (DateTimes("%d.%m.%Y %H:%M:%S.%f"), "14.11.2023 22:13:20", "1700000000"),
     (DateTimes("%d.%m.%Y %H:%M:%S %z", "+05:00"), "14.11.2023 23:13:20 +0100", "1700000000"),
     (DateTimes("%d.%m.%Y %H:%M:%S.%f %z"), "14.11.2023 23:13:20.250001 +0100", "1700000000.250001"),
@@ -35,6 +35,10 @@ FORMATTED = [
     (DateTimes(zone="+01:00"), "2023-11-14T23:13:20.5", "1700000000.5"),
     (DateTimes("%H:%M:%S", "+01:00"), "12:00:00,1234567890", "43200.123456789"),
     (DateTimes("%I:%M %p"), "01:30 PM", "48600"),
+    (CLOCKS["h"], "0,5", "1800"),
+    (CLOCKS["min"], "0,5", "30"),
+    (CLOCKS["µs"], "1700000000,000000001", "1700.000000000000001"),
+    (frames(8), "3", "0.375"),
 ]
 
 
@@ -52,10 +56,10 @@ def test_no_dates(text):
     assert "(trackably.recordings.DateTimes(" in str(no.value)
 
 
-@pytest.mark.parametrize(("clock", "text", "seconds"), FORMATTED)
-def test_dates_in_a_format(clock, text, seconds):
-    assert clock.seconds(text) == Decimal(seconds)
-    assert clock.absolute == (clock.format is None or "%d" in clock.format)
+@pytest.mark.parametrize(("clock", "text", "seconds"), OTHERS)
+def test_other_clocks(clock, text, seconds):
+    assert clock.seconds(text, ",") == Decimal(seconds)
+    assert clock.absolute == (Decimal(seconds) > 1e9)
 
 
 @given(

@@ -41,14 +41,6 @@ def test_refused(name):
 EPOCH = ["1700000000.000000001", "1700000000.100000001", "1700000000.300000002"]
 
 
-def test_the_origin_is_the_first_sample_exactly():
-    recording = record(rows(["0", *EPOCH], x=[NAN, 1, 2, 3]), absolute=True)
-    assert recording.origin == 1700000000_000000001
-    assert recording["x"].times.tolist() == [0.0, 0.1, 0.300000001]
-    for time, stamp in zip(recording["x"].times.tolist(), EPOCH, strict=True):
-        assert recording.origin + round(time * 1e9) == int(Decimal(stamp) * 10**9)
-
-
 def test_several_tables_have_one_origin():
     other = Rows("b", ["message 1"], [Decimal("1699999999")], {"y": np.array([7.0])})
     recording = recording_from_rows([rows(EPOCH, x=[1, 2, 3]), other], True, (), None)

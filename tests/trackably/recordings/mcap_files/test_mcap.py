@@ -3,16 +3,18 @@
 import json
 
 import pytest
-from hypothesis import strategies as st
 from mcap.writer import CompressionType
 
 from tests.trackably.recordings.mcap_files.writers import START, STATES, TOPIC, WRITERS, write_plain
+from trackably.errors import InputError
 from trackably.recordings import Finding
 from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, Field, Stamp, read_mcap
 
-FLOATS = st.floats(allow_nan=False, allow_infinity=False)
-STAMP = Stamp("stamp")
-each_encoding = pytest.mark.parametrize("write", WRITERS.values(), ids=WRITERS)
+HOW = {
+    "stamp": (Stamp("stamp"), CompressionType.ZSTD),
+    "log_time": (LOG_TIME, CompressionType.LZ4),
+    "publish_time": (PUBLISH_TIME, CompressionType.NONE),
+}
 
 
 @pytest.fixture
@@ -20,50 +22,36 @@ def path(tmp_path):
     return tmp_path / "some.mcap"
 
 
-def read(path, field, time=LOG_TIME, **options):
-    return read_mcap(path, {"x": Field(TOPIC, field, time=time)}, **options)
-
-
-@each_encoding
-@pytest.mark.parametrize("compression", CompressionType)
-def test_every_encoding_and_compression(path, write, compression):
+@pytest.mark.parametrize("write", WRITERS.values(), ids=WRITERS)
+@pytest.mark.parametrize("of", HOW)
+def test_every_encoding_compression_and_time(path, write, of):
+    time, compression = HOW[of]
     write(path, STATES, compression)
     recording = read_mcap(
         path,
         {
-            "angle": Field(TOPIC, "joints[1].angle", time=STAMP, offset=1),
-            "y": Field(TOPIC, "position.y", time=STAMP),
-            "effort": Field(TOPIC, "effort", scale=-2, time=STAMP, noise_std="std"),
+            "angle": Field(TOPIC, "joints[1].angle", time=time, offset=1),
+            "y": Field(TOPIC, "position.y", time=time),
+            "effort": Field(TOPIC, "effort", scale=-2, time=time, noise_std="std"),
         },
     )
-    assert recording.origin == START
+    assert recording.origin == getattr(STATES[0], of)
     expected = {
-        "angle": [(s.stamp, s.angles[1] + 1, 1.0) for s in STATES],
-        "y": [(s.stamp, 0.0, 1.0) for s in STATES],
-        "effort": [(s.stamp, -2 * s.effort, 2 * s.std) for s in STATES if s.effort is not None],
+        "angle": [(s, s.angles[1] + 1, 1.0) for s in STATES],
+        "y": [(s, 0.0, 1.0) for s in STATES],
+        "effort": [(s, -2 * s.effort, 2 * s.std) for s in STATES if s.effort is not None],
     }
     assert list(recording.signals) == [*expected]
-    for name, of in recording.signals.items():
-        found = zip(of.times.tolist(), of.values.tolist(), of.relative_noise.tolist(), strict=True)
-        assert [*found] == [((stamp - START) / 10**9, *values) for stamp, *values in expected[name]]
+    for name, signal in recording.signals.items():
+        found = zip(signal.times.tolist(), signal.values.tolist(), signal.relative_noise.tolist(), strict=True)
+        assert [*found] == [((getattr(s, of) - recording.origin) / 10**9, *values) for s, *values in expected[name]]
     (cleaning,) = recording.cleanings
     assert (cleaning.source, cleaning.rows) == (f"{path}, {TOPIC}", len(STATES))
     assert cleaning.findings == (Finding("no value of effort", 1, "message 4"),)
 
 
-@each_encoding
-@pytest.mark.parametrize(
-    ("time", "of"), [(LOG_TIME, "log_time"), (PUBLISH_TIME, "publish_time"), (STAMP, "stamp")], ids=str
-)
-def test_every_time(path, write, time, of):
-    write(path, STATES, CompressionType.ZSTD)
-    stamps = [getattr(s, of) for s in STATES]
-    recording = read(path, "position.x", time)
-    assert recording.origin == stamps[0]
-    assert recording["x"].times.tolist() == [(stamp - stamps[0]) / 10**9 for stamp in stamps]
-    stated = read(path, "position.x", time, origin=START - 1)
-    assert stated.origin == START - 1
-    assert stated["x"].times.tolist() == [(stamp - START + 1) / 10**9 for stamp in stamps]
+def read(path, field, time=LOG_TIME):
+    return read_mcap(path, {"x": Field(TOPIC, field, time=time)})
 
 
 def written(path, *messages):
@@ -90,3 +78,32 @@ def test_stamps_in_json_keep_every_digit(path):
     write_plain(path, [f'{{"t": 1700000000.00000000{k}, "x": 1}}'.encode() for k in (1, 2)])
     recording = read(path, "x", Stamp("t", "epoch s"))
     assert (recording.origin, recording["x"].times.tolist()) == (START, [0.0, 1e-9])
+
+
+JOINTS = [{"elbow": 0.1, "wrist": 7}, {"wrist": 7, "elbow": 0.2}, {"gripper": 9}, {"elbow": 0.3}]
+LISTS = {
+    "a name in each entry, as in /tf": (
+        [{"transforms": [{"child_frame_id": name, "x": x} for name, x in of.items()]} for of in JOINTS],
+        "transforms[child_frame_id=elbow].x",
+        "transforms[0].x",
+    ),
+    "a list of names beside, as in /joint_states": (
+        [{"name": [*of], "position": [*of.values()]} for of in JOINTS],
+        "position[name=elbow]",
+        "position[0]",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LISTS)
+def test_an_entry_of_a_list_is_taken_by_its_name_and_a_number_that_means_another_one_later_is_refused(path, name):
+    messages, by_name, by_number = LISTS[name]
+    assert read(written(path, *messages), by_name)["x"].values.tolist() == [0.1, 0.2, 0.3]
+    with pytest.raises(
+        InputError, match=r"message 2, .* is of \[.*=wrist\] here, and was of \[.*=elbow\] before; write"
+    ):
+        read(path, by_number)
+    with pytest.raises(
+        InputError, match=r"expected a finite number, got \[.*; a path leads to one number: position\[0\]"
+    ):
+        read(path, by_name.partition("[")[0])
