@@ -48,19 +48,20 @@ STATES = tuple(_state(k) for k in range(6))
 WriteFile = Callable[[Path, Sequence[State], CompressionType], None]
 
 
+def fields(s: State, nanoseconds: str) -> dict[str, Any]:
+    """All fields that have a value in each message; stamps in seconds and nanoseconds, under this name."""
+    return {
+        "stamp": {"sec": s.stamp // 10**9, nanoseconds: s.stamp % 10**9},
+        "position": {"x": s.x, "y": 0.0},
+        "joints": [{"angle": angle} for angle in s.angles],
+        "std": s.std,
+        "name": "axis",
+    }
+
+
 def write_json(path: Path, states: Sequence[State], compression: CompressionType) -> None:
     """As Foxglove writes JSON, with a key that is absent where there is no value."""
-    messages = [
-        {
-            "stamp": {"sec": s.stamp // 10**9, "nsec": s.stamp % 10**9},
-            "position": {"x": s.x, "y": 0},
-            "joints": [{"angle": angle} for angle in s.angles],
-            **({} if s.effort is None else {"effort": s.effort}),
-            "std": s.std,
-            "name": "axis",
-        }
-        for s in states
-    ]
+    messages = [fields(s, "nsec") | ({} if s.effort is None else {"effort": s.effort}) for s in states]
     write_plain(path, [json.dumps(message).encode() for message in messages], states, compression=compression)
 
 
@@ -169,14 +170,7 @@ def write_ros2(path: Path, states: Sequence[State], compression: CompressionType
     with path.open("wb") as file, Ros2Writer(file, chunk_size=200, compression=compression) as writer:
         schema = writer.register_msgdef("robot/msg/State", ROS2)
         for s in states:
-            message = {
-                "stamp": {"sec": s.stamp // 10**9, "nanosec": s.stamp % 10**9},
-                "position": {"x": s.x, "y": 0.0},
-                "joints": [{"angle": angle} for angle in s.angles],
-                "effort": float("nan") if s.effort is None else s.effort,
-                "std": s.std,
-                "name": "axis",
-            }
+            message = fields(s, "nanosec") | {"effort": float("nan") if s.effort is None else s.effort}
             writer.write_message(TOPIC, schema, message, s.log_time, s.publish_time)
 
 
