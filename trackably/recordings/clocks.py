@@ -5,8 +5,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, tzinfo
-from decimal import ROUND_FLOOR, Context, Decimal
-from functools import cached_property
+from decimal import ROUND_FLOOR, Context, Decimal, Inexact, Overflow, Subnormal
+from functools import cached_property, lru_cache
 from typing import Literal
 
 from trackably.arguments import positive
@@ -28,6 +28,7 @@ _BY_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
 _LONGEST = 1000  # most digits, and limit of the decimal exponent: float64 needs less, and `EXACT` keeps all
+_READ = Context(prec=_LONGEST, Emin=1 - _LONGEST, Emax=_LONGEST - 1, traps=[Inexact, Overflow, Subnormal])
 
 
 def exact(value: object, mark: str | None = None) -> Decimal:
@@ -37,24 +38,30 @@ def exact(value: object, mark: str | None = None) -> Decimal:
     """
     number, hint = value, ""
     if isinstance(value, str):
-        text, swapped = value.strip(), value.strip().translate(_SWAPPED)
-        text, other = (swapped, text) if mark == COMMA else (text, swapped)
-        if mark and _NUMBER.fullmatch(text):
-            number = Decimal(text)
-        elif _BEGINS_AS_DATE.match(value):
-            hint = ' (dates have the unit "ISO 8601", or DateTimes(format) of trackably.recordings)'
-        elif mark and _NUMBER.fullmatch(other):
-            given = POINT if mark == COMMA else COMMA
-            hint = f' (with layout=CsvLayout(decimal="{given}"), or the option --decimal "{given}", it would be one)'
-        elif _BY_THOUSANDS.fullmatch(text):
-            hint = " (marks between thousands are not read: write it without them)"
-    if isinstance(number, int | float | Decimal) and not isinstance(number, bool):
-        found = Decimal(number)
-        if abs(found.adjusted()) >= _LONGEST or len(found.as_tuple().digits) > _LONGEST:
-            hint = f" of more than {_LONGEST} digits"
-        elif found.is_finite():
-            return found
+        text = value.strip().translate(_SWAPPED) if mark == COMMA else value.strip()
+        number = text if mark and _NUMBER.fullmatch(text) else None
+    try:
+        if isinstance(number, str | int | float | Decimal) and not isinstance(number, bool):
+            found = _READ.create_decimal(number)
+            if found.is_finite():
+                return found
+        elif isinstance(value, str):
+            hint = _what_it_may_be(value, text, mark)
+    except (Inexact, Overflow, Subnormal):
+        hint = f" of more than {_LONGEST} digits"
     raise ValueError(f"expected a finite number, got {shorten(value)}{hint}")
+
+
+def _what_it_may_be(value: str, text: str, mark: str | None) -> str:
+    """Return a hint at what a text that is no number means, or ""; `text` has points as decimal marks."""
+    if _BEGINS_AS_DATE.match(value):
+        return ' (dates have the unit "ISO 8601", or DateTimes(format) of trackably.recordings)'
+    if mark and _NUMBER.fullmatch(text.translate(_SWAPPED)):
+        other = POINT if mark == COMMA else COMMA
+        return f' (with layout=CsvLayout(decimal="{other}"), or the option --decimal "{other}", it would be one)'
+    if _BY_THOUSANDS.fullmatch(text):
+        return " (marks between thousands are not read: write it without them)"
+    return ""
 
 
 def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
@@ -62,11 +69,16 @@ def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
 
     ValueError: the result is too large for float64.
     """
-    product = number if scale == 1 else EXACT.multiply(number, Decimal(repr(float(scale))))
-    result = float(EXACT.add(product, Decimal(repr(float(offset)))) if offset else product)
+    product = number if scale == 1 else EXACT.multiply(number, _shortest(scale))
+    result = float(EXACT.add(product, _shortest(offset)) if offset else product)
     if math.isinf(result):
         raise ValueError(f"expected a number that fits a float64, got {number:.3e} (times {scale!r})")
     return result
+
+
+@lru_cache
+def _shortest(number: float) -> Decimal:
+    return Decimal(repr(float(number)))
 
 
 def plain(number: Decimal) -> str:
