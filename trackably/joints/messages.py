@@ -110,7 +110,7 @@ def _point(what: str, point: Any, count: int) -> Point:
     if sec is None:
         raise ValueError(f"{what}: expected time_from_start with sec and nanosec")
     time = whole(f"{what}: sec", sec) * _NANOSECONDS + whole(f"{what}: nanosec", nanosec or 0, 0, _NANOSECONDS - 1)
-    fields = []
+    fields: list[Array] = []
     for name in FIELDS:
         given = _field(point, name)
         of = numbers(f"{what}: {name}", [] if given is None else [*given])

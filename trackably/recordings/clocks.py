@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta, tzinfo
+from datetime import UTC, date, datetime, time, timedelta, tzinfo
 from decimal import ROUND_FLOOR, Context, Decimal, Inexact, Overflow, Subnormal
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -100,8 +100,8 @@ _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
-_DAY, _NO_DAY = (2024, 5, 17), (1900, 1, 1)  # the second one is what strptime takes for a date that a format leaves out
-_TIME = (13, 7, 9)
+_DAY, _NO_DAY = date(2024, 5, 17), date(1900, 1, 1)  # strptime takes the second one for a date that a format leaves out
+_TIMES = (time(), time(13), time(13, 7), time(13, 7, 9))  # the last one, and what of it a format without parts keeps
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 
@@ -141,7 +141,7 @@ class DateTimes:
         except ValueError:
             raise ValueError(f"expected a stamp like {self._example}, got {stamp!r}{self._hint}") from None
         moment = moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)
-        zero = _EPOCH_UTC if self.absolute else datetime(*_NO_DAY, tzinfo=moment.tzinfo)
+        zero = _EPOCH_UTC if self.absolute else datetime.combine(_NO_DAY, _TIMES[0], moment.tzinfo)
         whole = EXACT.multiply(Decimal((moment - zero) // _MICROSECOND), Decimal("1e-6"))
         return EXACT.add(whole, Decimal(f"0.{fraction}"))
 
@@ -151,20 +151,22 @@ class DateTimes:
         return self._day == _DAY
 
     @cached_property
-    def _day(self) -> tuple[int, int, int] | None:
-        """Which of the two days a format reads back as it was written, with a time of day or, for a date, without one.
+    def _day(self) -> date | None:
+        """The day that a format reads back: the one that was written, or that of a format without a date; else None.
 
-        A part of the time would be lost without the hour. %Z is refused, because strptime ignores the zone's name.
+        It is None if a part of the date is lost, or a part of the time that is not its end, and for %Z, because
+        strptime ignores the zone's name.
         """
         if self.format is None:
             return _DAY
         try:
-            written = datetime(*_DAY, *_TIME, tzinfo=UTC).strftime(self._whole)
-            found = datetime.strptime(written, self._whole).replace(tzinfo=None)
+            written = datetime.combine(_DAY, _TIMES[-1], UTC).strftime(self._whole)
+            found = datetime.strptime(written, self._whole)
         except (ValueError, re.error):  # re.error: a directive is repeated
             return None
-        known = {datetime(*day, *_TIME[:n]): day for day, fewest in ((_DAY, 0), (_NO_DAY, 1)) for n in range(fewest, 4)}
-        return None if "%Z" in self.format else known.get(found)
+        days = {_DAY, _NO_DAY} if found.time() != _TIMES[0] else {_DAY}
+        is_kept = "%Z" not in self.format and found.time() in _TIMES and found.date() in days
+        return found.date() if is_kept else None
 
     @cached_property
     def _whole(self) -> str:
@@ -324,8 +326,8 @@ def describe_origin(origin: int, absolute: bool) -> str:
     seconds, nanoseconds = divmod(origin, 10**9)
     since = f"{origin} ns since 1970"
     try:
-        date = (_EPOCH + timedelta(seconds=seconds)).isoformat(" ")
+        written = (_EPOCH + timedelta(seconds=seconds)).isoformat(" ")
     except OverflowError:  # beyond the calendar: as when stamps in ms are read as s
         return since
     fraction = f".{nanoseconds:09d}".rstrip("0").rstrip(".")
-    return f"{date}{fraction} UTC ({since})"
+    return f"{written}{fraction} UTC ({since})"
