@@ -156,13 +156,18 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
     return None
 
 
-def _exaggerates(rng: np.random.Generator, honest: Any) -> Any:
-    def told(*a: Any) -> Any:
-        if broken := honest(*a):
-            return replace(broken, violation=broken.violation * 10 ** rng.uniform(0, 3))
-        return None
+def _scales(name: str, low: float, high: float) -> Any:
+    """Return a lie that scales a field of a broken limit by a power of ten."""
 
-    return told
+    def lie(rng: np.random.Generator, honest: Any) -> Any:
+        def told(*a: Any) -> Any:
+            if broken := honest(*a):
+                return replace(broken, **{name: getattr(broken, name) * 10 ** rng.uniform(low, high)})
+            return None
+
+        return told
+
+    return lie
 
 
 def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
@@ -199,13 +204,13 @@ def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
 
 
 OF_JOINTS: Lies = {
-    "violations are larger": (joints, "_outside", _exaggerates),
+    "violations are larger": (joints, "_outside", _scales("violation", 0, 3)),
     "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
     "nothing is decided": (joints, "undecided", _everything_open),
     "extremes are elsewhere": (
         joints, "_times_at", lambda rng, honest: lambda of, value: np.sort(rng.uniform(of.x[0], of.x[-1], 4)),
     ),
-    "limits are left at any time": (joints, "_begins", _scaled(-3, 0)),
+    "limits are left at any time": (joints, "_outside", _scales("begins", -3, 0)),
     "exact values are larger": (joints, "_below", _scaled(0, 2)),
     "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
     "other splines are nearest": (repairing, "_solve", _solves_another),
