@@ -306,11 +306,9 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
         return None
     between = curve((times[:-1] + times[1:]) / 2)
     outside = np.flatnonzero((between < limit[0]) | (between > limit[1]))
-    begins, place = (
-        float(times[outside[0]] if len(outside) else since),
-        {"joint": j, "order": r, "piece": i, "since": since},
-    )
-    return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t + begins, t + since, _below(by), False, place)
+    begins = t + float(times[outside[0]] if len(outside) else since)
+    place = {"joint": j, "order": r, "piece": i, "since": since}
+    return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, begins, t + since, _below(by), False, place)
 
 
 def _below(by: Fraction) -> float:
