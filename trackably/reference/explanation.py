@@ -111,12 +111,6 @@ def longer_than_memory(fit: Fit) -> str | None:
     return f"samples last much longer than the kernel's memory: {faster}"
 
 
-def given_too_narrowly(fit: Fit) -> str | None:
-    """Return a question if a hyperparameter lies at an end of the interval that the user gave; otherwise None."""
-    said = "; ".join(f"{edge}, {edge.interval}" for edge in fit.edges if edge.is_given)
-    return f"{said}: was it meant as a limit?" if said else None
-
-
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> str:
     """Return sentences on the prior means; if the likeliest mean is no admissible equilibrium, they name it too."""
     return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))

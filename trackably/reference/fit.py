@@ -155,6 +155,11 @@ class Edge:
         return f"{self.name} = {self.value:.4g} lies at the {end} end of the interval in which it was sought"
 
 
+def narrow_limits(edges: Iterable[Edge]) -> list[str]:
+    """Return a question for each hyperparameter that lies at an end of an interval that the user gave."""
+    return [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in edges if edge.is_given]
+
+
 def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...]:
     """Return the hyperparameters, learned from these samples, that lie at an end of their search interval."""
     space, learned = SearchSpace.around(samples, prior), prior.hyperparameters
