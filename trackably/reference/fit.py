@@ -211,13 +211,18 @@ class Fit:
         The solution is compared with the posterior without bounds, `unconstrained`, or with the solution's own
         posterior if l is smaller for its hyperparameters.
         """
-        learned = solution.posterior
+        learned, sought = solution.posterior, unconstrained.prior.learned
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
+
+        def mark(name: str, value: float) -> float:
+            """Mark what was learned without bounds, also if it was held afterwards."""
+            return Learned(value) if name in sought and not isinstance(value, Learned) else value
+
         return cls(
             reference,
             learned.samples,
             learned.prior,
-            least.prior,
+            least.prior.map_values(mark),
             solution.objective,
             solution.method,
             solution.active_bounds,
