@@ -144,7 +144,7 @@ COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "star
 
 
 def learned_near(**more):
-    return learn_reference(near_samples(), SLIDE, SquaredExponential(0.1, 0.6), (0.0, 0.7), **COARSE | more)
+    return learn_reference(near_samples(), SLIDE, SquaredExponential(), (0.0, 0.7), **COARSE | more)
 
 
 @pytest.fixture(scope="module")
