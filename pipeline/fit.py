@@ -225,7 +225,7 @@ def _ask(experiment: Experiment, fits: Mapping[str, Fit]) -> None:
     of = TrackableFit.of(Reference(found.signals, experiment.plant), found, free, ())
     if sentence := ignores_samples(of):
         warnings.warn(f"experiment {experiment.name}: {sentence}", IgnoresSamplesWarning, stacklevel=3)
-    if question := outlying(misfit for misfit in of.misfits if not misfit.samples.scatter.count):
+    for question in outlying(misfit for misfit in of.misfits if not misfit.samples.scatter.count):
         warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=3)
 
 

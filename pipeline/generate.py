@@ -13,6 +13,7 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
 from trackably.errors import DoubtfulInputWarning, InputError
+from trackably.gp.hyperparameter import Learned
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, read_csv
@@ -91,7 +92,7 @@ def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: 
 
 def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, Samples]:
     """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
-    noise = {name: fields.noise_std for name, fields in experiment.prior.items()}
+    noise = {name: of.noise_std for name, of in experiment.prior.items() if not isinstance(of.noise_std, Learned)}
     kinds = kinds_by_name(experiment.plant, samples)
     return condense_by_name(samples, kinds, experiment.centres, noise)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from trackably import checker
-from trackably.arguments import real
+from trackably.arguments import positive
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
 from trackably.checker.limits import BYTES
 from trackably.errors import InputError, NoReferenceError
@@ -24,8 +24,8 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
     terminal, a line shows how far a long check is; elsewhere the logger "trackably" says so every 10 s, at level INFO.
     Raises InputError where the file cannot be read, and ValueError where `seconds` are not positive.
     """
-    if seconds is not None and not real("check: seconds", seconds) > 0:
-        raise ValueError(f"check: seconds must be positive, got {seconds:g}")
+    if seconds is not None:
+        positive("check: seconds", seconds)
     content = certificate if isinstance(certificate, Mapping) else read(path_of("certificate", certificate))
     with line_of("{desc} {n_fmt} of {total_fmt}", "checked", delay=_PATIENCE, leave=False) as line:
 

@@ -37,7 +37,7 @@ def gain(by):
 
 
 def learn(**more):
-    return learn_reference(SAMPLES, SLIDE, SquaredExponential(), (0.0, 1.9), noise_std=0.001, **more)
+    return learn_reference(SAMPLES, SLIDE, SquaredExponential(), (0.0, 1.9), noise_std=0.001, starts=1, **more)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def learned():
     return learn(model_error=gain(0.2), disturbance=W, measurement_noise=noise, truth=truth)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(6))
 def test_what_is_added_to_the_disturbance_holds_all_differences(seed):
     draw = np.random.default_rng(seed)
     n, m, q = draw.integers(1, 4), draw.integers(1, 3), draw.integers(1, 5)

@@ -34,7 +34,7 @@ LOADED = {
     "check": (*HEAVY, "click", "IPython", "scipy", "flint"),
     "SquaredExponential": (*HEAVY, "scipy.linalg", "flint"),
     "read_csv": (*HEAVY, "click", "IPython", "scipy.optimize", "flint"),
-    "learn_reference": (*HEAVY, "click", "IPython", "scipy.optimize", "scipy.fft", "tqdm"),
+    "learn_reference": (*HEAVY, "click", "IPython", "scipy.linalg", "scipy.optimize", "scipy.fft", "tqdm"),
 }
 """What must not be loaded by a name, nor by those before it."""
 

@@ -26,7 +26,7 @@ MEANS = {"at zero": 0.0, "elsewhere": 0.0125}
 
 @cache
 def learned(family, mean):
-    return learn_reference(SAMPLES, SCALAR, family(), "all_times", noise_std=0.01, mean=mean, progress=False)
+    return learn_reference(SAMPLES, SCALAR, family(), "all_times", noise_std=0.01, mean=mean, starts=2)
 
 
 @pytest.fixture(scope="module", params=[PiecewisePolynomial2, PiecewisePolynomial3], ids=lambda kernel: kernel.__name__)

@@ -58,6 +58,16 @@ WRONG = {
         lambda: Samples([0, 1], [[1], [2]]),
         "values must be a non-empty one-dimensional array, got shape",
     ),
+    "a claim in an array": (lambda: learn(claim=np.array([0, 1])), "(start, end) in seconds, got array([0, 1])"),
+    "nothing but NaN": (
+        lambda: learn(samples=pd.Series([NAN, NAN], index=[0.0, 1.0])),
+        "samples: expected numbers, but every value is NaN",
+    ),
+    "a tuple of arrays": (
+        lambda: learn(samples=([0, 1], [0, 0])),
+        "samples: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
+        "times as its index, got tuple",
+    ),
     "endless": (lambda: Samples([0, INF, NAN], [0, 0, 0]), "samples: times[1] must be finite, got inf"),
     "endless value": (lambda: Samples([0, 1], [-INF, 0]), "samples: values[0] must be finite, got -inf"),
     "too many": (lambda: Samples([0, 1], [0, 1, 2]), "samples: as many times as values are needed, got 2 and 3"),

@@ -24,7 +24,7 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
     the sampling time `step` [s], because a control loop runs at such times.
     """
     match written:
-        case "recorded" if samples:
+        case str("recorded") if samples:
             first, last = recorded_span(samples.values())
             before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
             return Window(min(first, before * step), max(last, after * step))

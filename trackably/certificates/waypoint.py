@@ -89,8 +89,11 @@ class Waypoint:
         return Polytope(rows, low, high, bounded.dimension)
 
     def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
-        """Return the part of the set with the required values, up to tolerances. ValueError: it has no interior."""
-        of = self.alone(bounded, names)
+        """Return the part of the set with the required values, up to tolerances. ValueError: it has no interior.
+
+        Of a set that moves, this is a part of the set at `time`.
+        """
+        bounded, of = bounded.at(self.time), self.alone(bounded, names)
         return Polytope(
             np.vstack([bounded.rows, of.rows]),
             np.concatenate([bounded.lower, of.lower]),
@@ -99,7 +102,7 @@ class Waypoint:
         )
 
     def _inside(self, plant: ConstrainedSystem, name: str) -> float:
-        value, bounds = self.values[name], extent(plant, name)
+        value, bounds = self.values[name], extent(plant, name, self.time)
         if bounds is None:
             return value
         by = min(self.tolerances[name], bounds.width) / 2
@@ -113,11 +116,11 @@ class Waypoint:
         return f"{', '.join(said)} at {self.time:.6g} s"
 
 
-def extent(plant: ConstrainedSystem, name: str) -> Interval | None:
-    """Return the interval of a state or an input in its set; None if nothing bounds it."""
-    if name in plant.system.states:
-        return plant.state_set.extent(plant.system.states.index(name))
-    return plant.input_set.extent(plant.system.inputs.index(name))
+def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
+    """Return the interval of a state or an input in its set at a time [s]; None if nothing bounds it."""
+    system, is_state = plant.system, name in plant.system.states
+    bounded, names = (plant.state_set, system.states) if is_state else (plant.input_set, system.inputs)
+    return bounded.at(time).extent(names.index(name))
 
 
 def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[Certificate, ...] | Failure:

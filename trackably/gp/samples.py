@@ -100,7 +100,9 @@ class Samples:
             if array.ndim != 1 or array.size == 0:
                 raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
             if bad := np.flatnonzero(~np.isfinite(array)).tolist():
-                raise ValueError(f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}")
+                raise ValueError(
+                    f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}; leave such samples out"
+                )
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         for name in ("values", "relative_noise"):
@@ -127,7 +129,7 @@ class Samples:
             what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"
             raise ValueError(
                 f"samples: times must increase strictly, but times[{i + 1}] = {self.times[i + 1]:g} s {what} "
-                f"times[{i}] = {self.times[i]:g} s"
+                f"times[{i}] = {self.times[i]:g} s; sort samples by time, and average those of one time"
             )
 
     def by_name(self, name: str) -> dict[str, Samples]:

@@ -67,7 +67,7 @@ class ConstrainedProblem:
         if count < len(self.prior.learned):
             raise ValueError(
                 f"samples: expected at least as many samples as learned hyperparameters, got {count} "
-                f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)})"
+                f"for {len(self.prior.learned)} ({', '.join(self.prior.learned)}); give numbers for some of these"
             )
 
         if tuple(self.space.bounds) != self.prior.learned:

@@ -25,7 +25,6 @@ from typing import NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 import scipy
-from scipy.linalg.lapack import dpotrf, dtrtri
 
 from trackably.arrays import Array
 
@@ -56,9 +55,9 @@ class QuadraticProgram(NamedTuple):
     @classmethod
     def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array) -> Self:
         """Factor B = `curvature`, which has to be positive definite; c is the `gradient`."""
-        root, info = dpotrf(curvature, lower=True)
+        root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
         assert info == 0, "the curvature is positive definite"
-        inverse, _ = dtrtri(root, lower=True)
+        inverse, _ = scipy.linalg.lapack.dtrtri(root, lower=True)
         shift = inverse.dot(gradient)
         reach = np.abs(jacobian).dot(np.maximum(-lower, upper))
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)

@@ -21,10 +21,9 @@ from typing import Literal, Self
 
 import numpy as np
 
-from trackably.arguments import is_number, whole
+from trackably.arguments import whole
 from trackably.arrays import Array
 from trackably.gp.factorise import LARGEST_DENSE
-from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
@@ -198,17 +197,18 @@ def condense_by_name(
     given: Mapping[str, Samples],
     kinds: Iterable[Iterable[str]],
     centres: Centres,
-    noise_std: object,
+    noise_std: Mapping[str, float],
     times: int = 1,
 ) -> dict[str, Samples]:
     """Return the samples to learn from, for each name at most as many as `centres` allows.
 
-    `kinds` has, for each flat output, the names of the samples that depend on it; σ_n of the first name holds for all.
+    `kinds` has, for each flat output, the names of the samples that depend on it; σ_n of the first name holds for all,
+    and is in `noise_std` if it is known.
     "auto" keeps up to `MANY` samples of a name. If there are more, it chooses as many centres as the samples need,
     multiplied by `times` (larger than 1 if the kernel needs more centres). If that is more than half of the samples, it
     keeps all samples.
     """
-    known = {name: _known_noise(noise_std, first) for first, *others in map(tuple, kinds) for name in (first, *others)}
+    known = {name: noise_std.get(first) for first, *others in map(tuple, kinds) for name in (first, *others)}
     return {name: _condense(samples, centres, known[name], times) for name, samples in given.items()}
 
 
@@ -240,9 +240,3 @@ def _condense(samples: Samples, centres: Centres, noise_std: float | None, times
     if times == 1 or len(few) == len(samples):
         return few
     return condense(samples, times * len(few)) if 2 * times * len(few) <= len(samples) else samples
-
-
-def _known_noise(noise_std: object, name: str) -> float | None:
-    """Return σ_n of a name if it is a number; None if it is learned."""
-    of = noise_std.get(name) if isinstance(noise_std, Mapping) else noise_std
-    return float(of) if is_number(of) and not isinstance(of, Learned) else None

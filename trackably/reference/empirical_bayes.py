@@ -23,7 +23,7 @@ from trackably.gp.samples import ResidualStatistics, Samples
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
-from trackably.reference.fit import edges_of
+from trackably.reference.fit import edges_of, narrow_limits
 from trackably.systems.trajectories import Quantity
 
 T = TypeVar("T")
@@ -134,8 +134,7 @@ def empirical_prior(
         likeliest, questions = found.posterior.prior, [*questions, *(of.question for of in likelier)]
     means = _admissible(at_rest, found.posterior, [ends == _ANYWHERE for ends in between])
     if keep:
-        narrow = [edge for edge in edges_of(likeliest, samples) if edge.is_given]
-        questions += [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow]
+        questions += narrow_limits(edges_of(likeliest, samples))
         return EmpiricalPrior(_with_means(likeliest, means).as_known(), tuple(questions))
     with_noise = _with_means(prior, means)
     bounds = SearchSpace.around(samples, prior, starts).bounds
@@ -175,9 +174,10 @@ def _likelier(
         if not may or not np.ptp(posterior.samples.values):
             continue
         if noise_std := _noise_alone(posterior):
+            other = "kernel" if part.kernel.period is None else "period"
             question = (
-                f"samples: those of {name} look like noise, as neighbours are not alike: σ_n = {noise_std:.4g} is "
-                "learned; if they show a motion, give its noise_std"
+                f"samples: those of {name} look like noise to this kernel: σ_n = {noise_std:.4g} is learned; if they "
+                f"show a motion, give its noise_std, or another {other}"
             )
             yield _Likelier(name, noise_std, question)
         elif isinstance(part.kernel, SquaredExponential) and _go_on(posterior):
@@ -256,11 +256,6 @@ def split_means(
         else:
             known[name] = one
     return known, between
-
-
-def known_means(level: Mapping[str, float], between: Mapping[str, tuple[float, float]]) -> dict[str, float]:
-    """Return the means that are not learned."""
-    return {name: mean for name, mean in level.items() if name not in between}
 
 
 def levels(between: Mapping[str, tuple[float, float]], names: tuple[str, ...], samples: tuple[Samples, ...]) -> Ends:

@@ -1,7 +1,7 @@
 """The explanation of a fit in plain sentences."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from trackably.arrays import Array, Flags
 from trackably.certificates.waypoint import Waypoint
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
-from trackably.gp.prior import NOISE, Prior
+from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
 from trackably.reference.fit import Fit, Misfit
@@ -66,24 +66,23 @@ def given_values(pinned: Sequence[Waypoint]) -> list[str]:
     return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]
 
 
-def condensation_sentence(fit: Fit) -> str | None:
-    """Return a sentence on how many samples are represented by fewer centres, and the effect; None if all are used."""
-    return f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None
+def distances(fit: Fit) -> Iterator[str]:
+    """Yield how far the reference is off the samples of each name, compared with noise and the fit without bounds."""
+    for misfit in fit.misfits:
+        noise = "learned noise" if misfit.is_learned else "noise"
+        yield (
+            f"it is {misfit.size:.3g} off the samples of {misfit.name}, which spread by "
+            f"{misfit.samples.values.std():.3g} (root mean squares), and {misfit.in_noise:.3g} times their {noise}; "
+            f"without bounds {misfit.size_unconstrained:.3g}"
+        )
 
 
-def distances(fit: Fit) -> str:
-    """Return sentences on how far the reference is off its samples, compared with noise and the fit without bounds."""
-    return "; ".join(_distance(misfit) for misfit in fit.misfits)
-
-
-def at_edges(fit: Fit) -> str | None:
-    """Return a sentence on learned hyperparameters at an end of their search interval; None if there are none."""
+def at_edges(fit: Fit) -> Iterator[str]:
+    """Yield a sentence on each learned hyperparameter at an end of its search interval."""
+    yield from map(str, fit.edges)
     theta = fit.prior.hyperparameters
-    limited = [
-        f"{name} = {theta[name]:.4g}: float64 does not evaluate those twice as long as precisely as a proof needs"
-        for name in fit.limited
-    ]
-    return "; ".join([*map(str, fit.edges), *limited]) or None
+    for name in fit.limited:
+        yield f"{name} = {theta[name]:.4g}: float64 does not evaluate those twice as long as precisely as a proof needs"
 
 
 def budget_sentence(fit: Fit) -> str | None:
@@ -111,38 +110,41 @@ def longer_than_memory(fit: Fit) -> str | None:
     return f"samples last much longer than the kernel's memory: {faster}"
 
 
-def given_too_narrowly(fit: Fit) -> str | None:
-    """Return a question if a hyperparameter lies at an end of the interval that the user gave; otherwise None."""
-    said = "; ".join(f"{edge}, {edge.interval}" for edge in fit.edges if edge.is_given)
-    return f"{said}: was it meant as a limit?" if said else None
+def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> Iterator[str]:
+    """Yield a sentence on each prior mean; if the likeliest mean is no admissible equilibrium, it names that too."""
+    for name, of, *priors in zip(prior.names, samples, prior.parts, likeliest.parts, strict=True):
+        mean, likely = (float(of.of_level.stencil.at_rest(part.mean)) for part in priors)
+        said = f"the prior mean of {name} is {mean:.6g}"
+        yield said if mean == likely else f"{said}, as the likeliest, {likely:.6g}, is no admissible equilibrium"
 
 
-def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> str:
-    """Return sentences on the prior means; if the likeliest mean is no admissible equilibrium, they name it too."""
-    return "; ".join(map(_mean, prior.names, samples, prior.parts, likeliest.parts))
+def leaves_last_samples(fit: Fit) -> Iterator[str]:
+    """Yield a sentence for each name whose last samples stay at a level that the reference leaves.
 
-
-def leaves_last_samples(fit: Fit) -> str | None:
-    """Return a sentence if the last samples stay at a level which the reference leaves, to rest at a learned mean.
-
-    A reference for all times comes to rest at its prior mean. None if it stays, or no mean was learned.
+    A reference for all times comes to rest at its prior mean. Only names whose mean was learned are examined.
     """
-    said = [_leaves(fit, i) for i, name in enumerate(fit.prior.names) if name in fit.free]
-    return "; ".join(filter(None, said)) or None
+    yield from filter(None, (_leaves(fit, i) for i, name in enumerate(fit.prior.names) if name in fit.free))
 
 
-def noise_question(fit: Fit) -> str | None:
-    """Return a question if noise learned with the bounds differs by more than a half from that learned without them."""
+def noise_questions(fit: Fit) -> Iterator[str]:
+    """Yield a question for each noise that differs, learned with the bounds, by more than a half from that without."""
     parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
-    return "; ".join(_noise_question(*part) for part in parts if _is_inflated(*part[1:])) or None
+    for name, own, free in parts:
+        if NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std:
+            is_given = isinstance(own.noise_std, Learned) and own.noise_std.interval is not None
+            left_out = ", or nothing: it is then learned without them" if is_given else ""
+            yield (
+                f"noise_std: that of {name} is {own.noise_std:.3g} as it is learned with the bounds, and "
+                f"{free.noise_std:.3g} without them: is it noise, or what the bounds cost? Give a number{left_out}"
+            )
 
 
-def outlying(misfits: Iterable[Misfit]) -> str | None:
-    """Return a question if a few samples are far off the fit without bounds while most are not; None otherwise.
+def outlying(misfits: Iterable[Misfit]) -> Iterator[str]:
+    """Yield a question for each name of which a few samples are far off the fit without bounds, while most are not.
 
     One such sample is enough to raise the learned noise, and so to pull the reference away from all others.
     """
-    return "; ".join(said for misfit in misfits if (said := _outliers(misfit))) or None
+    yield from filter(None, map(_outliers, misfits))
 
 
 def costs(fit: Fit) -> str:
@@ -163,12 +165,6 @@ def costs(fit: Fit) -> str:
     return "; ".join(said)
 
 
-def _mean(name: str, samples: Samples, prior: Prior, free: Prior) -> str:
-    mean, likeliest = (float(samples.of_level.stencil.at_rest(part.mean)) for part in (prior, free))
-    said = f"the prior mean of {name} is {mean:.6g}"
-    return said if mean == likeliest else f"{said}, as the likeliest, {likeliest:.6g}, is no admissible equilibrium"
-
-
 def _leaves(fit: Fit, i: int) -> str:
     name, of, prior = fit.prior.names[i], fit.samples[i].of_level, fit.prior.parts[i]
     last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
@@ -186,28 +182,6 @@ def _leaves(fit: Fit, i: int) -> str:
     return (
         f"{name} comes to rest at its mean, {abs(level - rest):.3g} away from its last samples, which stay at "
         f"{level:.6g}: {stay}a window as claim ends with the samples"
-    )
-
-
-def _is_inflated(own: Prior, free: Prior) -> bool:
-    return NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std
-
-
-def _noise_question(name: str, own: Prior, free: Prior) -> str:
-    is_given = isinstance(own.noise_std, Learned) and own.noise_std.interval is not None
-    left_out = ", or nothing: it is then learned without them" if is_given else ""
-    return (
-        f"noise_std: that of {name} is {own.noise_std:.3g} as it is learned with the bounds, and {free.noise_std:.3g} "
-        f"without them: is it noise, or what the bounds cost? Give a number{left_out}"
-    )
-
-
-def _distance(misfit: Misfit) -> str:
-    noise = "learned noise" if misfit.is_learned else "noise"
-    return (
-        f"it is {misfit.size:.3g} off the samples of {misfit.name}, which spread by "
-        f"{misfit.samples.values.std():.3g} (root mean squares), and {misfit.in_noise:.3g} times their {noise}; "
-        f"without bounds {misfit.size_unconstrained:.3g}"
     )
 
 

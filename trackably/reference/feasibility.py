@@ -54,16 +54,13 @@ class Steps:
     values: tuple[Value, ...] = ()
 
     @property
-    def names(self) -> tuple[str, ...]:
-        return self.plant.names
-
-    @property
     def rows(self) -> scipy.sparse.csr_array:
         """The matrix of all rows, (r, count · (n + m))."""
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
-        at = [value.step * len(self.names) + self.names.index(value.name) for value in self.values]
-        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * len(self.names))]))
+        names = self.plant.names
+        at = [value.step * len(names) + names.index(value.name) for value in self.values]
+        return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * len(names))]))
 
     @property
     def lower(self) -> Array:
@@ -94,7 +91,7 @@ class Steps:
     @property
     def widths(self) -> Array:
         """The width of each row's bounds; for a waypoint, that of the state's or input's bounds."""
-        scale = dict(zip(self.names, self.scales.tolist(), strict=True))
+        scale = dict(zip(self.plant.names, self.scales.tolist(), strict=True))
         return np.append(self._ends[1] - self._ends[0], [scale[value.name] for value in self.values])
 
     def time(self, step: int) -> float:
@@ -354,7 +351,7 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
     if (found := first_gap(steps)) is None:
         return None
     gap, missing = found
-    bounds = {name: extent(steps.plant, name) for name in steps.names}
+    bounds = {name: extent(steps.plant, name, steps.start) for name in steps.plant.names}
     before = {(of.step, of.name): steps.text(of) for of in steps.values if of.step <= gap.step}
     bound = f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s"
     wanted = before.pop((gap.step, gap.name), bound)

@@ -155,6 +155,11 @@ class Edge:
         return f"{self.name} = {self.value:.4g} lies at the {end} end of the interval in which it was sought"
 
 
+def narrow_limits(edges: Iterable[Edge]) -> list[str]:
+    """Return a question for each hyperparameter that lies at an end of an interval that the user gave."""
+    return [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in edges if edge.is_given]
+
+
 def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...]:
     """Return the hyperparameters, learned from these samples, that lie at an end of their search interval."""
     space, learned = SearchSpace.around(samples, prior), prior.hyperparameters
@@ -206,13 +211,18 @@ class Fit:
         The solution is compared with the posterior without bounds, `unconstrained`, or with the solution's own
         posterior if l is smaller for its hyperparameters.
         """
-        learned = solution.posterior
+        learned, sought = solution.posterior, unconstrained.prior.learned
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
+
+        def mark(name: str, value: float) -> float:
+            """Mark what was learned without bounds, also if it was held afterwards."""
+            return Learned(value) if name in sought and not isinstance(value, Learned) else value
+
         return cls(
             reference,
             learned.samples,
             learned.prior,
-            least.prior,
+            least.prior.map_values(mark),
             solution.objective,
             solution.method,
             solution.active_bounds,

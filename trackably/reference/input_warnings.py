@@ -1,7 +1,7 @@
 """Warnings about input that is valid, but probably a mistake."""
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import product
 
@@ -72,10 +72,12 @@ def doubts(
     plant: ConstrainedSystem,
     noise_std: Mapping[str, float] | None = None,
     mean: Mapping[str, float] | None = None,
+    learned: Collection[str] = (),
 ) -> Iterator[str]:
     """Yield a sentence for each property of the input that is probably a mistake.
 
-    `samples` are by name, and so are `noise_std` and `mean` where they are known.
+    `samples` are by name, and so are `noise_std` where it is known and the `mean`; the means of the names in `learned`
+    are learned.
     """
     yield from _of_system(plant)
     yield from _of_window(claim, *recorded_span(samples.values()))
@@ -90,22 +92,20 @@ def doubts(
             yield from _of_bounds(name, of_name, bounds[name])
         if name in noise_std:
             yield from _of_noise(name, of_name, noise_std[name])
-        if name in mean and name in bounds and isinstance(claim, Window):
+        if name in learned:
+            yield from _of_end(claim, name, of_name)
+        elif name in mean and name in bounds and isinstance(claim, Window):
             yield from _of_mean(name, mean[name], bounds[name])
 
 
-def moving_ends(claim: Claim, samples: Mapping[str, Samples]) -> Iterator[str]:
-    """Yield a question for each name whose samples still move at their end, if all times after it are claimed.
-
-    `samples` are those of the names whose mean is learned: who gives a mean knows where the reference comes to rest.
-    """
-    for name, of in samples.items():
-        if isinstance(claim, AllTimes) and (rate := _last_rate(of)):
-            yield (
-                f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
-                f"{of.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
-                'Give the mean, or the claim "recorded", which ends with the samples'
-            )
+def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
+    """Warn if the samples still move at their end, and all times after it are claimed."""
+    if isinstance(claim, AllTimes) and (rate := _last_rate(samples)):
+        yield (
+            f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
+            f"{samples.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
+            'Give the mean, or the claim "recorded", which ends with the samples'
+        )
 
 
 def _last_rate(samples: Samples) -> float:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
+from math import inf
 from time import monotonic
 
 import numpy as np
 
-from trackably.arguments import instance, real
+from trackably.arguments import instance, positive
 from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import Written, as_claim
-from trackably.certificates.goal import goal_for
+from trackably.certificates.goal import Goal, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
 from trackably.certificates.waypoint import prove_waypoints
@@ -27,22 +27,16 @@ from trackably.gp.samples import Samples
 from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
-from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
+from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, RequiredValue, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
 from trackably.reference.condensed import Centres, Condensation
-from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
-from trackably.reference.explanation import (
-    IgnoresSamplesWarning,
-    given_too_narrowly,
-    ignores_samples,
-    noise_question,
-    outlying,
-)
+from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions, outlying
 from trackably.reference.feasibility import impossible
-from trackably.reference.fit import Fit
-from trackably.reference.input_warnings import doubts, moving_ends, repeated, warn_about
+from trackably.reference.fit import Fit, narrow_limits
+from trackably.reference.input_warnings import doubts, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.reference.trackable import TrackableReference
 from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
@@ -58,7 +52,6 @@ Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
 """The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
-_FIRST = 200  # likely hyperparameters are learned from at most this many first samples of a name, in about a second
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -219,7 +212,8 @@ def learn_reference(
 
     """
     # The input: samples, plant and claim.
-    end, learner = _end_of(budget), _learner(method, at, learn_from, near)
+    end = inf if budget is None else monotonic() + positive("budget [s]", budget)
+    learner = _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
     plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
@@ -229,13 +223,7 @@ def learn_reference(
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
     goal = goal_for(claim, measured.signals, prior, plant)
-    asked = warn_about(
-        (
-            *doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)),
-            *moving_ends(claim, {name: measured.given[name] for name in between}),
-        ),
-        _CALLER,
-    )
+    asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
@@ -255,29 +243,9 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        def learn(first: EmpiricalPrior, learner: Learner, starts: int = starts) -> Found:
-            def certified(
-                of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
-            ) -> Certified | NoSolution | Failure:
-                space = SearchSpace.around(measured.signals, prior, starts)
-                last = before.solution if before and before.is_with(prior) else None
-                return learn_certified(of, prior, plant, space, goal, learner=learner, required=required, last=last)
-
-            found, cost = measured.learn_enough(
-                lambda of, before: found_or_raise(first.best(partial(certified, of, before))),
-                lambda found: found.solution.posterior.prior.as_known(),
-            )
-            sought = SearchSpace.around(measured.signals, first.with_noise or first.prior, starts).bounds
-            limited = tuple(
-                name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval)
-            )
-            return _with_unconstrained(None if limited else first.likeliest, found), cost, limited
-
-        neighbour = () if near is None else (partial(learn, *_of_neighbour(near, first)),)
-        learner = _informed(learner, first, near)
-        quick = () if budget is None or not first.prior.learned else _quick(first, measured, starts, learner, learn)
+        search = _Search(measured, goal, required, starts)
         with _in_time(budget, end):
-            (certified, cost, limited), is_whole = _best_of(chain(neighbour, quick, [partial(learn, first, learner)]))
+            (certified, cost, limited), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
         pinned = tuple(at.found(certified.reference) for at in pinned)
         proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
 
@@ -292,9 +260,9 @@ def learn_reference(
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
-    noise = noise_question(fit) if method == "joint" else None
-    questions = given_too_narrowly(fit), noise, outlying(fit.misfits_to(measured.all_signals))
-    warn_about(filter(None, questions), _CALLER)
+    about_noise = noise_questions(fit) if method == "joint" else ()
+    about_samples = outlying(fit.misfits_to(measured.all_signals))
+    warn_about((*narrow_limits(fit.edges), *about_noise, *about_samples), _CALLER)
     return learned
 
 
@@ -313,6 +281,74 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
         if method != "joint":
             raise ValueError('near: needs method="joint", as the function for its hyperparameters is a candidate')
     return _LEARNERS[method]
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The search for the reference with the least J, among those that the checker accepts.
+
+    `required` are the values of waypoints, and `starts` is the number of points from which each search starts.
+    """
+
+    measured: Measurements
+    goal: Goal
+    required: tuple[RequiredValue, ...]
+    starts: int
+
+    def stages(
+        self, first: EmpiricalPrior, learner: Learner, near: TrackableReference | None, has_budget: bool
+    ) -> Iterator[Callable[[], Found]]:
+        """Yield functions that each learn a reference: from `near`, then quickly if there is a budget, then at best.
+
+        ValueError: `near` does not fit.
+        """
+        if near is not None:
+            yield partial(self.learn, *_of_neighbour(near, first))
+        if has_budget and first.prior.learned:
+            yield from self._quick_stages(first, learner)
+        yield partial(self.learn, first, _informed(learner, first, near))
+
+    def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
+        """Return the best reference for a prior. NotTrackableError: none was found, or none that is proved."""
+
+        def certified(
+            of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
+        ) -> Certified | NoSolution | Failure:
+            last = before.solution if before and before.is_with(prior) else None
+            given = of, prior, self.measured.plant, self._space(prior), self.goal
+            return learn_certified(*given, learner=learner, required=self.required, last=last)
+
+        found, cost = self.measured.learn_enough(
+            lambda of, before: found_or_raise(first.best(partial(certified, of, before))),
+            lambda found: found.solution.posterior.prior.as_known(),
+        )
+        sought = self._space(first.with_noise or first.prior).bounds
+        limited = tuple(name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval))
+        return _with_unconstrained(None if limited else first.likeliest, found), cost, limited
+
+    def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
+        """Yield stages that prove a reference sooner than the whole search does, for likely hyperparameters.
+
+        If `first` does not know them, they are learned here without bounds.
+        """
+        likeliest = first.likeliest
+        if likeliest is None:
+            free = best_solution(ConstrainedProblem(self.measured.signals, first.prior, self._space(first.prior)))
+            if not isinstance(free, Solution):
+                return
+            likeliest = free.posterior
+        held = replace(first, likeliest=likeliest, with_noise=None)
+        if learner is HYPERPARAMETERS:
+            yield partial(replace(self, starts=1).learn, held, learner)
+        else:
+            theta = held.likely.hyperparameters
+            start = np.log([theta[name] for name in held.prior.learned])
+            search = partial(learn_from_starts, [start], is_brief=True)
+            yield partial(self.learn, held, replace(FUNCTION, solve=partial(search, steps=0)))
+            yield partial(self.learn, held, replace(JOINT, solve=search, fallback=None))
+
+    def _space(self, prior: JointPrior) -> SearchSpace:
+        return SearchSpace.around(self.measured.signals, prior, self.starts)
 
 
 def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[EmpiricalPrior, Learner]:
@@ -334,18 +370,6 @@ def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference 
         return learner
     also = [np.log([of.prior.hyperparameters[name] for name in first.prior.learned]) for of in (near,) if of]
     return replace(learner, solve=partial(learn_jointly, also=also, minima=first.minima))
-
-
-def _end_of(budget: object) -> float:
-    """Return the time at which a budget [s] ends, on the clock of `monotonic`; infinity without a budget.
-
-    TypeError or ValueError: `budget` is not a positive number.
-    """
-    if budget is None:
-        return float("inf")
-    if not (seconds := real("budget", budget)) > 0:
-        raise ValueError(f"budget: expected a positive number of seconds, got {seconds:g}")
-    return monotonic() + seconds
 
 
 @contextmanager
@@ -386,43 +410,6 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
 def _is_no_worse(one: Found, other: Found) -> bool:
     least = other[0].solution.objective
     return one[0].solution.objective <= least + _SAME_VALUE * (1 + abs(least))
-
-
-def _quick(
-    first: EmpiricalPrior, measured: Measurements, starts: int, learner: Learner, learn: Callable[..., Found]
-) -> Iterator[Callable[[], Found]]:
-    """Yield stages that prove a reference sooner than the whole search does, for likely hyperparameters.
-
-    If `first` has no learned hyperparameters, they are learned from the first samples of each name. With a periodic
-    kernel, all samples are used, because a few may not cover a period. Explanations of J then use l at these
-    hyperparameters in place of the least l.
-    """
-    likely = first.likely
-    if likely.learned:
-        free = best_solution(_problem_of_first_samples(first.prior, measured, starts))
-        if not isinstance(free, Solution):
-            return
-        likely = free.posterior.prior.as_known()
-    held = replace(first, likeliest=first.likeliest or JointPosterior(likely, measured.signals), with_noise=None)
-    if learner is not HYPERPARAMETERS:
-        theta = likely.hyperparameters
-        start = np.log([theta[name] for name in held.prior.learned])
-        search = partial(learn_from_starts, [start], is_brief=True)
-        yield partial(learn, held, replace(FUNCTION, solve=partial(search, steps=0)))
-        yield partial(learn, held, replace(JOINT, solve=search, fallback=None))
-    else:
-        yield partial(learn, held, learner, starts=1)
-
-
-def _problem_of_first_samples(prior: JointPrior, measured: Measurements, starts: int) -> ConstrainedProblem:
-    """Return the problem without bounds for the first samples of each name."""
-    end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
-    few = {
-        name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
-        for name, of in measured.given.items()
-    }
-    samples = replace(measured, given=few).signals
-    return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts))
 
 
 def _with_unconstrained(likeliest: JointPosterior | None, certified: Certified) -> Certified:

@@ -93,6 +93,8 @@ def _of_column(what: str, column: SeriesLike) -> Samples:
         times = times / np.timedelta64(1, "s")
     times, values = numbers(f"{what}: index", times), numbers(what, column.to_numpy())
     there = ~np.isnan(values)
+    if len(there) and not there.any():
+        raise ValueError(f"{what}: expected numbers, but every value is NaN")
     return Samples(times[there], values[there])
 
 
@@ -117,34 +119,39 @@ class Measurements:
     times: int = 1
 
     @classmethod
-    def of(
-        cls,
-        samples: SamplesLike,
-        plant: ConstrainedSystem,
-        noise_std: Noise,
-        centres: Centres,
-    ) -> Self:
+    def of(cls, samples: SamplesLike, plant: ConstrainedSystem, noise_std: Noise, centres: Centres) -> Self:
         """Check and return the samples. TypeError and ValueError as in `learn_reference`."""
         require_plant(plant)
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
-        return cls(plant, given, names_of_each(plant, given), noise_std, centres)
+        return cls(plant, given, _kinds(plant, given), noise_std, centres)
 
     @cached_property
     def all(self) -> dict[str, Samples]:
-        """All samples by name. ValueError: several names depend on one flat output, and the noise of one is unknown."""
-        return with_noise(self.given, self.kinds, self.noise_std)
+        """All samples by name, with noise relative to that of the first name for the same flat output.
+
+        ValueError: several names depend on one flat output, and the noise of one is unknown.
+        """
+        for names in self.kinds:
+            unknown = [name for name in names if not 0 < self.known_noise.get(name, 0.0) < np.inf]
+            if len(names) > 1 and unknown:
+                got = _value_of(self.noise_std, unknown[0], "noise_std")
+                raise ValueError(
+                    f"noise_std: must be given as a number for each of {' and '.join(names)}, which show the same flat "
+                    f"output in units of their own, as {dict.fromkeys(names, 0.1)}; got {got!r}"
+                )
+        return relative_to_first(self.given, self.kinds, self.known_noise)
 
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name."""
-        return condense_by_name(self.all, self.kinds, self.centres, self.noise_std, self.times)
+        return condense_by_name(self.all, self.kinds, self.centres, self.known_noise, self.times)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The name of each flat output: the first of the names that depend on it."""
         return tuple(first for first, *_ in self.kinds)
 
-    @property
+    @cached_property
     def known_noise(self) -> dict[str, float]:
         """The noise of each name for which a number is given."""
         given = {name: _value_of(self.noise_std, name, "noise_std") for name in self.given}
@@ -163,8 +170,15 @@ class Measurements:
         return sampled_signals(self.plant, self.fewer)[1]
 
     def others(self, what: str, samples: SamplesLike) -> Self:
-        """Return measurements of other samples; `what` names them in messages. Raises as `same_states`."""
-        return replace(self, given=_of_states(what, samples, self.plant, self.kinds), times=1)
+        """Return measurements of other samples of the same names; `what` names them in messages.
+
+        ValueError: they have other names.
+        """
+        given = samples_by_name(samples, self.plant, what)
+        if _kinds(self.plant, given) != self.kinds:
+            expected = ", ".join(name for names in self.kinds for name in names)
+            raise ValueError(f"{what}: expected samples of {expected}, like `samples`, got {', '.join(given)}")
+        return replace(self, given=given, times=1)
 
     def learn_enough(
         self,
@@ -187,7 +201,7 @@ class Measurements:
         "auto" doubles the number of centres until the effect is small, or all samples are used. If some
         hyperparameters are still to be learned, return the same measurements and no effect.
         """
-        cost = () if prior.learned else self.cost(prior)
+        cost = () if prior.learned else cost_of(self.plant, self.all, self.fewer, prior)
         if self.centres != "auto" or not any(each.is_large for each in cost):
             return self, cost
         return replace(self, times=2 * self.times).enough_for(prior)
@@ -215,17 +229,10 @@ class Measurements:
             for name in self.names
         }
 
-    def cost(self, prior: JointPrior) -> tuple[Condensation, ...]:
-        """Return the effect of condensing the samples."""
-        return cost_of(self.plant, self.all, self.fewer, prior)
 
-
-def names_of_each(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
-    """Return, for each flat output, the sampled names that depend on it; the first one shows its level.
-
-    ValueError as `kinds_by_name`.
-    """
-    return [tuple(shown) for shown in kinds_by_name(plant, names)]
+def _kinds(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
+    """Return, for each flat output, the sampled names that depend on it. ValueError as `kinds_by_name`."""
+    return [tuple(kinds) for kinds in kinds_by_name(plant, names)]
 
 
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
@@ -236,8 +243,8 @@ def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "s
         return {default_sample(plant): _samples(what, given)}
     if not isinstance(given, Mapping):
         raise TypeError(
-            f"{what}: expected Samples, or a mapping from names to Samples, got {type(given).__name__}; "
-            "`recording.samples(name)` gives those of a recording"
+            f"{what}: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
+            f"times as its index, got {type(given).__name__}; `recording.samples(name)` gives those of a recording"
         )
     return {name: _samples(what, of_name, f" of {name}") for name, of_name in given.items()}
 
@@ -248,54 +255,6 @@ def _samples(what: str, given: object, of: str = "") -> Samples:
     if not isinstance(given, Samples):
         raise TypeError(f"{what}: expected Samples(times, values){of}, got {type(given).__name__}")
     return given
-
-
-def with_noise(
-    samples: Mapping[str, Samples],
-    kinds: list[tuple[str, ...]],
-    noise_std: Noise,
-) -> dict[str, Samples]:
-    """Return samples whose noise is relative to σ_n of the first name for the same flat output.
-
-    `kinds` has, for each flat output, the names that depend on it. ValueError: there are several such names, and the
-    noise of one is not known.
-    """
-    several = [names for names in kinds if len(names) > 1]
-    known = {name: _known_noise(_value_of(noise_std, name, "noise_std"), names) for names in several for name in names}
-    return relative_to_first(samples, kinds, known)
-
-
-def same_states(
-    what: str,
-    samples: SamplesLike,
-    plant: ConstrainedSystem,
-    kinds: list[tuple[str, ...]],
-    noise_std: Noise,
-) -> dict[str, Samples]:
-    """Return other samples by name, with their relative noise; `what` names them in messages.
-
-    ValueError: their names are not those of the first samples, given by `kinds`.
-    """
-    return with_noise(_of_states(what, samples, plant, kinds), kinds, noise_std)
-
-
-def _of_states(
-    what: str, samples: SamplesLike, plant: ConstrainedSystem, kinds: list[tuple[str, ...]]
-) -> dict[str, Samples]:
-    given = samples_by_name(samples, plant, what)
-    if names_of_each(plant, given) != kinds:
-        expected = ", ".join(name for shown in kinds for name in shown)
-        raise ValueError(f"{what}: expected samples of {expected}, like `samples`, got {', '.join(given)}")
-    return given
-
-
-def _known_noise(given: object, names: tuple[str, ...]) -> float:
-    if not (is_number(given) and 0 < given < np.inf) or isinstance(given, Learned):
-        raise ValueError(
-            f"noise_std: must be given as a number for each of {' and '.join(names)}, which show the same flat output "
-            f"in units of their own, as {{{', '.join(f'{name!r}: 0.1' for name in names)}}}; got {given!r}"
-        )
-    return float(given)
 
 
 # The prior mean, which has to be an equilibrium for as long as the claim requires.

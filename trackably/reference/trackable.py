@@ -21,7 +21,6 @@ from trackably.reference.draws import Bands, Draws, band, bounded_steps, draws_w
 from trackably.reference.explanation import (
     at_edges,
     budget_sentence,
-    condensation_sentence,
     costs,
     distances,
     given_values,
@@ -205,7 +204,7 @@ class TrackableReference(LearnedReference):
         self._refuse_unproved(k)
         whole("draws: count", count, least=1)
         whole("draws: seed", seed, least=0)
-        also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
+        also = bounded_steps(self.fit, self.certificate.claim.span)
         return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
     def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
@@ -234,12 +233,12 @@ class TrackableReference(LearnedReference):
             self.certificate.explanation,
             kept_free(self.tightening),
             *given_values(fit.pinned),
-            means(fit.prior, fit.samples, fit.unconstrained_prior),
-            leaves_last_samples(fit) if isinstance(self.certificate.claim, AllTimes) else None,
-            condensation_sentence(fit),
-            distances(fit),
+            *means(fit.prior, fit.samples, fit.unconstrained_prior),
+            *(leaves_last_samples(fit) if isinstance(self.certificate.claim, AllTimes) else ()),
+            f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None,
+            *distances(fit),
             costs(fit),
-            at_edges(fit),
+            *at_edges(fit),
             budget_sentence(fit),
             longer_than_memory(fit),
         ]

@@ -55,7 +55,8 @@ def _waypoint(
         raise ValueError(f"at: {time:g} s is outside of the times that are claimed, from {first:g} s to {last:g} s")
     if values == "rest":
         _refuse_restless(time, plant)
-        return Waypoint(time, {}, {name: _tolerance(tolerance, name, extent(plant, name)) for name in plant.names})
+        extents = {name: extent(plant, name, time) for name in plant.names}
+        return Waypoint(time, {}, {name: _tolerance(tolerance, name, of) for name, of in extents.items()})
     if not isinstance(values, Mapping):
         raise TypeError(
             f'at: expected values by name of a state or an input, or "rest", at {time:g} s, got {short(values)}'
@@ -65,7 +66,7 @@ def _waypoint(
         raise ValueError(f"at: nothing is given at {time:g} s")
     by: dict[str, float] = {}
     for name, value in values.items():
-        bounds, number = extent(plant, name), real(f"at: {name} at {time:g} s", value)
+        bounds, number = extent(plant, name, time), real(f"at: {name} at {time:g} s", value)
         if bounds and not bounds.lower <= number <= bounds.upper:
             raise ValueError(f"at: {name} must be inside {bounds} at {time:g} s, got {number:g}{left}")
         by[name] = _tolerance(tolerance, name, bounds)

@@ -11,7 +11,7 @@ from typing import Never
 
 import numpy as np
 
-from trackably.arguments import real
+from trackably.arguments import positive
 from trackably.arrays import ArrayLike
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
@@ -25,11 +25,11 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
 from trackably.reference.condensed import NODES, Centres
-from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, known_means, levels, split_means
+from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.feasibility import impossible
-from trackably.reference.fit import Fit, edges_of
-from trackably.reference.input_warnings import doubts, moving_ends, repeated, warn_about
+from trackably.reference.fit import Fit, edges_of, narrow_limits
+from trackably.reference.input_warnings import doubts, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, waypoints
@@ -132,13 +132,7 @@ def learn_stream(
         raise ValueError(
             "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
-    asked = warn_about(
-        (
-            *doubts(claim, measured.given, plant, measured.known_noise, known_means(level, between)),
-            *moving_ends(claim, {name: measured.given[name] for name in between}),
-        ),
-        _CALLER,
-    )
+    asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)
@@ -168,8 +162,7 @@ def learn_stream(
 
 def _window_length(window: object, given: Mapping[str, Samples]) -> float:
     """Return the length of a window [s]. Raises TypeError or ValueError if it is not positive, or too short."""
-    if (length := real("window", window)) <= 0:
-        raise ValueError(f"window: must be a positive number of seconds, got {length:g}")
+    length = positive("window [s]", window)
     spacings = {name: float(np.median(np.diff(of.times))) for name, of in given.items() if len(of) > 1}
     name = min(spacings, key=spacings.__getitem__, default="")
     span = max(float(of.times[-1] - of.times[0]) for of in given.values())
@@ -237,6 +230,5 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
             stacklevel=_CALLER + 1,
         )
     learned = solution.posterior.prior
-    narrow = [edge for edge in edges_of(learned, solution.posterior.samples) if edge.is_given]
-    warn_about([f"{edge}, {edge.interval}: was it meant as a limit?" for edge in narrow], _CALLER + 1)
+    warn_about(narrow_limits(edges_of(learned, solution.posterior.samples)), _CALLER + 1)
     return learned.as_known()

@@ -114,7 +114,7 @@ class StreamReference(LearnedReference):
         ]
         learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
         said = [self.certificate.explanation, kept_free(self.tightening), *given_values(self.stream.pinned), learned]
-        said.append(means(self.prior, self.samples, self.prior))
+        said += means(self.prior, self.samples, self.prior)
         return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
 
     def save(self, path: Path | str) -> None:

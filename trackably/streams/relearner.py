@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from trackably.arguments import instance, real, whole
+from trackably.arguments import instance, positive, whole
 from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
@@ -22,9 +22,8 @@ from trackably.learning.learner import FUNCTION, JOINT
 from trackably.learning.problem import NoSolution
 from trackably.learning.space import SearchSpace
 from trackably.reference.fit import Fit
-from trackably.reference.request import SamplesLike, names_of_each, same_states
+from trackably.reference.request import Measurements, SamplesLike
 from trackably.reference.trackable import TrackableReference
-from trackably.systems.sampling import sampled_signals
 
 # Learn a reference again from each window of samples, starting from the result of the last window.
 
@@ -96,8 +95,8 @@ class Relearner:
                 "reference: a loop may need it for ever, so that it has to be proved for all times, but it is for "
                 f"{times_of(self._last.certificate.claim)} only; learn it with the claim 'all_times' or 'all_phases'"
             )
-        if self.budget is not None and not real("budget", self.budget) > 0:
-            raise ValueError(f"budget: expected a positive number of seconds, got {self.budget!r}")
+        if self.budget is not None:
+            positive("budget [s]", self.budget)
         if whole("moving_every", self.moving_every, least=0) and not self._prior.learned:
             raise ValueError(
                 "moving_every: expected 0, because all hyperparameters of the reference are known and none can be "
@@ -115,10 +114,10 @@ class Relearner:
         ValueError: the samples do not fit.
         """
         plant = self.reference.reference.plant
-        kinds = names_of_each(plant, self.reference.sampled)
-        _, seen = sampled_signals(plant, same_states("samples", samples, plant, kinds, self.noise_std))
+        learned_from = Measurements.of(self.reference.sampled, plant, self.noise_std, centres=None)
+        seen = learned_from.others("samples", samples)
         begun = self.clock()
-        found = self._learn(seen)
+        found = self._learn(seen.signals)
         self.seconds.append(self.clock() - begun)
         if isinstance(found, Certified):
             self._last = found

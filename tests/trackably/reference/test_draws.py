@@ -18,6 +18,7 @@ from trackably.reference.draws import band, draws_within_bounds
 from trackably.reference.learn import learn_reference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
@@ -49,6 +50,16 @@ def test_every_draw_keeps_the_bounds_and_follows_the_system():
     np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
     off = states[:, WITHIN[::10], 0] - learned().samples[0].values
     assert np.max(np.abs(np.mean(off, axis=0))) < 0.01
+
+
+def test_bounds_that_move_are_kept():
+    falling = PolynomialPieces.lines({0.0: 0.3, 0.6: 0.02})
+    sets, k = plant(-2.0, falling), WITHIN[::6]
+    posterior = learned().fit.posterior
+    states, _ = draws_within_bounds(Reference(posterior.signals, sets), posterior, k, NONE, 500, 0)
+    above = states[..., 0] - falling(k * 0.01)
+    assert np.max(above) <= 0
+    assert np.max(above[:, -1]) > -1e-3
 
 
 def test_bands_of_example_1_hold_the_truth_and_stay_within_bounds():

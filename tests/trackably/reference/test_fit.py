@@ -17,8 +17,9 @@ from trackably import (
     SquaredExponential,
     learn_reference,
 )
+from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior
-from trackably.reference.fit import Misfit
+from trackably.reference.fit import Fit, Misfit
 
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
 LOW = replace(example1.SYSTEM, state_set=Polytope.box([-2.0], [0.001]))
@@ -62,6 +63,14 @@ def test_the_gap_is_the_cost_minus_the_dual_with_the_plants_own_bounds(joint, al
     assert joint.duality_gap == pytest.approx(primal - (2 * demanded - primal), rel=1e-3)
     assert 0 < joint.duality_gap < 0.01 * joint.price
     assert alone.duality_gap == 0
+
+
+def test_noise_that_was_learned_without_bounds_is_called_learned_whichever_fit_is_likelier(joint):
+    likely = joint.fit.unconstrained_prior
+    unlikely = likely.map_values(lambda name, value: Learned(5 * value if name == "noise_std" else value))
+    fit = Fit.of(joint.reference, joint.fit.solution, JointPosterior(unlikely, joint.samples), ())
+    assert fit.unconstrained_prior.parts[0].noise_std == 0.02
+    assert all(misfit.is_learned for misfit in fit.misfits)
 
 
 def test_both_misfits_are_those_of_the_states(joint):

@@ -120,9 +120,8 @@ def learned():
     t = np.arange(0.0, 3.0, 0.1)
     values = 0.1 * np.sin(1.5 * t) + draw.uniform(-NOISE, NOISE, len(t))
     samples = Samples(t, values)
-    return learn_reference(
-        samples, SLIDE, SquaredExponential(), (0.0, 2.9), noise_std=NOISE, truth=Truth(NOISE, second_derivative=LIMIT)
-    )
+    known = {"noise_std": NOISE, "truth": Truth(NOISE, second_derivative=LIMIT), "starts": 1}
+    return learn_reference(samples, SLIDE, SquaredExponential(), (0.0, 2.9), **known)
 
 
 def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
@@ -141,7 +140,7 @@ def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
     assert found.radius <= float(np.max(upper - lower)) / 2 + 1e-9
 
 
-COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "progress": False}
+COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "starts": 1}
 
 
 def learned_near(**more):

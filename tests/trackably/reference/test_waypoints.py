@@ -1,6 +1,7 @@
 """Values at given times: met up to a tolerance that is proved, or refused."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from trackably import (
     ConstrainedSystem,
     NonlinearSystem,
     NotTrackableError,
+    PolynomialPieces,
     Polytope,
     Proved,
     Samples,
@@ -68,6 +70,16 @@ def test_values_that_are_not_met_are_no_reference(monkeypatch):
     with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
         learned({0.0: {"position": -0.5}})
     assert isinstance(raised.value.outcome, Counterexample)
+
+
+def test_values_lie_inside_of_the_bounds_at_their_time():
+    closing = PolynomialPieces.lines({0.0: 0.2, 2.0: 0.05, 3.0: 0.2})
+    plant = replace(AXIS, state_set=Polytope.box([-1.1, -1.0], [closing, 1.0]))
+    learn = partial(learn_reference, SAMPLES, plant, KNOWN, (0.0, 3.0), noise_std=0.02)
+    found = learn(at={2.0: {"position": 0.05}})
+    assert found.state(40)[0] == pytest.approx(0.05, abs=2e-4)
+    with pytest.raises(ValueError, match=r"at: position must be inside \[-1\.1, 0\.05\] at 2 s, got 0\.1"):
+        learn(at={2.0: {"position": 0.1}})
 
 
 def curve(low, high):

@@ -70,5 +70,5 @@ def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
 def test_values_that_are_rounded_far_below_the_known_noise_need_no_more_centres():
     times = 0.01 * np.arange(6000)
     rounded = {"x": Samples(times, np.round(np.sin(times), 4))}
-    few, many = (len(condense_by_name(rounded, [["x"]], "auto", noise)["x"]) for noise in (0.01, None))
+    few, many = (len(condense_by_name(rounded, [["x"]], "auto", known)["x"]) for known in ({"x": 0.01}, {}))
     assert 2 * few < many

@@ -45,7 +45,7 @@ WEAK = replace(AXIS, state_set=Polytope.box([-1, -1.5], [1, 1.5]), input_set=Pol
 FREE = replace(WEAK, state_set=Polytope.box([-1, -np.inf], [1, np.inf]))
 MOVING = replace(AXIS, state_set=Polytope.box([0.3, 0.5], [1.0, 1.5]))
 REST = {"position": 0.0, "velocity": 0.0}
-SEEDS = range(12)
+SEEDS = range(8)
 
 
 def between(low: Any, high: Any) -> ConstrainedSystem:
@@ -90,11 +90,6 @@ TOLD: dict[str, tuple[ConstrainedSystem, Written, Waypoints, str, float, float, 
     **{f"too short a way from {t} s": (MOVING, (t, t + 3.0), {}, *TOO_SHORT) for t in (0.0, -100.0, -0.04, 1e9)},
     "bounds that move": (between(LINES({1.0: -1.0, 1.5: 0.6}), LINES({1.0: -0.5, 1.4: 1.0})), (0.0, 4.0), {},
         "", 0.0, np.inf, "position (lower bound"),
-    "bounds that move periodically": (
-        between(LINES({1.0: -1.0, 1.25: 0.6}, 2.5), LINES({1.0: -0.5, 1.24: 1.0}, 2.5)), (0.0, 4.0), {},
-        "", 0.0, np.inf, "position (lower bound"),
-    "times that steps link": (WEAK, "all_times", {0.3: {"position": 0.0}, 0.35: {"position": 0.9}},
-        "position = 0.9 at t = 0.35 s", 0.0, np.inf, ""),
     **{f"a free state at {t} s": (FREE, "all_times", {t: REST, t + 1.0: {"position": 0.8}},
         f"position = 0.8 at t = {1 + t:g} s", 0.75, 1e-5, "") for t in (0.0, 0.35)},
     "positions of two steps, of a free velocity": (FREE, "all_times",
@@ -180,7 +175,7 @@ def test_what_a_trajectory_does_is_never_called_impossible(seed):
         assert impossible(plant, *given) is None
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(
     ("system", "start", "low", "high"),
     [(tank(5.0), [1.0], 0.4, 1.0), (two_tanks(1.0), [1.0, 1.0], 0.2, 1.0), (pendulum(0.05), [0.0, 0.0], -1.0, 1.0)],

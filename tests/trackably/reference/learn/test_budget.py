@@ -10,7 +10,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from tests.trackably.plants import AXIS, SAMPLES, TANK
+from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
     ConstrainedSystem,
     NotTrackableError,
@@ -28,16 +28,12 @@ from trackably.learning.problem import OutOfTime
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
 TIMES = np.linspace(0, 16, 40)
 SWING = Samples(TIMES, -0.4 + 0.55 * np.sin(2 * np.pi * TIMES / 8) + 0.02 * np.random.default_rng(0).normal(size=40))
-FILLED = Samples(TIMES[:20], 1.2 + 0.25 * np.sin(TIMES[:20]) + 0.02 * np.random.default_rng(0).normal(size=20))
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
 
 TASKS = {
     "together": partial(learn_reference, SAMPLES, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, starts=2),
     "periodic": partial(
         learn_reference, SWING, AXIS, Periodic(period=8.0), "all_phases", noise_std=0.02, mean=-0.4, starts=2
-    ),
-    "nonlinear": partial(
-        learn_reference, FILLED, TANK, SquaredExponential(), (0.0, 7.0), noise_std=0.02, mean=1.0, starts=2
     ),
 }
 

@@ -22,7 +22,7 @@ from trackably import (
 )
 from trackably.certificates.claim import Written, as_claim
 from trackably.checker.certificate import Window
-from trackably.reference.input_warnings import doubts, moving_ends
+from trackably.reference.input_warnings import doubts
 
 KNOWN = SquaredExponential(0.1, 0.5)
 X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])
@@ -54,13 +54,14 @@ def asked(
     name: str = "position",
     noise_std: float | None = None,
     mean: float | None = None,
+    learned: tuple[str, ...] = (),
 ) -> list[str]:
     known = [{} if of is None else {name: of} for of in (noise_std, mean)]
-    return list(doubts(as_claim(claim), {name: samples}, plant, *known))
+    return list(doubts(as_claim(claim), {name: samples}, plant, *known, learned))
 
 
 def asked_of_end(samples: Samples, claim: Written = "all_times") -> list[str]:
-    return list(moving_ends(as_claim(claim), {"position": samples}))
+    return asked(claim, samples, learned=("position",))
 
 
 def moved(by: float) -> Samples:

@@ -27,7 +27,7 @@ PLANT = ConstrainedSystem(CHAIN, Polytope.box(-LIMITS, LIMITS), Polytope.box([-6
 
 def test_a_sine_is_proved_and_followed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(screening, "_POINTS", 100)  # how many periods are tried says nothing of this
-    times, noise = np.linspace(0, 16, 60), 0.02
+    times, noise = np.linspace(0, 16, 40), 0.02
     values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
     found = learn_reference(Samples(times, values), PLANT, Periodic(), "all_phases", starts=1)
     assert found.misfit["a"] < 1.05 * noise

@@ -22,7 +22,6 @@ KERNELS: dict[str, Kernel] = {
     "matern52": Matern52(),
     "rational quadratic": RationalQuadratic(),
     "locally periodic": SquaredExponential() * Periodic(1.0, 2.0, 6.0),
-    "sum": SquaredExponential(0.5, 1.0) + Matern52(0.1, 0.7),
 }
 pytestmark = pytest.mark.filterwarnings("ignore:samples. those of position begin")  # float64 suffices here
 DAY = 86_400.0  # s
