@@ -16,8 +16,8 @@ from scipy.optimize import minimize
 
 from benchmarks.harness import Disagreement, Row, agree, duel, kept, no_worse, timed, within
 from benchmarks.problems import Task, last_step, task
-from pipeline.baselines import all_phases
 from pipeline.published.algorithm1 import AS_PUBLISHED, algorithm1, tail
+from pipeline.published.periodic import all_phases
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
