@@ -17,7 +17,6 @@ from typing import TypeVar
 import numpy as np
 from tqdm import tqdm
 
-from pipeline.baselines import all_phases
 from pipeline.environment import environment
 from pipeline.experiments import Experiment
 from pipeline.experiments.model import with_learned_means
@@ -36,6 +35,7 @@ from pipeline.methods import (
     in_intervals,
 )
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
+from pipeline.published.periodic import all_phases
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
 from pipeline.storage.results import Results, to_csv
 from trackably.arrays import Array

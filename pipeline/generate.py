@@ -13,15 +13,13 @@ from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.gp.hyperparameter import Learned
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, read_csv
 from trackably.recordings.mcap_file import Field, read_mcap
 from trackably.recordings.recording import select, thin_out
-from trackably.reference.condensed import MANY, condense_by_name
+from trackably.reference.condensed import MANY
 from trackably.reference.input_warnings import doubts
-from trackably.systems.sampling import kinds_by_name, sampled_signals
 
 _SIGNAL = "signal"
 _ROUNDING = 1e-9  # of the end of an excerpt
@@ -86,15 +84,8 @@ def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Sam
 
 
 def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: Mapping[str, Samples]) -> Sampled:
-    names, samples = sampled_signals(experiment.plant, _fewer(experiment, experiment.noisy(measured)))
-    return Sampled(names, samples, tuple(held_out), tuple(held_out.values()))
-
-
-def _fewer(experiment: Experiment, samples: Mapping[str, Samples]) -> dict[str, Samples]:
-    """Return the samples to learn from: fewer centres that stand for all of them, where the experiment says so."""
-    noise = {name: of.noise_std for name, of in experiment.prior.items() if not isinstance(of.noise_std, Learned)}
-    kinds = kinds_by_name(experiment.plant, samples)
-    return condense_by_name(samples, kinds, experiment.centres, noise)
+    found = experiment.measured(measured)
+    return Sampled(found.names, found.signals, tuple(held_out), tuple(held_out.values()))
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:

@@ -33,6 +33,15 @@ class MarginProfile:
         """The steps k at which the bounds are violated at k T_s."""
         return [int(k) for k in np.flatnonzero(self.at_steps < 0)]
 
+    def coarser(self, rows: int) -> tuple[Array, "MarginProfile"]:
+        """Return at most so many rows, each the smallest of several sampling intervals, and when each begins [s]."""
+        together = -(-len(self.margins) // rows)
+        first = np.arange(0, len(self.margins), together)
+        smallest = [k + int(np.argmin(self.margins[k : k + together])) for k in first]
+        at_steps = np.minimum.reduceat(self.at_steps, first)
+        coarse = MarginProfile(self.quantity, self.times[smallest], self.margins[smallest], at_steps)
+        return first.astype(float) * self.quantity.trajectory.sampling_time, coarse
+
 
 def margin_profile(reference: Reference, quantity: Quantity, last_step: int, instants_per_step: int) -> MarginProfile:
     """Compute margins at `instants_per_step` times in each of the sampling intervals 0 … last_step."""

@@ -8,11 +8,10 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import Field, PositiveInt, model_validator
 
-from pipeline.baselines import all_phases
 from pipeline.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.algorithm1 import Reading, Trace, algorithm1
-from pipeline.published.periodic import on_grid, on_intervals, on_period, steps_of_period
+from pipeline.published.periodic import all_phases, on_grid, on_intervals, on_period, steps_of_period
 from pipeline.published.scalar import state_and_input
 from pipeline.yaml_file import Fields
 from trackably.arrays import Array

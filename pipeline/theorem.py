@@ -51,11 +51,6 @@ def meaning(theory: Path = THEORY) -> str:
     return sha256(read_bytes(theory / "Statement.v")).hexdigest()
 
 
-def files_of(results: Results) -> list[Path]:
-    """Return certificates and counterexamples of an experiment."""
-    return sorted(results.certificate("any").parent.glob("*.json"))
-
-
 def proved_by_coq(results: Results, theory: Path = THEORY) -> dict[str, Proved]:
     """Return by file what is on record as proved of the statements that the files make today.
 
@@ -63,7 +58,7 @@ def proved_by_coq(results: Results, theory: Path = THEORY) -> dict[str, Proved]:
     """
     recorded = read_record(theory).get(results.experiment, {})
     words = meaning(theory) if recorded else ""
-    found = {file.stem: recorded[file.stem] for file in files_of(results) if file.stem in recorded}
+    found = {file.stem: recorded[file.stem] for file in results.proofs if file.stem in recorded}
     return {
         name: proved
         for name, proved in found.items()
@@ -137,7 +132,7 @@ def theorem(context: click.Context, experiments: tuple[str, ...], params: Path, 
     refused = False
     for name in experiments or load_experiments(params):
         proved[load_experiment(name, params).name] = {}
-        for file in files_of(Results(name, results)):
+        for file in Results(name, results).proofs:
             try:
                 stated = stated_in(file)
             except InputError as error:

@@ -97,14 +97,10 @@ def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[st
     A row has the smallest margin of several sampling intervals, so that there are at most 300 rows. NaN stands for a
     quantity that is not defined.
     """
-    profile = next(iter(margins.values()))[0]
-    count = len(profile.margins)
-    first = np.arange(0, count, -(-count // _ROWS))
-    times: Array = first.astype(float) * profile.quantity.trajectory.sampling_time
+    times, _ = next(iter(margins.values()))[0].coarser(_ROWS)
     columns = {"time": times}
     for method, profiles in margins.items():
-        relative = np.min([p.margins / p.quantity.bounds.width for p in profiles], axis=0)
-        smallest = np.minimum.reduceat(relative, first)
+        smallest = np.min([p.coarser(_ROWS)[1].margins / p.quantity.bounds.width for p in profiles], axis=0)
         columns[method] = np.where(np.isfinite(smallest), smallest, np.nan)
     return columns
 

@@ -16,6 +16,7 @@ from pydantic import (
     PlainValidator,
     PositiveFloat,
     PositiveInt,
+    Strict,
     model_validator,
 )
 
@@ -88,21 +89,11 @@ def parse_claim(written: object) -> Claim:
 ClaimField = Annotated[Claim, BeforeValidator(parse_claim)]
 
 
-def as_tuple(written: object) -> object:
-    """Return a list as the tuple that a frozen field holds, and anything else as it is."""
-    return tuple(written) if isinstance(written, list) else written
-
-
 def by_name(written: object) -> object:
     """Return a mapping that has entries as it is. ValueError: anything else."""
     if not isinstance(written, dict) or not written:
         raise ValueError("expected a mapping from the name of what is sampled")
     return written
-
-
-def as_set(written: object) -> object:
-    """Return a list as the set that a frozen field holds, and anything else as it is."""
-    return frozenset(written) if isinstance(written, list) else written
 
 
 def _centres(written: object) -> object:
@@ -126,6 +117,8 @@ def _plain_unit(unit: str) -> str:
     return unit
 
 
+LISTED = Strict(False)
+"""Of a tuple or a set that is written as a list."""
 ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
 CentresField = Annotated[Centres, PlainValidator(_centres)]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
@@ -133,7 +126,7 @@ UnitField = Annotated[str, AfterValidator(_plain_unit)]
 MOST_STEPS = 1_000_000
 StepCount = Annotated[PositiveInt, Field(le=MOST_STEPS)]
 """More sampling steps would take days, and their logs more room than there is."""
-Counts = Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)]
+Counts = Annotated[tuple[PositiveInt, ...], LISTED]
 
 
 class Steps(Fields):
@@ -218,7 +211,7 @@ class StudyFields(Fields):
 
     conservatism: Counts = ()
     draws: NonNegativeInt = 0
-    tightness: Annotated[tuple[float, ...], BeforeValidator(as_tuple)] = ()
+    tightness: Annotated[tuple[float, ...], LISTED] = ()
 
 
 class Published(Fields):
@@ -266,5 +259,5 @@ class Control(Fields):
     patience: NonNegativeInt = 100
     shown: PositiveInt = 150
     logged: PositiveInt = 600
-    horizons: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = (2, 5, 10, 20)
+    horizons: Counts = (2, 5, 10, 20)
     online: Relearning | None = None

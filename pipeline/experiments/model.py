@@ -10,6 +10,7 @@ from typing import Annotated, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from pipeline.experiments.fields import (
+    LISTED,
     MOST_STEPS,
     CentresField,
     ClaimField,
@@ -23,8 +24,6 @@ from pipeline.experiments.fields import (
     StudyFields,
     UnitField,
     Verification,
-    as_set,
-    as_tuple,
     by_name,
 )
 from pipeline.experiments.plants import Disturbance, ModelField, SetField, TruthField, tightened
@@ -41,12 +40,12 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
 from trackably.reference.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
-from trackably.reference.request import quantities_at_rest
+from trackably.reference.request import Measurements, quantities_at_rest
 from trackably.reference.truth import Sought, true_signals
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.sampling import kinds_by_name, prior_for, relative_to_first
+from trackably.systems.sampling import kinds_by_name, prior_for
 from trackably.systems.tightening import Tightening
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
@@ -120,7 +119,7 @@ def _methods(written: object) -> object:
         raise ValueError(f"expected each method once, got {', '.join(written)}")
     if missing := [method.name for method in REQUIRED if method.name not in written]:
         raise ValueError(f"expected {' and '.join(missing)} among them, got {', '.join(written)}")
-    return as_tuple(written)
+    return tuple(written)
 
 
 class Experiment(Fields):
@@ -151,8 +150,8 @@ class Experiment(Fields):
     samples: Annotated[dict[str, SourceField], BeforeValidator(by_name)]
     centres: CentresField = "auto"
     prior: Annotated[dict[str, PriorField], BeforeValidator(by_name)]
-    shared: Annotated[frozenset[str], BeforeValidator(as_set)] = frozenset()
-    plane: Annotated[tuple[str, str] | None, BeforeValidator(as_tuple)] = None
+    shared: Annotated[frozenset[str], LISTED] = frozenset()
+    plane: Annotated[tuple[str, str] | None, LISTED] = None
     claim: ClaimField
     methods: Annotated[tuple[str, ...], BeforeValidator(_methods)]
     search: Search = Search()
@@ -279,10 +278,10 @@ class Experiment(Fields):
         """Where samples come from, in the order of the flat outputs."""
         return {name: self.samples[name] for kinds in kinds_by_name(self.plant, self.samples) for name in kinds}
 
-    def noisy(self, samples: Mapping[str, Samples]) -> dict[str, Samples]:
-        """Return samples whose noise is relative to σ_n of the first name that shows the same flat output."""
+    def measured(self, samples: Mapping[str, Samples]) -> Measurements:
+        """Return samples by name with their noise, and fewer `centres` that stand for them where that is wanted."""
         noise = {name: fields.noise_std for name, fields in self.prior.items()}
-        return relative_to_first(samples, kinds_by_name(self.plant, samples), noise)
+        return Measurements.of(samples, self.plant, noise, self.centres)
 
     @property
     def learned_prior(self) -> JointPrior:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self, TypeVar
 import numpy as np
 from pydantic import BeforeValidator, PlainValidator, PositiveFloat, model_validator
 
-from pipeline.experiments.fields import as_tuple
+from pipeline.experiments.fields import LISTED
 from pipeline.yaml_file import Fields
 from trackably.reference.truth import Truth
 from trackably.systems.constrained import ConstrainedSystem, System
@@ -107,9 +107,9 @@ class Disturbance(DisturbanceSetFields):
     """
 
     noise: DisturbanceSetFields | None = None
-    model_error: Annotated[tuple[VertexFields, ...], BeforeValidator(as_tuple)] = ()
+    model_error: Annotated[tuple[VertexFields, ...], LISTED] = ()
     feedback: Matrix | None = None
-    sizes: Annotated[tuple[PositiveFloat, ...], BeforeValidator(as_tuple)] = ()
+    sizes: Annotated[tuple[PositiveFloat, ...], LISTED] = ()
 
 
 @lru_cache(maxsize=64)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
-from pipeline.experiments.fields import GroundTruthName, ProjectPath, Steps, as_tuple
+from pipeline.experiments.fields import LISTED, GroundTruthName, ProjectPath, Steps
 from pipeline.yaml_file import Fields
 from trackably.recordings import CLOCKS, REPAIRS, DateTimes
 from trackably.recordings.csv_file import MISSING
@@ -57,8 +57,7 @@ class Excerpt(Fields):
 
 
 def _known_repairs(written: object) -> object:
-    written = as_tuple(written)
-    if isinstance(written, tuple) and (unknown := [name for name in written if name not in REPAIRS]):
+    if isinstance(written, list) and (unknown := [name for name in written if name not in REPAIRS]):
         raise ValueError(f"there is no repair {unknown[0]!r}; there are {', '.join(REPAIRS)}")
     return written
 
@@ -90,7 +89,7 @@ def _message_time(written: object) -> object:
     raise ValueError("expected log, publish, or {field: header.stamp, unit: ...}")
 
 
-Repairs = Annotated[tuple[str, ...], BeforeValidator(_known_repairs)]
+Repairs = Annotated[tuple[str, ...], LISTED, BeforeValidator(_known_repairs)]
 
 
 class CsvColumn(Fields):
@@ -110,9 +109,9 @@ class CsvColumn(Fields):
     separator: str | None = None
     decimal: Literal[".", ","] = "."
     encoding: str = "utf-8"
-    columns: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = ()
-    skip: Annotated[tuple[PositiveInt, ...], BeforeValidator(as_tuple)] = ()
-    missing: Annotated[tuple[str, ...], BeforeValidator(as_tuple)] = MISSING
+    columns: Annotated[tuple[str, ...], LISTED] = ()
+    skip: Annotated[tuple[PositiveInt, ...], LISTED] = ()
+    missing: Annotated[tuple[str, ...], LISTED] = MISSING
     repairs: Repairs = ()
     excerpt: Excerpt | None = None
     ground_truth: GroundTruthName | None = None

@@ -224,7 +224,7 @@ def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tup
             f"experiment {experiment.name}: control.online: no samples of {', '.join(missing)} arrive; give a stream "
             "where the ground truth is known, or hold some out of a recording"
         )
-    arriving = experiment.noisy({name: samples for name, samples in later.items() if samples is not None})
+    arriving = experiment.measured({name: samples for name, samples in later.items() if samples is not None}).all
     joined = {name: _joined(first, arriving[name]) for name, first in sampled.by_name.items()}
     return sampled_signals(experiment.plant, joined)[1]
 

@@ -126,6 +126,22 @@ class Iteration:
         return self.keeps_states and self.keeps_rates
 
     @property
+    def numbers(self) -> dict[str, float]:
+        """The row of a table: k̄, learned hyperparameters, bounds (NaN while the ζ-test fails) and tests (0 or 1)."""
+        prior, (low, high) = self.solution.posterior.prior, self.growth_rates or (np.nan, np.nan)
+        return {
+            "k_bar": float(self.k_bar),
+            **{name: prior.hyperparameters[name] for name in prior.learned},
+            "mean_bound": self.tail.mean_bound if self.tail else np.nan,
+            "growth_lower": low,
+            "growth_upper": high,
+            "derivative_bound": self.tail.derivative_bound if self.tail else np.nan,
+            "objective": self.solution.objective,
+            "keeps_states": float(self.keeps_states),
+            "keeps_rates": float(self.keeps_rates),
+        }
+
+    @property
     def explanation(self) -> str:
         """Say which test fails, and by how much."""
         if self.tail is None or self.growth_rates is None:
@@ -218,19 +234,8 @@ class Trace:
 
     @classmethod
     def of(cls, iterations: tuple[Iteration, ...]) -> Self:
-        priors = [i.solution.posterior.prior for i in iterations]
-        names = priors[0].learned if priors else ()
-        return cls(
-            k_bar=np.array([i.k_bar for i in iterations], dtype=float),
-            hyperparameters={name: np.array([p.hyperparameters[name] for p in priors]) for name in names},
-            objective=np.array([i.solution.objective for i in iterations]),
-            mean_bound=np.array([i.tail.mean_bound if i.tail else np.nan for i in iterations]),
-            growth_lower=np.array([i.growth_rates[0] if i.growth_rates else np.nan for i in iterations]),
-            growth_upper=np.array([i.growth_rates[1] if i.growth_rates else np.nan for i in iterations]),
-            derivative_bound=np.array([i.tail.derivative_bound if i.tail else np.nan for i in iterations]),
-            keeps_states=np.array([i.keeps_states for i in iterations], dtype=float),
-            keeps_rates=np.array([i.keeps_rates for i in iterations], dtype=float),
-        )
+        rows = [iteration.numbers for iteration in iterations]
+        return cls.from_columns({name: np.array([row[name] for row in rows]) for name in rows[0]})
 
     @classmethod
     def from_columns(cls, columns: Mapping[str, Array]) -> Self:

@@ -1,4 +1,4 @@
-"""Constraints of periodic references as the paper has them: on the grid of problem (4), and of program (8)."""
+"""Constraints of periodic references: at all phases, on the grid of problem (4), and those of program (8)."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,15 +7,11 @@ import numpy as np
 
 from pipeline.published.scalar import coefficients, growth_rates, state_and_input
 from trackably.arrays import Array
-from trackably.checker.certificate import Window
+from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.joint import JointPosterior, JointPrior, period_of
-from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import ROUNDING_BACKOFF, Bounded, Constraint, Signalled
 from trackably.learning.index_set import RealTimes, Steps
-from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackably.learning.search import best_solution
-from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.trajectories import Quantity
@@ -116,20 +112,6 @@ def _extremes(
     return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])
 
 
-def grid(
-    samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace, last_step: int
-) -> Solution | NoSolution:
-    """Solve problem (4) of the paper. Raises ValueError for systems that are not scalar."""
-    return best_solution(ConstrainedProblem(samples, prior, space, on_grid(plant, last_step)))
-
-
-def sampled(
-    samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem, space: SearchSpace
-) -> Solution | NoSolution:
-    """Constrain the instants of one period, which is a known whole number of steps. Raises as `on_period`."""
-    return best_solution(ConstrainedProblem(samples, prior, space, on_period(prior, plant)))
-
-
 def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Constraint]:
     """Constrain the state at steps 0 … k̄ and the input at the steps before k̄ = `last_step` ≥ T_p/T_s: problem (4).
 
@@ -154,6 +136,11 @@ def on_intervals(
     edges = tuple(np.linspace(0.0, end, count + 1).tolist())
     state, _ = state_and_input(plant)
     return Constraint(state, RealTimes(Window(0.0, end)), backoff), GrowthRates(plant, edges, backoff, overlap)
+
+
+def all_phases(plant: ConstrainedSystem, backoff: float = ROUNDING_BACKOFF) -> tuple[Constraint, ...]:
+    """Constrain every bounded quantity at all phases of the period, so that x_r(t) ∈ X and u_r(t) ∈ U for every t."""
+    return tuple(Constraint(quantity, RealTimes(AllPhases()), backoff) for quantity in plant.quantities)
 
 
 def on_period(prior: JointPrior, plant: ConstrainedSystem) -> tuple[Constraint, ...]:

@@ -126,7 +126,7 @@ def page_of(experiment: Experiment, results: Results, theory: Path, notebook: st
 
 
 def _files(results: Results) -> Iterator[tuple[Path, str]]:
-    for path in sorted(results.certificate("any").parent.glob("*.json")):
+    for path in results.proofs:
         refutes = path.name.endswith(".counterexample.json")
         method = path.name.split(".")[0]
         yield path, f"what refutes the reference `{method}`" if refutes else f"the certificate of `{method}`"
@@ -304,7 +304,7 @@ def text_of(project: Path) -> str:
         summaries=summaries,
         claims=len(claims),
         held=sum(claim.new.holds for claim in claims),
-        certificates=sum(1 for found in results.values() for _ in found.certificate("any").parent.glob("*.json")),
+        certificates=sum(len(found.proofs) for found in results.values()),
         drawn=drawn,
         rivals=len({row["rival"] for row in drawn}),
     )

@@ -61,17 +61,10 @@ def drawing(tex: str) -> str:
 def _outline(points: Any, codes: Any) -> str:
     """Return a path of SVG, whose vertical axis points down."""
     letters = {Outline.MOVETO: "M", Outline.LINETO: "L", Outline.CURVE3: "Q", Outline.CURVE4: "C"}
-    many = {Outline.CURVE3: 2, Outline.CURVE4: 3}
-    parts, i = [], 0
-    while i < len(codes):
-        if codes[i] == Outline.CLOSEPOLY:
-            parts.append("Z")
-            i += 1
-            continue
-        count = many.get(codes[i], 1)
-        numbers = " ".join(f"{x:.{_DIGITS}f} {-y:.{_DIGITS}f}" for x, y in points[i : i + count])
-        parts.append(letters[codes[i]] + numbers)
-        i += count
+    parts = []
+    for ends, code in Outline(points, codes).iter_segments(simplify=False):
+        numbers = " ".join(f"{x:.{_DIGITS}f} {-y:.{_DIGITS}f}" for x, y in ends.reshape(-1, 2))
+        parts.append("Z" if code == Outline.CLOSEPOLY else letters[code] + numbers)
     return "".join(parts)
 
 

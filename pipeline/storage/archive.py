@@ -228,16 +228,8 @@ def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> d
 
 
 def _margin_rows(topic: str, profile: MarginProfile) -> Series:
-    count = len(profile.margins)
-    together = -(-count // _ROWS)
-    first = np.arange(0, count, together)
-    smallest = [k + int(np.argmin(profile.margins[k : k + together])) for k in first]
-    columns = {
-        "margin": profile.margins[smallest],
-        "at_time": profile.times[smallest],
-        "margin_at_step": np.minimum.reduceat(profile.at_steps, first),
-    }
-    return Series(topic, first.astype(float) * profile.quantity.trajectory.sampling_time, columns)
+    times, of = profile.coarser(_ROWS)
+    return Series(topic, times, {"margin": of.margins, "at_time": of.times, "margin_at_step": of.at_steps})
 
 
 def _trace(name: str, trace: Trace, sampling_time: float) -> Series:

@@ -65,6 +65,11 @@ class Results:
         """The layout for viewers of the logs."""
         return self.folder / "layout.json"
 
+    @property
+    def proofs(self) -> list[Path]:
+        """The certificates and counterexamples that are there."""
+        return sorted((self.folder / "certificates").glob("*.json"))
+
     def counterexample(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.counterexample.json"
 

@@ -23,7 +23,7 @@ def _energy(found: Certified) -> float:
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_no_function_within_the_bounds_costs_less_by_more_than_the_gap(kernel: str) -> None:
-    recording = on_bounds(40)
+    recording = on_bounds(24)
     task = recording.task(kernel)
     known = task.with_known(task.learned(JOINT).solution.posterior.prior)
     found = known.learned(FUNCTION)

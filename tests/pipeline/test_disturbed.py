@@ -1,5 +1,7 @@
 """The law of disturbed loops: no bound is broken, and no step is without a plan."""
 
+from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 
 from pipeline import disturbed as counts
 from pipeline.disturbed import Case, disturbed_runs, random_case
-from pipeline.loops.disturbed import constant
+from pipeline.loops.disturbed import constant, many_runs
 
 SEEDS = (0, 3, 11, 12)
 
@@ -35,3 +37,11 @@ def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     monkeypatch.setattr(counts, "plant_of", lambda case, i: plant)
     found = disturbed_runs(case, 1)
     assert found["broken"] + found["without_plan"] > 0
+
+
+def test_runs_of_the_tube_break_nothing_and_too_large_disturbances_are_counted():
+    case = case_of(11)
+    wide = replace(case.tightening, disturbance=case.tightening.disturbance.scaled(Fraction(30)))
+    window = case.robust.window(0, 40)
+    broken = [many_runs(tightened, window, 0)[1] for tightened in (case.tightening, wide)]
+    assert broken[0] == 0 < broken[1]

@@ -118,17 +118,18 @@ def runs_in(entries: Sequence[Entry]) -> int:
 
 
 def differences(ours: Sequence[Entry], theirs: Sequence[Entry]) -> list[str]:
-    """Return a sentence for each entry that is not reproduced: counts have to be equal, numbers up to rounding."""
-    by_place = {(e.system, e.factor, e.level, e.rival): asdict(e) for e in theirs}
-    found = []
-    for entry in ours:
-        place = entry.system, entry.factor, entry.level, entry.rival
-        other = by_place.pop(place, {})
-        off = [name for name, value in asdict(entry).items() if not _is_same(value, other.get(name))]
-        found += [
-            f"{', '.join(filter(None, place))}: {name} {other.get(name)} became {asdict(entry)[name]}" for name in off
-        ]
-    return found + [f"{', '.join(filter(None, place))}: is missing" for place in by_place]
+    """Return a sentence for each value that is not reproduced: counts have to be equal, numbers up to rounding."""
+    now, before = _by_place(ours), _by_place(theirs)
+    places = [place for place in before | now if not _is_same(now.get(place), before.get(place))]
+    return [f"{place} {before.get(place)} became {now.get(place)}" for place in places]
+
+
+def _by_place(entries: Sequence[Entry]) -> dict[str, object]:
+    return {
+        f"{', '.join(filter(None, (e.system, e.factor, e.level, e.rival)))}: {name}": value
+        for e in entries
+        for name, value in asdict(e).items()
+    }
 
 
 def _is_same(one: object, other: object) -> bool:

@@ -45,16 +45,20 @@
     removeChangeListener: () => undefined,
   };
 
-  const log = new URL("log.mcap", location.href);
+  // The log is fetched as a whole and opened as a local file. A link can name only what is of the kind of remote files.
+  const log = new File([await (await fetch("log.mcap")).blob()], "log.mcap");
+  const local = new window.McapLocalDataSourceFactory();
+  const fetched = new window.RemoteDataSourceFactory();
+  fetched.initialize = (args) => local.initialize({ ...args, file: log });
   const link = new URL(location.href);
-  link.searchParams.set("ds", "remote-file");
-  link.searchParams.set("ds.url", log.href);
+  link.searchParams.set("ds", fetched.id);
+  link.searchParams.set("ds.url", new URL("log.mcap", location.href).href);
 
   await window.initI18n?.();
   const app = window.React.createElement(window.App, {
     deepLinks: [link.href],
     appConfiguration,
-    dataSources: [new window.RemoteDataSourceFactory(), new window.McapLocalDataSourceFactory()],
+    dataSources: [fetched, local],
     layoutStorage,
     extensionLoaders: [],
     enableGlobalCss: true,

@@ -2,11 +2,9 @@ import math
 
 import numpy as np
 import pytest
-import scipy
 
-from benchmarks.rivals import pendulum
 from benchmarks.rivals.page import PENDULUM
-from benchmarks.rivals.pendulum import LEAST_SPEED, MOST_W, A, B, Row, proved, transcribed
+from benchmarks.rivals.pendulum import LEAST_SPEED, MOST_W, Row, proved, transcribed
 from benchmarks.rivals.tables import read
 
 
@@ -43,21 +41,3 @@ def test_a_spline_is_proved_for_all_times_with_the_speed_that_the_issue_asks_for
     assert np.min(spline.speed(t)) >= LEAST_SPEED
     second = (spline.x(t[9:-9] + h) - 2 * spline.x(t[9:-9]) + spline.x(t[9:-9] - h)) / h**2
     assert spline.w(t[9:-9]) == pytest.approx(second + 10 * spline.x(t[9:-9]), abs=1e-3)
-
-
-def kernel(s: float, t: float) -> np.ndarray:
-    """K(s, t) by quadrature of its definition."""
-    nodes, weights = np.polynomial.legendre.leggauss(24)
-    inner = [(s - tau, t - tau) for tau in min(s, t) * (1 + nodes) / 2]
-    moved = [scipy.linalg.expm(A * a) @ B @ B.T @ scipy.linalg.expm(A.T * b) for a, b in inner]
-    integral = np.tensordot(weights, np.array(moved), 1) * min(s, t) / 2
-    return scipy.linalg.expm(A * s) @ scipy.linalg.expm(A.T * t) + 100 * integral
-
-
-def test_cones_are_as_steep_as_the_kernel_is():
-    times = np.array([0.0, 0.1, 0.7])
-    for t, eta in zip(times, pendulum._steepness(times), strict=True):
-        apart = [
-            np.diag(kernel(s, s) + kernel(t, t) - kernel(s, t) - kernel(t, s)) for s in (max(t - 0.05, 0), t + 0.05)
-        ]
-        assert eta == pytest.approx(np.sqrt(np.max(apart, axis=0))[1:], rel=1e-9)

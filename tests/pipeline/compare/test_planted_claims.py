@@ -67,6 +67,8 @@ def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Pat
     claim = judged(base, new, value=mean, at_least=BOUND)
     assert (claim.base.holds, claim.new.holds) == (True, False)
     assert claim.expected == "≥ iterations.csv bound (last)"
+    claim = judged(base, new, value=mean, at_most=BOUND)
+    assert (claim.base.holds, claim.new.holds) == (False, True)
 
 
 def test_claims_may_be_about_attachments_of_logs(base: Path) -> None:

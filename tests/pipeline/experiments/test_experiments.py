@@ -7,6 +7,7 @@ import pytest
 
 from pipeline.experiments import load_experiment, load_experiments
 from pipeline.generate import sampled_by
+from tests.pipeline.committed import EXPERIMENTS
 from tests.pipeline.params import alone, changed, refusal, written_to
 from trackably.checker.certificate import Window
 from trackably.errors import InputError
@@ -63,28 +64,27 @@ def test_a_file_without_the_experiment_is_one_sentence(text: str, sentence: str,
     assert re.search(sentence, refusal("example1", tmp_path, text))
 
 
-@pytest.mark.parametrize("field", ["periodic: {last_step: 400", "verification: {last_step: 400"])
-def test_every_period_that_is_allowed_has_to_be_covered(field: str, tmp_path: Path) -> None:
-    path = written_to(tmp_path, alone("example2", changed("example2", (field, field.replace("400", "399")))))
-    experiment = load_experiment("example2", path)
+@pytest.mark.parametrize("block", ["periodic", "verification"])
+def test_every_period_that_is_allowed_has_to_be_covered(block: str) -> None:
+    whole = EXPERIMENTS["example2"]
+    shorter = getattr(whole, block).model_copy(update={"last_step": 399})
+    experiment = whole.model_copy(update={block: shorter})
     with pytest.raises(ValueError, match=r"last_step = 399 steps last 3\.99 s, .* as long as 4 s"):
         experiment.check(sampled_by(experiment).samples)
 
 
 @pytest.mark.parametrize(
-    ("name", "verification", "last_step"),
+    ("name", "last_step"),
     [
-        ("example1", "    verification: {last_step: 300, instants_per_step: 100}\n", 300),  # Algorithm 1's last step
-        ("example1-resampled", "    verification: {last_step: 300, instants_per_step: 100}\n", 300),
-        ("example2", "    verification: {last_step: 400, instants_per_step: 100}\n", 800),  # samples until 4 s, twice
-        ("vehicle", "    verification: {last_step: 240, instants_per_step: 20}\n", None),
+        ("example1", 300),  # Algorithm 1's last step
+        ("example1-resampled", 300),
+        ("example2", 800),  # samples until 4 s, twice
+        ("vehicle", None),
     ],
 )
-def test_margins_are_computed_as_far_as_anything_is_of_interest(
-    name: str, verification: str, last_step: int | None, tmp_path: Path
-) -> None:
+def test_margins_are_computed_as_far_as_anything_is_of_interest(name: str, last_step: int | None) -> None:
     """Without the field: at least to the end of the samples and of the claim, and over every period allowed."""
-    experiment = load_experiment(name, written_to(tmp_path, alone(name, changed(name, (verification, "")))))
+    experiment = EXPERIMENTS[name].model_copy(update={"verification": None})
     samples = sampled_by(experiment).samples
     experiment.check(samples)
     verified = experiment.verified(samples)

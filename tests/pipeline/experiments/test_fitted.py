@@ -28,11 +28,10 @@ def results(tmp_path: Path) -> Results:
 
 
 @pytest.mark.parametrize("stage", [verify, control, drawings])
-@pytest.mark.parametrize("change", [("sampling_time: 5.0", "sampling_time: 4.0"), ("outflow: 0.05", "outflow: 0.051")])
 def test_references_of_another_system_are_refused(
-    tmp_path: Path, results: Results, stage: Callable[[Experiment, Results], object], change: tuple[str, str]
+    tmp_path: Path, results: Results, stage: Callable[[Experiment, Results], object]
 ) -> None:
-    experiment = load_experiment("tank", written_to(tmp_path, changed("tank", change)))
+    experiment = load_experiment("tank", written_to(tmp_path, changed("tank", ("outflow: 0.05", "outflow: 0.051"))))
     before = {path: path.read_bytes() for path in results.folder.rglob("*.*")}
     with pytest.raises(
         InputError, match=r"fit\.mcap: unconstrained was learned for another system, .*pipeline fit tank"

@@ -18,9 +18,10 @@ REFERENCES = {
 }
 
 
-@pytest.mark.parametrize("name", REFERENCES)
-@pytest.mark.parametrize("horizon", [2, 6])
-def test_corners_are_where_feasibility_ends(horizon, name):
+@pytest.mark.parametrize(
+    ("name", "horizon"), [("at rest", 2), ("at rest", 6), ("on a bound", 6), ("example1", 2), ("example2", 6)]
+)
+def test_corners_are_where_feasibility_ends(name, horizon):
     """Those of polygons and the middles of their sides, and the ends of intervals, of scalar systems."""
     reference = REFERENCES[name]()
     states = reference.plant.state_set

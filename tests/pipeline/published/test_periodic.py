@@ -1,13 +1,10 @@
 """Periodic references on Example 2: four ways to constrain the same samples, and what each of them is worth."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
-from pipeline.baselines import exact, learn_unconstrained
 from pipeline.published.ground_truth import two_harmonics
-from pipeline.published.periodic import GrowthRates, grid, interval_growth_rates, on_intervals
+from pipeline.published.periodic import GrowthRates, all_phases, interval_growth_rates, on_grid, on_intervals
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
 from tests.pipeline.command import few_periods
 from tests.pipeline.published.periodic_instances import instance
@@ -30,23 +27,19 @@ SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=6)
 COUNTS = (8, 32)
 
 
-def in_intervals(count, samples, prior, plant, space):
-    """Solve program (8)."""
-    return search.best_solution(ConstrainedProblem(samples, prior, space, on_intervals(plant, 400, count)))
-
-
-METHODS = {
-    "unconstrained": learn_unconstrained,
-    "grid": partial(grid, last_step=400),
-    "exact": partial(exact, backoff=1e-7),
-    **{f"intervals {n}": partial(in_intervals, n) for n in COUNTS},
+CONSTRAINTS = {
+    "unconstrained": (),
+    "grid": on_grid(SYSTEM, last_step=400),
+    "exact": all_phases(SYSTEM, backoff=1e-7),
+    **{f"intervals {n}": on_intervals(SYSTEM, 400, n) for n in COUNTS},  # program (8)
 }
 
 
 @pytest.fixture(scope="module")
 @few_periods
 def found() -> dict[str, Solution]:
-    return {name: method((SAMPLES,), PRIOR, SYSTEM, SPACE) for name, method in METHODS.items()}
+    of = {name: ConstrainedProblem((SAMPLES,), PRIOR, SPACE, chosen) for name, chosen in CONSTRAINTS.items()}
+    return {name: search.best_solution(problem) for name, problem in of.items()}
 
 
 def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.baselines import all_phases
+from pipeline.published.periodic import all_phases
 from tests.pipeline.published.naive_periodic import Brute
 from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
 from trackably.learning.exchange import Exchange

@@ -70,19 +70,6 @@ def test_every_topic_is_shown_and_no_other_and_every_panel_has_one_place(name: s
 
 
 @BY_NAME
-def test_every_bound_of_a_state_or_an_input_is_a_line(name: str) -> None:
-    plant = EXPERIMENTS[name].plant
-    drawn = {
-        config["foxglovePanelTitle"]: {p["value"] for p in config["paths"]}
-        for config in panels(layout_for(name), "Plot")
-    }
-    for constraint in plant.given_constraints:
-        if constraint.name in {*plant.system.states, *plant.system.inputs}:
-            levels = {float(text) for text in drawn[constraint.name] if not _PATH.fullmatch(text)}
-            assert levels == {constraint.bounds.lower, constraint.bounds.upper}
-
-
-@BY_NAME
 def test_no_committed_layout_is_stale(name: str) -> None:
     assert from_json(RESULTS[name].layout.read_bytes()) == layout_for(name)
 
