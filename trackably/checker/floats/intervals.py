@@ -277,6 +277,13 @@ def join(parts: Sequence[Floats], axis: int = -1) -> Floats:
     return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
 
 
+def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
+    """Return numbers and arrays of intervals along a new first axis, each as an array of the same `shape`."""
+    every = [Floats.of(row) for row in rows]
+    ends = ([of.low for of in every], [of.high for of in every])
+    return Floats(*(np.array([np.broadcast_to(end, shape) for end in of]).reshape(-1, *shape) for of in ends))
+
+
 def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
     """Return the sums of runs of numbers along the last axis: run k begins at firsts[k] and has at most `most`."""
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
@@ -285,7 +292,7 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
     return Floats(low - off, high + off) + Floats.exact(0.0)
 
 
-_MOST_HALVINGS, _MOST_PIECES = 12, 10_000
+_MOST_HALVINGS, _MOST_PIECES, _MOST_BY_POLYNOMIAL = 12, 10_000, 20
 
 
 def are_positive(pieces: Floats) -> Mask:
@@ -308,7 +315,7 @@ def are_positive(pieces: Floats) -> Mask:
             return ~unknown
         tick()
         of, pieces = np.tile(of[is_open], 2), _halves(pieces.at((slice(None), is_open)))
-        if len(of) > _MOST_PIECES:
+        if len(of) > max(_MOST_PIECES, _MOST_BY_POLYNOMIAL * count):
             break
     unknown[of] = True
     return ~unknown
