@@ -63,7 +63,6 @@ class Floats(Many):
             return cls.exact(number)
         if isinstance(number, int) and abs(number) <= 2**53:
             return cls.exact(float(number))
-        number = exactly(number)
         return _of_interval(number)
 
     @property
@@ -258,10 +257,11 @@ def _hull(first: Array, *others: Array) -> Floats:
 
 @lru_cache(maxsize=4096)
 def _of_interval(number: Any) -> Floats:
-    """Return the smallest interval with float64 ends that contains an interval of mpmath.
+    """Return the smallest interval with float64 ends that contains a number or an interval of mpmath.
 
     Results are cached, because the same few intervals occur again and again.
     """
+    number = exactly(number)
     low, high = _float(number.a, -np.inf), _float(number.b, np.inf)
     return Floats.exact(low) if low == high else Floats(np.asarray(low), np.asarray(high))
 
@@ -279,9 +279,10 @@ def join(parts: Sequence[Floats], axis: int = -1) -> Floats:
 
 def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
     """Return numbers and arrays of intervals along a new first axis, each as an array of the same `shape`."""
-    every = [Floats.of(row) for row in rows]
-    ends = ([of.low for of in every], [of.high for of in every])
-    return Floats(*(np.array([np.broadcast_to(end, shape) for end in of]).reshape(-1, *shape) for of in ends))
+    low, high = np.empty((2, len(rows), *shape))
+    for i, row in enumerate(map(Floats.of, rows)):
+        low[i], high[i] = row.low, row.high
+    return Floats(low, high)
 
 
 def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
