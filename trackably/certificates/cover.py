@@ -197,8 +197,10 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
     while True:
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
-        _, sizes = discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:])
-        split = near & ((widths > widest) | ~np.isfinite(sizes))
+        split = near & (widths > widest)
+        if not np.any(split):  # discs take longer than widths
+            _, sizes = discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:])
+            split = near & ~np.isfinite(sizes)
         if not np.any(split):
             return edges
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))

@@ -6,7 +6,7 @@ Nothing here has to be correct: before a proof is handed out, the checker is ask
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import inf, nextafter
 from typing import Any, Self
 
@@ -71,7 +71,7 @@ def evaluation_errors(reference: Reference, until: float, window: float | None =
     checker verifies this estimate in each box.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    return dict(Draft.of(reference, until, times_in(0.0, window or latest)).errors)
+    return _errors(reference, until, times_in(0.0, window or latest))[1]
 
 
 def times_in(start: float, end: float) -> Array:
@@ -104,14 +104,9 @@ class Draft:
         The errors of formulas depend on the values of the signals: they are estimated from these values at some
         `times` [s].
         """
-        subject, (free, known) = as_subject(reference), _linear_errors(reference, until)
-        errors = {**known}
-        if formulas := [q for q in free if q.combination is None]:
-            unstated = dict.fromkeys((q.name for q in free), np.inf)
-            needs = FormulaNeeds.of(checked.Certificate(subject, *_NOTHING, until, unstated, None), free)
-            errors |= _errors_of_formulas(reference, needs, formulas, times)
+        free, errors = _errors(reference, until, times)
         drawn = tuple(_tighten(q, errors[q.name]) for q in free)
-        return cls(checked.Certificate(subject, *_NOTHING, until, errors, None), drawn)
+        return cls(checked.Certificate(as_subject(reference), *_NOTHING, until, errors, None), drawn)
 
     @classmethod
     def of_pieces(cls, reference: Reference, start: float, end: float) -> Self:
@@ -143,7 +138,7 @@ class Draft:
         """The name of a quantity whose error is not bounded; None if all errors are bounded."""
         return next((name for name, error in self.errors.items() if not np.isfinite(error)), None)
 
-    @property
+    @cached_property
     def has_sane_sizes(self) -> bool:
         """Whether all numbers are in the range for which the analysis of rounding holds."""
         if self.subject.pieces:
@@ -172,6 +167,17 @@ class Draft:
             bound = next(bound for bound in self.subject.bounds if bound.name == name)
             return ratio(piecewise.value_of_pieces(self.subject, bound, t))
         return value_at(self.subject, next(q for q in self.quantities if q.name == name), ratio(t))
+
+
+def _errors(reference: Reference, until: float, times: Array) -> tuple[list[Quantity], dict[str, float]]:
+    """Return all quantities with their given bounds, and their errors up to `until` [s], as `Draft.of` does."""
+    free, known = _linear_errors(reference, until)
+    errors = {**known}
+    if formulas := [q for q in free if q.combination is None]:
+        unstated = dict.fromkeys((q.name for q in free), np.inf)
+        needs = FormulaNeeds.of(checked.Certificate(as_subject(reference), *_NOTHING, until, unstated, None), free)
+        errors |= _errors_of_formulas(reference, needs, formulas, times)
+    return free, errors
 
 
 @lru_cache(maxsize=8)

@@ -230,9 +230,15 @@ class Elementary(Kernel):
         return Sizes(size, slope, stretch, moment, self.roundings * size)
 
     def beyond(self, distance: Real) -> Decay:
-        value = self.taylor(distance, ZERO, 1)[0]
-        slope = self.taylor(max_of(self.length * self.steepest, distance), ONE, 2)[1]
-        return Decay(abs(value), abs(slope))
+        value, farthest = self.taylor(distance, ZERO, 1)[0], self.length * self.steepest
+        if everywhere(surely_at_most(distance, farthest)):
+            return Decay(abs(value), self.largest_slope)
+        return Decay(abs(value), abs(self.taylor(max_of(farthest, distance), ONE, 2)[1]))
+
+    @cached_property
+    def largest_slope(self) -> Real:
+        """An over-estimate of |κ̇| at all distances."""
+        return abs(self.taylor(self.length * self.steepest, ONE, 2)[1])
 
 
 @dataclass(frozen=True)
@@ -242,9 +248,18 @@ class SquaredExponential(Elementary):
     steepest = ONE
     largest_moment = 0.607  # x e^(−x²/2) ≤ 0.607 with x = r/θ₂; and |r κ̇|/κ(0) is x² e^(−x²/2) ≤ 1
 
+    @cached_property
+    def p(self) -> Real:
+        """2 θ₂² [s²], as an interval."""
+        return 2 * self.length**2
+
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
-        p = 2 * self.length**2
-        return self.variance, [-(r**2) / p, -2 * r * h / p, -(h**2) / p]
+        g = [-(r**2) / self.p]
+        if n > 1:
+            g.append(-2 * r * h / self.p)
+        if n > 2:
+            g.append(-(h**2) / self.p)
+        return self.variance, g
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         return _exponential_series(*self.exponential(r, h, n), n)

@@ -43,9 +43,9 @@ from trackably.checker.intervals import (
 
 def exp_series(g: list[Real], n: int) -> list[Real]:
     """Return n coefficients of f = e^g, from f' = g' f."""
-    f, slope = [exp(g[0])], [j * coefficient for j, coefficient in enumerate(g)]
+    f, slope = [exp(g[0])], [j * coefficient for j, coefficient in enumerate(g[1:], 1)]
     for k in range(1, n):
-        f.append(dot(slope[1 : k + 1], f[max(0, k + 1 - len(g)) : k][::-1]) / k)
+        f.append(dot(slope[:k], f[max(0, k + 1 - len(g)) : k][::-1]) / k)
     return f
 
 

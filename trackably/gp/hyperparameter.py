@@ -9,6 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Self, overload
 
 from trackably.arguments import is_number
@@ -121,6 +122,11 @@ class Parametrized(ABC):
     @abstractmethod
     def hyperparameters(self) -> dict[str, float]:
         """Names and values of the hyperparameters (not logarithms of values), in the order of every gradient."""
+
+    @cached_property
+    def learned(self) -> tuple[str, ...]:
+        """Names of the hyperparameters that are learned, in the order of every gradient."""
+        return tuple(name for name, value in self.hyperparameters.items() if isinstance(value, Learned))
 
     @abstractmethod
     def map_values(self, change: Callable[[str, float], float]) -> Self:

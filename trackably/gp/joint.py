@@ -53,12 +53,6 @@ class JointPrior(Parametrized):
             for name, value in part.hyperparameters.items()
         }
 
-    @cached
-    def learned(self) -> tuple[str, ...]:
-        """Names of the hyperparameters that are learned, in the order of every gradient."""
-        named = [self.name_of(process, name) for process, part in self._named for name in part.learned]
-        return tuple(dict.fromkeys(named))
-
     @property
     def log_hyperparameters(self) -> Array:
         """ln θ of the learned hyperparameters, shape (p,)."""

@@ -36,15 +36,9 @@ class Prior(Parametrized):
         return {**self.kernel.hyperparameters, NOISE: self.noise_std}
 
     @cached
-    def learned(self) -> tuple[str, ...]:
-        """Names of the hyperparameters that are learned, in the order of every gradient."""
-        return tuple(name for name, value in self.hyperparameters.items() if isinstance(value, Learned))
-
-    @cached
     def places(self) -> npt.NDArray[np.intp]:
         """The indices of the learned hyperparameters among all, shape (p,)."""
-        values = self.hyperparameters.values()
-        return np.array([place for place, value in enumerate(values) if isinstance(value, Learned)], dtype=np.intp)
+        return np.array([i for i, name in enumerate(self.hyperparameters) if name in self.learned], dtype=np.intp)
 
     def search(self, name: str, scales: Scales) -> Search:
         """Return the search interval of a hyperparameter: the given one, or one chosen from the

@@ -8,7 +8,6 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
@@ -52,7 +51,7 @@ class KernelSum:
     weights: Array
 
     def __post_init__(self) -> None:
-        if any(isinstance(value, Learned) for value in self.kernel.hyperparameters.values()):
+        if self.kernel.learned:
             object.__setattr__(self, "kernel", self.kernel.as_known())
         for name, given in (("centres", self.centres), ("weights", self.weights)):
             array = np.array(given, dtype=float)

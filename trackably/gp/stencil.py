@@ -1,6 +1,6 @@
 """The measurement stencil: a sample is a weighted sum of values of the process at shifted times."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Entries, places
+from trackably.gp.factors.factorisation import Covariance, Entries, places, weighted_sum
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
 _CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is rounding, and the stencil a difference
@@ -86,7 +86,7 @@ class Stencil(_Instants):
         """Return the function of r [s] that gives two samples' covariance Σ_d ρ_d κ(r + d step), with its ∂/∂ln θ."""
         if self.weights == POINT.weights:
             return kernel.value_and_gradient
-        return lambda r: _weighted_sum(kernel, ((rho, r + lag) for rho, lag in self.lags))
+        return lambda r: weighted_sum(kernel.value_and_gradient, ((rho, r + lag) for rho, lag in self.lags))
 
     def gain(self, omega: Array) -> Array:
         """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
@@ -99,13 +99,6 @@ class Stencil(_Instants):
         if density is None or self.weights == POINT.weights:
             return density
         return density.filtered(self.gain, self.largest_gain, self.lags[-1][1])
-
-
-def _weighted_sum(kernel: Kernel, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
-    """Return Σ ρ κ(r) over pairs of weights ρ and times r [s], and its ∂/∂ln θ."""
-    found = [(rho, *kernel.value_and_gradient(r)) for rho, r in parts]
-    value = sum(rho * of_pair for rho, of_pair, _ in found)
-    return np.asarray(value), np.asarray(sum(rho * gradient for rho, _, gradient in found))
 
 
 POINT = Stencil((1.0,))
@@ -173,7 +166,7 @@ class Stencils(_Instants):
             pairs = (
                 (weights[j, row] * weights[k, column], apart + (j - k) * self.step) for j in shifts for k in shifts
             )
-            return _weighted_sum(kernel, pairs)
+            return weighted_sum(kernel.value_and_gradient, pairs)
 
         return entries
 

@@ -3,7 +3,7 @@
 An instant is checked as a narrow box around it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass
-from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stay_between, sums
+from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stack, stay_between, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
 from trackably.checker.formulas import parts
@@ -39,12 +39,16 @@ def boxes_left(
     formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     wanted = {shifted for q in every.values() for shifted in _needs(q)}
     for some, known in _enclosed(subject, wanted, list(held), terms, sum(len(parts(formula)) for formula in formulas)):
-        proved = set[tuple[Box, str]]()
-        for q in every.values():
-            where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
-            with np.errstate(all="ignore"):  # results that are not finite prove nothing
-                kept = _stays_inside(needs, subject, q, known, some, where, terms)
-            proved.update((some[b], q.name) for b in kept.tolist())
+        tried, rows = list[tuple[Box, str]](), list[tuple[Floats, Floats, Floats]]()
+        with np.errstate(all="ignore"):  # results that are not finite prove nothing
+            for q in every.values():
+                where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
+                where, found = _polynomials(needs, subject, q, known, where, terms)
+                own = [some[b] for b in where.tolist()]
+                tried += [(box, q.name) for box in own]
+                rows.append((found, _limits(q.lower, own, terms), _limits(q.upper, own, terms)))
+            kept = stay_between(*(bernstein_on_box(join(each)) for each in zip(*rows, strict=True)))
+        proved = {tried[i] for i in np.flatnonzero(kept).tolist()}
         yield from ((box, [q for q in held[box] if (box, q.name) not in proved]) for box in some)
 
 
@@ -59,66 +63,72 @@ def models(
 
 
 def _enclosed(
-    subject: Subject, wanted: Iterable[Shifted], boxes: Sequence[Box], terms: int, others: int = 0
+    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int, others: int = 0
 ) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
     """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
 
     Groups are small enough to be processed at once if each box takes as many models of signals as are `wanted`, and
     that many `others`.
     """
-    signals = {shifted: many_centres(subject, shifted) for shifted in sorted(wanted)}
-    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(signals) + 1 + others))))
+    shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
+    signals, step = {s: ManyCentres.of(subject.signals[s]) for s in shifts}, Fraction(subject.system.sampling_time)
+    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1 + others))))
     for begin in range(0, len(boxes), at_once):
-        some = boxes[begin : begin + at_once]
-        with np.errstate(all="ignore"):
-            known = {shifted: of.enclose(Boxes(*np.array(some).T), terms) for shifted, of in signals.items()}
+        some, known = boxes[begin : begin + at_once], dict[Shifted, Model]()
+        for s, of in signals.items():
+            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all shifts are enclosed together
+            with np.errstate(all="ignore"):
+                found = of.enclose(Boxes(starts, ends, radii, [j * step for j in shifts[s] for _ in some]), terms)
+            for i, j in enumerate(shifts[s]):
+                known[s, j] = _at(found, slice(i * len(some), (i + 1) * len(some)))
         yield some, known
+
+
+def _at(models: Any, index: slice | Indices) -> Model:
+    """Return the models of some boxes, by the index of these in the last axis of the arrays."""
+    return Model([c.at((..., index)) for c in models.coefficients], models.missed.at(index))
+
+
+def _joined(models: Any) -> Model:
+    """Return models whose coefficients after the first are one array (n − 1, B): sums then take fewer operations."""
+    first, *others = models.coefficients
+    rest: Any = stack(others, first.low.shape)
+    return Model([first, rest], models.missed)
 
 
 def _needs(q: Quantity) -> list[Shifted]:
     return [shifted for argument in q.arguments.values() for shifted in shifts_of(argument)]
 
 
-def many_centres(subject: Subject, shifted: Shifted) -> ManyCentres:
-    """Return z_s(t + j T) − m_s for `shifted` = (s, j)."""
-    s, j = shifted
-    return ManyCentres.of(subject.signals[s], j * Fraction(subject.system.sampling_time))
+def _polynomials(
+    needs: FormulaNeeds, subject: Subject, q: Quantity, known: Mapping[Shifted, Any], where: Indices, n: int
+) -> tuple[Indices, Floats]:
+    """Return those of the indices `where` of boxes in which q is certainly defined, and coefficients of q, (n, B).
 
-
-def _stays_inside(
-    needs: FormulaNeeds,
-    subject: Subject,
-    q: Quantity,
-    known: Mapping[Shifted, Any],
-    boxes: Sequence[Box],
-    where: Indices,
-    n: int,
-) -> Indices:
-    """Return those of the indices `where` of boxes in which q is certainly defined and stays inside its bounds.
-
-    `known` has models of shifted signals in all boxes, with n coefficients.
+    The first coefficients are enlarged by the remainder bounds. `known` has models of shifted signals in all boxes,
+    with n coefficients.
     """
+    is_sum = q.combination is not None and not q.needs and bool(_needs(q))
     while len(where):
-        at = {s: Model([c.at(where) for c in known[s].coefficients], known[s].missed.at(where)) for s in _needs(q)}
+        at = {shifted: _at(_joined(known[shifted]) if is_sum else known[shifted], where) for shifted in _needs(q)}
+        enclosures = Enclosures(subject, 2 if is_sum else n, _NO_BOX, at)
         try:
-            model = FormulaValues(needs, n).enclose(q, Enclosures(subject, n, _NO_BOX, at).arguments(q))
+            model = FormulaValues(needs, n).enclose(q, enclosures.arguments(q))
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
         none, (first, *others) = Floats.exact(np.zeros((1, len(where)))), model.coefficients
-        found: Any = join([c + none for c in (around(first, model.missed), *others)], axis=0)
-        low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
-        return where[stay_between(*map(bernstein_on_box, (found, low, high)))]
-    return where
+        return where, join([c + none for c in (around(first, model.missed), *others)], axis=0)
+    return where, Floats.exact(np.empty((n, 0)))
 
 
 def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
-    """Return the coefficients of a limit's polynomial in each box, of shape (n, B), or (n, 1) if it is constant.
+    """Return the coefficients of a limit's polynomial in each of B boxes, of shape (n, B).
 
     The coefficients are NaN in a box in which the limit is not one polynomial with at most n coefficients.
     """
     if not isinstance(limit.end, Pieces):
-        boxes = boxes[:1]
+        return Floats.of(limit.over(0.0, 0.0)[0][0]) * Floats.exact(np.eye(n, 1) * np.ones(len(boxes)))
     low, high = np.full((2, n, len(boxes)), np.nan)
     for b, box in enumerate(boxes):
         if len(every := limit.over(box.start, box.end)) == 1 and len(every[0]) <= n:
@@ -151,8 +161,9 @@ def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
     """Return an interval that contains the linear combination at t = 0; None if it is not finite."""
     found = Floats.of(argument.offset)
     with np.errstate(all="ignore"):
-        for shifted, weight in terms_of(argument):
-            found = found + many_centres(subject, shifted).at(0.0) * weight
+        for (s, j), weight in terms_of(argument):
+            time = j * Fraction(subject.system.sampling_time)
+            found = found + ManyCentres.of(subject.signals[s]).at(time) * weight
     low, high = (float(end.max()) for end in (found.low, found.high))
     return between(low, high) if isfinite(low) and isfinite(high) else None
 

@@ -63,7 +63,6 @@ class Floats(Many):
             return cls.exact(number)
         if isinstance(number, int) and abs(number) <= 2**53:
             return cls.exact(float(number))
-        number = exactly(number)
         return _of_interval(number)
 
     @property
@@ -258,10 +257,11 @@ def _hull(first: Array, *others: Array) -> Floats:
 
 @lru_cache(maxsize=4096)
 def _of_interval(number: Any) -> Floats:
-    """Return the smallest interval with float64 ends that contains an interval of mpmath.
+    """Return the smallest interval with float64 ends that contains a number or an interval of mpmath.
 
     Results are cached, because the same few intervals occur again and again.
     """
+    number = exactly(number)
     low, high = _float(number.a, -np.inf), _float(number.b, np.inf)
     return Floats.exact(low) if low == high else Floats(np.asarray(low), np.asarray(high))
 
@@ -277,6 +277,14 @@ def join(parts: Sequence[Floats], axis: int = -1) -> Floats:
     return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
 
 
+def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
+    """Return numbers and arrays of intervals along a new first axis, each as an array of the same `shape`."""
+    low, high = np.empty((2, len(rows), *shape))
+    for i, row in enumerate(map(Floats.of, rows)):
+        low[i], high[i] = row.low, row.high
+    return Floats(low, high)
+
+
 def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
     """Return the sums of runs of numbers along the last axis: run k begins at firsts[k] and has at most `most`."""
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
@@ -285,7 +293,7 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
     return Floats(low - off, high + off) + Floats.exact(0.0)
 
 
-_MOST_HALVINGS, _MOST_PIECES = 12, 10_000
+_MOST_HALVINGS, _MOST_PIECES, _MOST_BY_POLYNOMIAL = 12, 10_000, 20
 
 
 def are_positive(pieces: Floats) -> Mask:
@@ -308,7 +316,7 @@ def are_positive(pieces: Floats) -> Mask:
             return ~unknown
         tick()
         of, pieces = np.tile(of[is_open], 2), _halves(pieces.at((slice(None), is_open)))
-        if len(of) > _MOST_PIECES:
+        if len(of) > max(_MOST_PIECES, _MOST_BY_POLYNOMIAL * count):
             break
     unknown[of] = True
     return ~unknown

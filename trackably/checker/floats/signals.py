@@ -11,6 +11,7 @@ expanded in their place, and Σ |c_i| M bounds it on the disc. The moments at b 
 does not cancel in the sum over centres: no other factor is negative.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -20,8 +21,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.floats.intervals import Array, Floats, Mask, join, sums
-from trackably.checker.intervals import ONE, SIGN, exactly, total
+from trackably.checker.floats.intervals import Array, Floats, Mask, join, stack, sums
+from trackably.checker.intervals import ONE, SIGN, ratio, total
 from trackably.checker.kernels import Kink, Matern, geometric_rest, reach
 from trackably.checker.models import Model
 from trackably.checker.subject import Signal
@@ -102,20 +103,27 @@ _NEGLIGIBLE = 2.0**-60
 
 @dataclass(frozen=True, eq=False)
 class Boxes:
-    """B boxes, the times from `starts` to `ends` [s], with `radii` [s] of discs in Cauchy's estimate; shapes (B,)."""
+    """B boxes, the times from `starts` to `ends` [s], with `radii` [s] of discs in Cauchy's estimate; shapes (B,).
+
+    In box b, signals are enclosed at t + s for the times t of the box, with the rational number s = `shifts`[b] [s].
+    """
 
     starts: Array
     ends: Array
     radii: Array
+    shifts: Sequence[Fraction]
 
-    def at(self, index: slice | Mask | Indices) -> "Boxes":
-        """Return the boxes with these indices."""
-        return Boxes(self.starts[index], self.ends[index], self.radii[index])
+    @cached_property
+    def moves(self) -> Floats:
+        """Intervals that contain the shifts."""
+        known = {shift: Floats.of(ratio(shift)) for shift in {*self.shifts}}
+        every = [known[shift] for shift in self.shifts]
+        return Floats(np.array([of.low for of in every]), np.array([of.high for of in every]))
 
     @cached_property
     def middles(self) -> Floats:
-        """The middles of the boxes [s]."""
-        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2
+        """The middles of the boxes, plus the shifts [s]."""
+        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2 + self.moves
 
     @cached_property
     def halves(self) -> Floats:
@@ -125,24 +133,18 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class ManyCentres:
-    """Σ_i c_i κ(t + j T − t_i) with the centres in increasing order; the `shift` j T [s] is a rational number."""
+    """Σ_i c_i κ(t − t_i) with the centres in increasing order."""
 
     kernel: Any  # a `Kernel`; its formulas accept intervals of mpmath and arrays of intervals alike
-    shift: Fraction
     centres: Array
     weights: Array
 
     @classmethod
-    def of(cls, signal: Signal, shift: Fraction) -> "ManyCentres":
-        """Return z(t + shift) − m for a signal z with the mean m; `shift` is in s."""
+    def of(cls, signal: Signal) -> "ManyCentres":
+        """Return z − m for a signal z with the mean m."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
-        return cls(signal.kernel, shift, centres[order], weights[order])
-
-    @cached_property
-    def exact_shift(self) -> Floats:
-        """An interval that contains the shift."""
-        return Floats.of(exactly(self.shift.numerator) / exactly(self.shift.denominator))
+        return cls(signal.kernel, centres[order], weights[order])
 
     @cached_property
     def reach(self) -> tuple[float, Floats]:
@@ -150,13 +152,15 @@ class ManyCentres:
 
         If no such distance is found, d is infinite, and the bound is 0.
         """
-        distance, decay = reach(self.kernel, float(self.centres[-1] - self.centres[0]), _NEGLIGIBLE)
+        # The span is rounded up to a power of two, so that many signals with the same kernel share one result.
+        _, exponent = np.frexp(self.centres[-1] - self.centres[0])
+        distance, decay = reach(self.kernel, float(np.ldexp(1.0, exponent)), _NEGLIGIBLE)
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
         return distance, weight * decay.size
 
-    def at(self, time: float) -> Floats:
+    def at(self, time: Fraction) -> Floats:
         """Return the value at a time [s]. Ends are summed with one rounding, as a state may be a small difference."""
-        r = Floats.exact(time) + self.exact_shift - Floats.exact(self.centres)
+        r = Floats.of(ratio(time)) - Floats.exact(self.centres)
         none = Floats.exact(np.zeros(len(self.centres)))
         values = self.kernel.taylor(abs(r), none, 1)[0] + self.kernel.jump(r, none) * SIGN
         parts = values * Floats.exact(self.weights)
@@ -182,8 +186,8 @@ class ManyCentres:
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
         """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
-        reach, shift = self.reach[0], float(self.exact_shift.low)
-        sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + abs(shift)
+        reach, shift = self.reach[0], boxes.moves.low
+        sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + np.abs(shift)
         # The reach is enlarged by more than the rounding of a few numbers of these sizes: all other centres are far.
         reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
@@ -195,7 +199,7 @@ class ManyCentres:
 
         Only the centres from the first index to just before the second may be inside the box.
         """
-        start, end = (Floats.exact(times) + self.exact_shift for times in (boxes.starts, boxes.ends))
+        start, end = (Floats.exact(times) + boxes.moves for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, end.high), first)
 
@@ -204,10 +208,11 @@ class ManyCentres:
 
         Centres with indices below `first` are before the box, and centres from the index `stop` on are after it.
         """
-        middles, radii, after = boxes.middles + self.exact_shift, Floats.exact(boxes.radii), len(self.centres) - stop
-        left = CentresBefore(self.kernel, self.centres, self.weights, first, middles, boxes.halves)
+        radii, after = Floats.exact(boxes.radii), len(self.centres) - stop
+        left = CentresBefore(self.kernel, self.centres, self.weights, first, boxes.middles, boxes.halves)
         # with time reversed, the centres after a box are before it
-        right = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1], after, -middles, -boxes.halves)
+        reversed_time = -self.centres[::-1], self.weights[::-1], after, -boxes.middles, -boxes.halves
+        right = CentresBefore(self.kernel, *reversed_time)
         return left.enclose(radii, n) + right.enclose(radii, n)
 
     def _sums(self, boxes: Boxes, of_box: Indices, which: Indices, begins: Indices, n: int) -> Floats:
@@ -217,15 +222,15 @@ class ManyCentres:
         """
         tick()
         centres, weights, radii = self.centres[which], Floats.exact(self.weights[which]), Floats.exact(boxes.radii)
-        r = boxes.middles.at(of_box) + self.exact_shift - Floats.exact(centres)
+        r = boxes.middles.at(of_box) - Floats.exact(centres)
         kink = None
         if self.kernel.has_kink:
             oddness = self.kernel.oddness(boxes.halves, radii, n).at(of_box)
             kink = Kink(*self._sides(boxes, of_box, centres), oddness)
         each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, kink)
-        rows = [*(weights * c for c in each.coefficients), abs(weights) * each.missed]
-        most = int(np.diff([*begins, len(of_box)]).max())
-        return join([sums(row, begins, most).at(None) for row in rows], axis=0)
+        most, missed = int(np.diff([*begins, len(of_box)]).max()), abs(weights) * each.missed
+        rows = stack(each.coefficients, of_box.shape) * weights
+        return join([sums(rows, begins, most), sums(missed, begins, most).at(None)], axis=0)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return two masks over pairs of a box and a centre, decided exactly.
@@ -233,12 +238,12 @@ class ManyCentres:
         They say whether no time of the box is after the centre, and whether no time of the box is before the centre.
         `of_box` has the index of the box in each pair.
         """
-        starts, ends, moved = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres) - self.exact_shift
-        if not self.shift:
-            moved = Floats.exact(centres)
+        starts, ends, shifts = boxes.starts[of_box], boxes.ends[of_box], boxes.moves.at(of_box)
+        given = Floats.exact(centres)
+        moved = given.choose((shifts.low == 0) & (shifts.high == 0), given, given - shifts)
         before, after = ends <= moved.low, starts >= moved.high
         unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
         for i in np.flatnonzero(unclear).tolist():
-            exact = Fraction(float(centres[i])) - self.shift
+            exact = Fraction(float(centres[i])) - boxes.shifts[of_box[i]]
             before[i], after[i] = ends[i] <= exact, starts[i] >= exact
         return before, after

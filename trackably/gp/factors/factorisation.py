@@ -1,7 +1,7 @@
 """The interface of a factorised covariance matrix: factor once, then solve often."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 import numpy as np
@@ -88,6 +88,16 @@ def products(matrices: Array, c: Array) -> Array:
 
 Covariance = Callable[[Array], tuple[Array, Array]]
 """Returns k(r) of two samples r [s] apart, and ∂k/∂ln θ_j; shapes (*r.shape) and (p, *r.shape). k is even in r."""
+
+
+def weighted_sum(covariance: Covariance, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
+    """Return Σ ρ k(r) over pairs of weights ρ and times r [s] of one shape, and its ∂/∂ln θ_j."""
+    total, by_theta = np.zeros(()), np.zeros(())
+    for rho, r in parts:
+        value, gradient = covariance(r)
+        total, by_theta = total + rho * value, by_theta + rho * gradient
+    return total, by_theta
+
 
 Entries = Callable[[slice], tuple[Array, Array]]
 """Returns some of the stored entries of K (see `pack`), and of ∂K/∂ln θ_j; shapes (N,) and (p, N)."""

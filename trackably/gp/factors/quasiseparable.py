@@ -30,7 +30,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.factors.factorisation import Covariance, Factorisation, weighted_sum
 from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
 
@@ -133,13 +133,12 @@ def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[
 
     Rows have the times [s] and weights of their terms, shapes (n, J) and (m, J).
     """
-    found = np.zeros(())
-    for t, weights in zip(*(array.T for array in one), strict=True):
-        for s, others in zip(*(array.T for array in other), strict=True):
-            if np.any(weights) and np.any(others):
-                value, gradient = covariance(t[:, None] - s)
-                found = found + weights[:, None] * others * np.concatenate([value[None], gradient])
-    return found
+    terms, others = (
+        [(t, w) for t, w in zip(*(array.T for array in rows), strict=True) if w.any()] for rows in (one, other)
+    )
+    pairs = ((w[:, None] * v, t[:, None] - s) for t, w in terms for s, v in others)
+    value, gradient = weighted_sum(covariance, pairs)
+    return np.concatenate([value[None], gradient])
 
 
 class Factor(NamedTuple):

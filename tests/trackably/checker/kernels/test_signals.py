@@ -17,7 +17,7 @@ from trackably.checker.floats import signals
 from trackably.checker.floats.intervals import Floats, join
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.form import a_kernel
-from trackably.checker.intervals import ZERO, exactly
+from trackably.checker.intervals import ZERO, ratio
 from trackably.checker.kernels import Matern
 from trackably.checker.models import Model
 from trackably.checker.subject import Signal
@@ -36,26 +36,32 @@ def drawn(kernel: Kernel, rng: np.random.Generator) -> ManyCentres:
     centres = scale * 10 ** rng.uniform(-0.5, 2.5) * np.round(rng.uniform(-1, 1, COUNT), 2)
     weights = rng.normal(size=COUNT) * 10 ** rng.uniform(-2, 2, COUNT)
     own = a_kernel(encode(kernel), "kernel")
-    shift = int(rng.integers(0, 3)) * Fraction(0.1 * scale)
-    return ManyCentres.of(Signal(own, 0.0, tuple(centres.tolist()), tuple(weights.tolist())), shift)
+    return ManyCentres.of(Signal(own, 0.0, tuple(centres.tolist()), tuple(weights.tolist())))
+
+
+def shifts(scale: float, count: int, rng: np.random.Generator) -> list[Fraction]:
+    first = int(rng.integers(0, 3))
+    return [(first + b) % 3 * Fraction(0.1 * scale) for b in range(count)]
 
 
 def boxes_around(of: ManyCentres, scale: float, rng: np.random.Generator) -> Boxes:
     """Boxes that hold a kink, begin or end at one up to rounding, or are anywhere."""
+    moved = shifts(scale, 10, rng)
     ends_of_support = rng.choice([-1.0, 0.0, 1.0], 10) * scale
-    at = rng.choice(of.centres, 10) - float(of.shift) + ends_of_support * rng.choice([1.0, 0.7], 10)
+    at = rng.choice(of.centres, 10) - np.array(moved, dtype=float) + ends_of_support * rng.choice([1.0, 0.7], 10)
     halves = scale * 10 ** rng.uniform(-4, -0.5, 10)
     starts = at - halves * rng.choice([0.0, 1.0, 0.3, 1e-9], 10)
     ends = at + halves * np.where(starts < at, rng.choice([0.0, 1.0, 0.7], 10), 1.0)
-    return Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], 10))
+    return Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], 10), moved)
 
 
 def wide_boxes_beside(of: ManyCentres, scale: float, rng: np.random.Generator) -> Boxes:
     """Boxes far before and after all centres, as wide as a hundred or ten thousand time scales."""
     wide = scale * np.tile([1e2, 1e4], 2)
-    gaps = wide * rng.uniform(1, 4, 4)
-    starts = np.where([True, True, False, False], of.centres[0] - gaps - wide, of.centres[-1] + gaps) - float(of.shift)
-    return Boxes(starts, starts + wide, wide / 2 + gaps * rng.choice([0.3, 0.9], 4))
+    gaps, moved = wide * rng.uniform(1, 4, 4), shifts(scale, 4, rng)
+    starts = np.where([True, True, False, False], of.centres[0] - gaps - wide, of.centres[-1] + gaps)
+    starts -= np.array(moved, dtype=float)
+    return Boxes(starts, starts + wide, wide / 2 + gaps * rng.choice([0.3, 0.9], 4), moved)
 
 
 Enclosed = Callable[[ManyCentres, Boxes], Model]
@@ -69,9 +75,8 @@ def many(of: ManyCentres, boxes: Boxes) -> Model:
 def single(of: ManyCentres, boxes: Boxes) -> Model:
     """In mpmath, one box after the other."""
     signal = Signal(of.kernel, 0.0, tuple(of.centres.tolist()), tuple(of.weights.tolist()))
-    shift = exactly(of.shift.numerator) / of.shift.denominator
-    each = zip(boxes.starts.tolist(), boxes.ends.tolist(), boxes.radii.tolist(), strict=True)
-    models = [enclose_signal(signal, shift, Box(*box), TERMS) for box in each]
+    each = zip(boxes.starts.tolist(), boxes.ends.tolist(), boxes.radii.tolist(), map(ratio, boxes.shifts), strict=True)
+    models = [enclose_signal(signal, shift, Box(*box), TERMS) for *box, shift in each]
     rows = zip(*([*m.coefficients, m.missed] for m in models), strict=True)
     found = join([join([Floats.of(number).at(None) for number in row]).at(None) for row in rows], axis=0)
     return Model([found.at(k) for k in range(TERMS)], found.at(TERMS))
@@ -87,8 +92,8 @@ def escapes(kernel: Kernel, seed: int, enclosed: Enclosed) -> Iterator[bool]:
 
 def _outside(of: ManyCentres, boxes: Boxes, models: Model, kappa, rng) -> Iterator[bool]:
     with mp.workdps(50):
-        shift = mp.mpf(of.shift.numerator) / of.shift.denominator
         for b, (start, end) in enumerate(zip(boxes.starts.tolist(), boxes.ends.tolist(), strict=True)):
+            shift = mp.mpf(boxes.shifts[b].numerator) / boxes.shifts[b].denominator
             for t in (start, end, rng.uniform(start, end)):
                 true = sum(
                     c * kappa(t + shift - t_i)
@@ -134,8 +139,8 @@ def test_values_hold_the_signal_to_six_digits(kernel):
     of = drawn(kernel, rng)
     with mp.workdps(50):
         for time in rng.choice(of.centres, 4).tolist():
-            found, shift = of.at(time), mp.mpf(of.shift.numerator) / of.shift.denominator
-            true = sum(c * kappa(mp.mpf(time) + shift - t) for t, c in zip(of.centres, of.weights, strict=True))
+            found = of.at(Fraction(time))
+            true = sum(c * kappa(mp.mpf(time) - t) for t, c in zip(of.centres, of.weights, strict=True))
             assert found.low <= true <= found.high
             assert found.high - found.low < 1e-9 * np.sum(np.abs(of.weights)) * kappa(mp.mpf(0))
 
@@ -145,9 +150,9 @@ def test_models_are_narrow_where_boxes_are(kernel):
     """A model that knows nothing holds everything: most small boxes have finite models, as narrow as rounding lets."""
     rng = np.random.default_rng(0)
     of = drawn(kernel, rng)
-    starts = of.centres[:8] - float(of.shift) + time_scale(kernel) * rng.uniform(0.05, 0.1, 8)
+    starts = of.centres[:8] + time_scale(kernel) * rng.uniform(0.05, 0.1, 8)
     halves = np.full(8, 0.001 * time_scale(kernel))
-    models = many(of, Boxes(starts, starts + 2 * halves, 6 * halves))
+    models = many(of, Boxes(starts, starts + 2 * halves, 6 * halves, [Fraction(0)] * 8))
     assert np.mean(models.missed.high < 1e-3 * np.max(np.abs(of.weights))) > 0.8
     for c in models.coefficients:
         assert np.all(c.high - c.low < 1e-9 * np.sum(np.abs(of.weights)) * 1e3)
