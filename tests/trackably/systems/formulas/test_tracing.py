@@ -19,6 +19,7 @@ WRITTEN = {
     "numpy": (lambda x, u: [np.exp(x[0]) * np.sqrt(x[1]), np.float64(2.0) * x[0]], ["(exp(a) * sqrt(b))", "(2.0 * a)"]),
     "arrays": (lambda x, u: np.log(x) / u, ["(log(a) / p)", "(log(b) / q)"]),
     "powers": (lambda x, u: [x[0] ** 2, 2 ** x[1]], ["(a ^ 2.0)", "exp((b * log(2.0)))"]),
+    "squares": (lambda x, u: [x[0] * x[0], x @ x], ["(a ^ 2.0)", "((a ^ 2.0) + (b ^ 2.0))"]),
     "signs": (lambda x, u: [-x[0], +x[1] - np.square(u[0])], ["((-1.0) * a)", "(b - (p ^ 2.0))"]),
     "hyperbolic": (
         lambda x, u: [np.tanh(x[0]), np.tan(x[1])],
@@ -100,7 +101,7 @@ DISGUISED = {
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
     "NaN replaced": (lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]], "it gives a = .*, and its formula a = nan"),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
-    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "must be the same formula in each call"),
+    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "all states, inputs and calls, but at .* it gives a = "),
 }
 
 
