@@ -21,7 +21,7 @@ from trackably.checker.intervals import ZERO, UndefinedError, exactly
 from trackably.checker.inverse import is_number, times
 from trackably.checker.models import constants
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.systems.formulas import evaluate_floats, is_float64
+from trackably.systems.formulas import evaluate_floats, is_float64, plain_text
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
 
@@ -83,7 +83,7 @@ class Symbol(NDArrayOperatorsMixin):
         self.formula = formula
 
     def __repr__(self) -> str:
-        return text(self.formula)
+        return plain_text(self.formula)
 
     def __getattr__(self, name: str) -> Any:
         if name in _WRITTEN:
