@@ -137,7 +137,7 @@ class Numbers:
 
 
 @given(expressions)
-@settings(max_examples=50)
+@settings(max_examples=25)
 def test_no_formula_differs_from_itself(formula):
     def f(x, u):
         with np.errstate(all="ignore"):
