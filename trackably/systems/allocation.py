@@ -54,12 +54,14 @@ class Allocation:
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
         """Return the allocation; None if no input is redundant or no input is bounded.
 
-        ValueError: there are too many candidates (`laws`).
+        ValueError: a bound moves in time, or there are too many candidates (`laws`).
         """
         kernel = null_space(exact(system.B))
         free = kernel.shape[1]
         if not free or not len(input_set.rows):
             return None
+        if input_set.moves:
+            raise ValueError(f"system: redundant inputs need constant bounds, but those of {input_set} move in time")
         sizes = range(1, free + 2)
         if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MAX_LAWS:
             raise ValueError(
