@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
+from trackably.checker.subject import Beyond
 from trackably.given.conversion import as_pieces, interpolate
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.pieces import Beyond, PolynomialPieces
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 

@@ -144,7 +144,7 @@ def test_wrong_arguments_are_named(name):
 SHOWN = {
     "a system of formulas": (
         tank(1.0),
-        'NonlinearSystem(level(k+1) = ("level" + (0.5 * ("inflow" - (0.6 * sqrt("level"))))); inputs inflow; '
+        "NonlinearSystem(level(k+1) = level + (0.5 * (inflow - (0.6 * sqrt(level)))); inputs inflow; "
         "one step every 1 s)",
     ),
     "a trajectory of joints": (

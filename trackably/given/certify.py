@@ -22,7 +22,7 @@ from trackably.certificates.prove import Outcome, prove, prove_on_window
 from trackably.certificates.sketch import times_to_look_at
 from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
-from trackably.checker.subject import Functional, Pieces
+from trackably.checker.subject import Beyond, Functional
 from trackably.given.accepted import RepairDistance
 from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
 from trackably.gp.stencil import Stencil
@@ -30,7 +30,7 @@ from trackably.reference.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import rounded_text
 from trackably.systems.linear import LinearSystem
-from trackably.systems.pieces import Beyond, PolynomialPieces
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import default_sample, sampled_names, stencils_by_name
 
@@ -88,11 +88,7 @@ def distance(
     """
     shown = tuple(Fraction(w) for w in stencil.weights)
     apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))
-    both = tuple(
-        Pieces(tuple(z.breakpoints.tolist()), tuple(map(tuple, z.coefficients.tolist())), z.beyond)
-        for z in (output, curve)
-    )
-    subject = replace(as_subject(reference), pieces=both)
+    subject = replace(as_subject(reference), pieces=(output.checked, curve.checked))
     shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
     times = times_to_look_at((output, curve), shifts, *span)
     size = float(np.max(np.abs(curve(times)))) or 1.0

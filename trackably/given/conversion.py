@@ -19,9 +19,10 @@ from scipy.interpolate import (
 
 from trackably.arguments import numbers
 from trackably.arrays import Array
+from trackably.checker.subject import Beyond
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import Beyond, PolynomialPieces, is_spline, pieces_of_spline
+from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
 
 _DEFAULT_END = 1.0  # s: T of a basis of python-control, if none is given
 _MISSED = 1e-9  # states count as polynomials if a fit misses their values by at most this part of the largest value

@@ -21,7 +21,6 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.checker.redundancy import demands
-from trackably.checker.subject import Row
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -55,12 +54,14 @@ class Allocation:
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
         """Return the allocation; None if no input is redundant or no input is bounded.
 
-        ValueError: there are too many candidates (`laws`).
+        ValueError: a bound moves in time, or there are too many candidates (`laws`).
         """
         kernel = null_space(exact(system.B))
         free = kernel.shape[1]
         if not free or not len(input_set.rows):
             return None
+        if input_set.moves:
+            raise ValueError(f"system: redundant inputs need constant bounds, but those of {input_set} move in time")
         sizes = range(1, free + 2)
         if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MAX_LAWS:
             raise ValueError(
@@ -74,11 +75,8 @@ class Allocation:
         """The rows and bounds of attainable effects: an input u satisfies all of them if and only if some input in the
         set has the effect of u.
         """
-        U = self.input_set
-        sides = zip(U.rows.tolist(), U.lower.tolist(), U.upper.tolist(), strict=True)
-        rows = [Row(tuple(map(Fraction, row)), low, high) for row, low, high in sides]
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
-        for demand in demands(self.kernel.T.tolist(), rows):
+        for demand in demands(self.kernel.T.tolist(), self.input_set.checked.rows):
             scale = max(demand.row, key=abs) or Fraction(1)
             direction = tuple(r / scale for r in demand.row)
             low, high = sorted((demand.low / scale, demand.high / scale))

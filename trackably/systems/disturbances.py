@@ -18,13 +18,9 @@ from trackably.arguments import array, instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import disturbances as checker
 from trackably.checker import model_error as checked
-from trackably.checker.subject import End as CheckedEnd
-from trackably.checker.subject import Pieces, Row
-from trackably.checker.subject import Polytope as Rows
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import End, ends_within
+from trackably.systems.intervals import ends_within
 from trackably.systems.linear import LinearSystem
-from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import exact, row_echelon
 
@@ -391,7 +387,7 @@ class ModelError:
         """
         every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
         nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
-        D = checked.of_model_error(nominal, vertices, _rows(plant.state_set), _rows(plant.input_set))
+        D = checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
         if isinstance(D, str):
             raise ValueError(f"model_error: {D}")
         return Zonotope(W.centre, [*W.generators, *D])
@@ -408,15 +404,3 @@ def _matrices(vertices: object) -> Sequence[Any]:
         if not isinstance(given, list | tuple) or len(given) not in (2, 3):
             raise TypeError(f"model_error: vertex {i + 1}: expected (A, B) or (A, B, c), got {short(given)}")
     return vertices
-
-
-def _rows(bounded: Polytope) -> Rows:
-    rows = zip(bounded.rows.tolist(), *(map(_end, of) for of in bounded.ends), strict=True)
-    return Rows(tuple(Row(tuple(map(Fraction, row)), low, high) for row, low, high in rows), bounded.dimension)
-
-
-def _end(end: End) -> CheckedEnd:
-    """Return the end of an interval in the type of the checker: a number, or `Pieces` if the end moves."""
-    if not isinstance(end, PolynomialPieces):
-        return end
-    return Pieces(tuple(end.breakpoints.tolist()), tuple(map(tuple, end.coefficients.tolist())), end.beyond)

@@ -22,6 +22,7 @@ from trackably.checker.formulas import (
     Power,
     operands,
     parts,
+    text,
 )
 from trackably.checker.inverse import Term, minus, plus, times
 
@@ -42,6 +43,12 @@ def size_and_depth(formula: Formula) -> tuple[int, int]:
         inner = [known[operand] for operand in operands(node)]
         known[node] = 1 + sum(size for size, _ in inner), 1 + max((depth for _, depth in inner), default=0)
     return known[formula]
+
+
+def plain_text(formula: Formula) -> str:
+    """Return a formula as text for people: without the quotes and the outermost parentheses of the checker's text."""
+    found = text(formula).replace('"', "")
+    return found[1:-1] if isinstance(formula, Operation | Power) else found
 
 
 def to_lists(formula: Formula) -> object:

@@ -16,7 +16,7 @@ from trackably.checker.formulas import names as names_in
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
-from trackably.systems.formulas import derivative, evaluate_floats, size_and_depth
+from trackably.systems.formulas import derivative, evaluate_floats, plain_text, size_and_depth
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.tracing import Dynamics, require_same_values, trace
@@ -70,7 +70,7 @@ class NonlinearSystem(subject.NonlinearSystem):
     def __repr__(self) -> str:
         laws = "; ".join(
             f"{state}(k+1) = {law if len(law) <= _LONGEST_SHOWN else f'{law[:_LONGEST_SHOWN]}…'}"
-            for state, law in zip(self.states, map(text, self.f), strict=True)
+            for state, law in zip(self.states, map(plain_text, self.f), strict=True)
         )
         return f"NonlinearSystem({laws}; inputs {', '.join(self.inputs)}; one step every {self.sampling_time:g} s)"
 

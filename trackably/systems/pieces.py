@@ -9,7 +9,7 @@ from fractions import Fraction
 from itertools import pairwise
 from math import factorial
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeGuard, get_args
+from typing import TYPE_CHECKING, Any, Self, TypeGuard, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ import scipy
 
 from trackably.arguments import array, instance, numbers, positive, real
 from trackably.arrays import Array, ArrayLike
+from trackably.checker.subject import Beyond, Pieces
 from trackably.gp.signal import KernelSum
 
 if TYPE_CHECKING:
@@ -153,9 +154,6 @@ class ExactSum:
 
 # A piecewise polynomial signal, as plain stored numbers: any spline is one.
 
-Beyond = Literal["rest", "period", "end"]
-"""Continuation of a signal outside its pieces: at rest at the first and last value, periodic, or without any claim."""
-
 
 @dataclass(frozen=True, eq=False)
 class PolynomialPieces:
@@ -247,6 +245,11 @@ class PolynomialPieces:
     def period(self) -> float:
         """The total length of all pieces [s]."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
+
+    @property
+    def checked(self) -> Pieces:
+        """The same pieces in the type of the checker."""
+        return Pieces(tuple(self.breakpoints.tolist()), tuple(map(tuple, self.coefficients.tolist())), self.beyond)
 
     def __call__(self, t: ArrayLike) -> Array:
         """Return z at t [s], evaluated by `precise` and rounded to float64; from a breakpoint on the piece after it."""

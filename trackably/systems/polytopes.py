@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
@@ -12,6 +13,7 @@ import scipy
 
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
+from trackably.checker import subject
 from trackably.systems.intervals import Corridor, End, Interval, ends_shown, interval
 from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
 
@@ -109,6 +111,13 @@ class Polytope:
     def hull(self) -> Polytope:
         """The set with constant bounds: for each row the smallest interval that contains its bounds on a time grid."""
         return self._with([bounds.hull for _, bounds in self.intervals]) if self.moves else self
+
+    @property
+    def checked(self) -> subject.Polytope:
+        """The same set in the type of the checker."""
+        ends = ([of.checked if isinstance(of, PolynomialPieces) else of for of in side] for side in self.ends)
+        rows = (tuple(map(Fraction, row)) for row in self.rows.tolist())
+        return subject.Polytope(tuple(map(subject.Row, rows, *ends)), self.dimension)
 
     def _with(self, ends: Sequence[Interval]) -> Polytope:
         return Polytope(self.rows, [of.lower for of in ends], [of.upper for of in ends], self.dimension)

@@ -1,8 +1,8 @@
 """Call a Python function with symbols to get the formulas that it computes, and compare these with its numbers.
 
 A function may treat symbols differently from numbers (it asks for types, or catches exceptions of symbols), or each
-call differently (it draws numbers, or counts calls). So it is called twice with symbols, and then with numbers. If the
-formulas differ, or the values do, it is refused. The numbers are drawn at random: this is evidence, not a proof.
+call differently (it draws numbers, or counts calls). So it is also called with numbers, and refused if its values are
+not those of the formulas. The numbers are drawn at random: this is evidence, not a proof.
 """
 
 import math
@@ -16,13 +16,12 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from trackably.arrays import Array
-from trackably.checker.flatness import Shapes
 from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power, text
 from trackably.checker.intervals import ZERO, UndefinedError, exactly
 from trackably.checker.inverse import is_number, times
 from trackably.checker.models import constants
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.systems.formulas import evaluate_floats, is_float64
+from trackably.systems.formulas import evaluate_floats, is_float64, plain_text
 
 # Symbols: numbers that are not known yet; arithmetic with them records the formula.
 
@@ -84,7 +83,7 @@ class Symbol(NDArrayOperatorsMixin):
         self.formula = formula
 
     def __repr__(self) -> str:
-        return text(self.formula)
+        return plain_text(self.formula)
 
     def __getattr__(self, name: str) -> Any:
         if name in _WRITTEN:
@@ -125,7 +124,8 @@ def _difference(a: Formula, b: Formula) -> Formula:
 
 
 def _product(a: Formula, b: Formula) -> Formula:
-    found = times(a, b)
+    """Return a b, and the square of a part that is multiplied by itself, as its range is known to be positive."""
+    found = Power(a, 2.0) if a is b else times(a, b)
     assert found is not None
     return found
 
@@ -194,14 +194,12 @@ _LINALG = (
 
 def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
     """Return the formulas that f computes, one for each state. ValueError: there are none; the message says why."""
-    one, other = (_formulas(f, states, inputs) for _ in range(2))
-    shapes = Shapes()
-    if any(shapes.of(a) != shapes.of(b) for a, b in zip(one, other, strict=True)):
-        raise ValueError(
-            "system: f must be the same formula in each call, but was another one in the second; it may draw numbers, "
-            "count, or change what it uses"
-        )
-    return one
+    with _symbols_in("system: f"):
+        values = f(*(np.array([Symbol(Name(name)) for name in names], dtype=object) for names in (states, inputs)))
+        if not isinstance(values, _Sequence) or len(values) != len(states):
+            given = f"{len(values)} values" if isinstance(values, _Sequence) else type(values).__name__
+            refuse(f"return a list of {len(states)} successors, got {given}")
+        return tuple(map(_formula_of, values))
 
 
 def require_same_values(
@@ -220,7 +218,7 @@ def require_same_values(
             if not _agree(formula, dict(zip(names, at.tolist(), strict=True)), number, value):
                 where = ", ".join(f"{name} = {of:.6g}" for name, of in zip(names, at.tolist(), strict=True))
                 raise ValueError(
-                    f"system: f must be one formula for all states and inputs, but at {where} it "
+                    f"system: f must be one formula for all states, inputs and calls, but at {where} it "
                     f"{said or f'gives {state} = {number:.6g}'}, and its formula {state} = {value:.6g}; use {SUPPORTED}"
                 )
 
@@ -271,15 +269,6 @@ def formulas_of(call: Callable[[], Any]) -> tuple[tuple[Formula, ...], tuple[For
             refuse("return a list of states and a list of inputs")
         states, inputs = (tuple(map(_formula_of, part)) for part in values)
         return states, inputs
-
-
-def _formulas(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
-    with _symbols_in("system: f"):
-        values = f(*(np.array([Symbol(Name(name)) for name in names], dtype=object) for names in (states, inputs)))
-        if not isinstance(values, _Sequence) or len(values) != len(states):
-            given = f"{len(values)} values" if isinstance(values, _Sequence) else type(values).__name__
-            refuse(f"return a list of {len(states)} successors, got {given}")
-        return tuple(map(_formula_of, values))
 
 
 @contextmanager

@@ -39,27 +39,16 @@ class Functional(subject.Functional):
 
     def __call__(self, signals: Signals, t: Array) -> Array:
         """Return q at t [s]; an array of the same shape as t."""
-        t = np.asarray(t, dtype=float)
-        if not self.rounded:
-            return np.full(t.shape, float(self.offset))
-        terms = (self._term(w, signals[c], t) for c, w in self.rounded)
-        return np.asarray(sum(terms, np.asarray(float(self.offset))))
+        return np.asarray(self._alone(signals, np.asarray(t, dtype=float))[0])
 
-    def _term(self, w: Array, signal: Callable[[Array], Array], t: Array) -> Array:
-        """Return Σ_j w_j z(t + j T_s); with one nonzero weight, evaluate z only at its shift."""
-        (shifts,) = np.nonzero(w)
-        if len(shifts) == 1:
-            return np.asarray(w[shifts[0]] * signal(t + shifts[0] * self.sampling_time))
-        return np.asarray(np.tensordot(w, signal(self.instants(t, len(w))), axes=1))
+    @cached_property
+    def _alone(self) -> "Functionals":
+        return Functionals((self,))
 
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
         """The pairs (c, w_c) of the signals with a nonzero weight, in float64."""
         return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
-
-    def instants(self, t: Array, count: int) -> Array:
-        """Return the times t + j T_s [s] for j < count; shape (count, *t.shape)."""
-        return np.asarray(t + (self.sampling_time * np.arange(count)).reshape(-1, *(1,) * t.ndim))
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return q if every signal c is constant at `levels[c]`."""
@@ -69,6 +58,64 @@ class Functional(subject.Functional):
     def later(self) -> Self:
         """The functional q(t + T_s)."""
         return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
+
+
+Indices = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Functionals:
+    """Functionals of the same signals: each signal is evaluated once, at all shifts that any of them needs."""
+
+    functionals: tuple[Functional, ...]
+
+    def __call__(self, signals: Signals, t: Array) -> Array:
+        """Return all F functionals at t [s]; the result has shape (F, *t.shape)."""
+        found = self._offsets.reshape(-1, *(1,) * t.ndim) + np.zeros(t.shape)
+        for weights, shifted in self._shifted(signals, t):
+            summed = weights @ shifted.reshape(len(shifted), -1)
+            found = found + summed.reshape(len(weights), *shifted.shape[1:])
+        return found
+
+    def of(self, which: Indices, signals: Signals, t: Array) -> Array:
+        """Return functional `which[i]` at t[..., i] [s], for indices (m,) and times (..., m); shape of t."""
+        found = self._offsets[which] + np.zeros(t.shape)
+        for weights, shifted in self._shifted(signals, t):
+            found += np.einsum("mj,j...m->...m", weights[which], shifted)
+        return found
+
+    def combined(self, gains: Array) -> list[tuple[int, Array]]:
+        """Return the pairs (c, w_c) of the nonzero weights of Σ_i gains[i] q_i, in float64."""
+        found = []
+        for c, shifts, weights in self._weights:
+            w = np.zeros(shifts[-1] + 1)
+            w[shifts] = gains @ weights
+            if w.any():
+                found.append((c, w))
+        return found
+
+    @cached_property
+    def _offsets(self) -> Array:
+        return np.array([float(q.offset) for q in self.functionals])
+
+    @cached_property
+    def _weights(self) -> list[tuple[int, Indices, Array]]:
+        """For each signal c that counts, the J shifts that any functional needs, and their weights (F, J)."""
+        found, rounded = [], [dict(functional.rounded) for functional in self.functionals]
+        for c in sorted(set().union(*rounded)):
+            rows = [of.get(c, np.zeros(1)) for of in rounded]
+            weights = np.zeros((len(rows), max(map(len, rows))))
+            for row, w in zip(weights, rows, strict=True):
+                row[: len(w)] = w
+            (shifts,) = np.nonzero(np.any(weights, axis=0))
+            found.append((c, shifts, weights[:, shifts]))
+        return found
+
+    def _shifted(self, signals: Signals, t: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield, for each signal, the weights (F, J) of its J shifts that are needed, and its values (J, *t.shape)."""
+        for c, shifts, weights in self._weights:
+            step = self.functionals[0].sampling_time
+            yield weights, signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
 
 
 # States and inputs of a reference as functions of time: formulas of functionals of the learned signals.
@@ -108,12 +155,12 @@ class Trajectory:
         """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
         if any(map(names, self.derivatives.values())):
             return None
-        signals = self.weights_at([np.zeros_like] * len(self.arguments[0][1].weights), np.zeros(()))
+        count = len(self.arguments[0][1].weights)
+        signals = self.weights_at([np.zeros_like] * count, np.zeros(()))
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals
-        at_zero = self.at_rest([0.0] * len(self.arguments[0][1].weights))
-        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, at_zero)
+        return signal, Stencil(tuple(weights.tolist()), self.sampling_time, self.at_rest([0.0] * count))
 
     @property
     def sampling_time(self) -> float:
@@ -122,7 +169,15 @@ class Trajectory:
 
     def __call__(self, signals: Signals, t: Array) -> Array:
         """Return q at t [s]; an array of the same shape as t, NaN or infinite where q is undefined."""
-        return self.value({name: functional(signals, t) for name, functional in self.arguments})
+        return self.value(self._arguments_at(signals, t))
+
+    def _arguments_at(self, signals: Signals, t: Array) -> dict[str, Array]:
+        values = self._functionals(signals, np.asarray(t, dtype=float))
+        return dict(zip((name for name, _ in self.arguments), values, strict=True))
+
+    @cached_property
+    def _functionals(self) -> Functionals:
+        return Functionals(tuple(functional for _, functional in self.arguments))
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return q if every signal c is constant at `levels[c]`; NaN or infinite if it is undefined there."""
@@ -154,26 +209,17 @@ class Trajectory:
         """Return ∂q/∂q_i at these values of the arguments."""
         return {name: evaluate_floats(slope, arguments) for name, slope in self.derivatives.items()}
 
-    def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
-        """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
-        if self.functional is not None:
-            return self.functional.rounded
-        slopes = self.slopes({name: functional(signals, t) for name, functional in self.arguments})
-        return self._weights({name: slope.item() for name, slope in slopes.items()})
-
-    def _weights(self, gains: Mapping[str, float]) -> list[tuple[int, Array]]:
-        """Return pairs (c, w_c) of the nonzero weights of Σ_i gains[i] q_i."""
-        longest = max(len(w) for _, functional in self.arguments for w in functional.weights)
-        weights = np.zeros((len(self.arguments[0][1].weights), longest))
-        for name, functional in self.arguments:
-            for c, rounded in functional.rounded:
-                weights[c, : len(rounded)] += gains.get(name, 0.0) * rounded
-        return [(c, w) for c, w in enumerate(weights) if w.any()]
-
     @cached_property
     def derivatives(self) -> dict[str, Formula]:
         """∂q/∂q_i as formulas, by the name of q_i."""
         return {name: derivative(self.formula, name) for name, _ in self.arguments}
+
+    def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
+        """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
+        if self.functional is not None:
+            return self.functional.rounded
+        slopes = self.slopes(self._arguments_at(signals, t))
+        return self._functionals.combined(np.array([slopes[name].item() for name, _ in self.arguments]))
 
 
 def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> Trajectory:
@@ -250,8 +296,6 @@ class Quantity:
 
 # Evaluate several quantities of the same signals together: one sum of kernels for all of them.
 
-Indices = npt.NDArray[np.intp]
-
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
@@ -265,24 +309,17 @@ class Quantities:
 
     def values(self, t: Array) -> Array:
         """Return all quantities at t [s]; the result has shape (Q, *t.shape)."""
-        if not self.is_linear:
-            return np.stack([quantity(self.signals, t) for quantity in self.quantities])
-        found = np.repeat(self._offsets, t.size).reshape(len(self), t.size)
-        for weights, shifted in self._shifts(t):
-            found += weights @ shifted.reshape(len(shifted), t.size)
-        return found.reshape(len(self), *t.shape)
+        if self._linear is not None:
+            return self._linear(self.signals, t)
+        return np.stack([quantity(self.signals, t) for quantity in self.quantities])
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m); shape of t."""
-        if not self.is_linear:
-            found = np.empty(t.shape)
-            for q in np.unique(which).tolist():
-                found[..., which == q] = self.quantities[q](self.signals, t[..., which == q])
-            return found
+        if self._linear is not None:
+            return self._linear.of(which, self.signals, t)
         found = np.empty(t.shape)
-        found[...] = self._offsets[which]
-        for weights, shifted in self._shifts(t):
-            found += np.einsum("mj,j...m->...m", weights[which], shifted)
+        for q in np.unique(which).tolist():
+            found[..., which == q] = self.quantities[q](self.signals, t[..., which == q])
         return found
 
     def margins(self, t: Array) -> Array:
@@ -301,11 +338,17 @@ class Quantities:
 
     def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
         """Return the bounds of quantity `which[i]` at t[..., i] [s], each of the shape of t."""
-        lower, upper = np.empty((2, *t.shape))
+        lower, upper = np.moveaxis(np.broadcast_to(self._ends[which], (*t.shape, 2)), -1, 0).copy()
         for q, quantity in enumerate(self.quantities):
-            here = np.broadcast_to(which == q, t.shape)
-            lower[here], upper[here] = quantity.bounds.ends(t[here])
+            if quantity.bounds.moving:
+                here = np.broadcast_to(which == q, t.shape)
+                lower[here], upper[here] = quantity.bounds.ends(t[here])
         return lower, upper
+
+    @cached_property
+    def _ends(self) -> Array:
+        """The lower and the upper bound of each quantity at t = 0, shape (Q, 2)."""
+        return np.array([quantity.bounds.ends(np.zeros(())) for quantity in self.quantities]).reshape(-1, 2)
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times between `start` and `end` [s] at which some bound may jump or have a kink."""
@@ -315,36 +358,10 @@ class Quantities:
     @property
     def is_linear(self) -> bool:
         """Whether all quantities are functionals."""
-        return self._functionals is not None
+        return self._linear is not None
 
     @cached_property
-    def _functionals(self) -> list[Functional] | None:
+    def _linear(self) -> Functionals | None:
         """The quantities as functionals; None unless all of them are."""
-        found = [quantity.functional for quantity in self.quantities if quantity.functional is not None]
-        return found if len(found) == len(self) else None
-
-    @cached_property
-    def _offsets(self) -> Array:
-        return np.array([float(functional.offset) for functional in self._functionals or ()])
-
-    @cached_property
-    def _weights(self) -> list[tuple[int, Indices, Array]]:
-        """For each signal with nonzero weights, its index c, the shifts j with nonzero weights,
-        and w_qj (Q, shifts).
-        """
-        functionals, found = self._functionals or (), []
-        for c in range(len(self.signals)):
-            longest = max((len(functional.weights[c]) for functional in functionals), default=0)
-            weights = np.zeros((len(self), longest))
-            for row, functional in zip(weights, functionals, strict=True):
-                row[: len(functional.weights[c])] = dict(functional.rounded).get(c, 0.0)
-            (shifts,) = np.nonzero(np.any(weights, axis=0))
-            if len(shifts):
-                found.append((c, shifts, weights[:, shifts]))
-        return found
-
-    def _shifts(self, t: Array) -> Iterator[tuple[Array, Array]]:
-        """Yield the weights (Q, J) of each signal, and the signal at t + j T_s: shape (J, *t.shape)."""
-        for c, shifts, weights in self._weights:
-            step = self.quantities[0].trajectory.sampling_time
-            yield weights, self.signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
+        found = tuple(quantity.functional for quantity in self.quantities if quantity.functional is not None)
+        return Functionals(found) if len(found) == len(self) else None

@@ -9,6 +9,7 @@ from benchmarks.rivals.model import NotFound, Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms, row_kernel
+from trackably.learning.constraint import rows_of
 from trackably.systems.trajectories import Functional
 
 POINTS = 200
@@ -34,7 +35,7 @@ class Grid:
         known = tuple(q.functional for q in quantities if q.functional is not None)
         if len(known) < len(quantities):
             return None
-        rows = Rows.joined([rows_of(f, times) for f in known], problem.task.plant.signal_count)
+        rows = rows_of([(functional, times) for functional in known], problem.task.plant.signal_count)
         lower, upper = (
             np.repeat([getattr(q.bounds, end) for q in quantities], len(times)) for end in ("lower", "upper")
         )
@@ -44,16 +45,6 @@ class Grid:
 def evenly(problem: Problem, points: int) -> Array:
     """Return as many times [s], evenly over the window."""
     return np.linspace(*problem.window, points)
-
-
-def rows_of(functional: Functional, times: Array) -> Rows:
-    """Return the functional at these times [s], one row for each."""
-    terms = [Terms.joined([]) for _ in functional.weights]
-    for c, weights in functional.rounded:
-        instants = functional.instants(times, len(weights))
-        of_row = np.broadcast_to(np.arange(len(times)), instants.shape)
-        terms[c] = Terms(instants.ravel(), np.repeat(weights, len(times)), of_row.ravel())
-    return Rows(np.full(len(times), float(functional.offset)), tuple(terms))
 
 
 def sample_rows(problem: Problem) -> Rows:

@@ -12,7 +12,7 @@ import cvxpy as cp
 import numpy as np
 
 from benchmarks.rivals.adapters.convex import minimised
-from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly, prior_covariance, rows_of, sample_rows
+from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly, prior_covariance, sample_rows
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
@@ -20,6 +20,7 @@ from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, Terms, row_kernel
 from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import rows_of
 from trackably.systems.trajectories import Functional
 
 _LAGS = 16  # in which the supremum is sought; it is at the longest one where covariances fall with the distance
@@ -59,7 +60,7 @@ def steepness(posterior: JointPosterior, functional: Functional, half: float) ->
     """Return η = sup ‖L_t κ − L_0 κ‖ over |t| ≤ `half` [s], an under-estimate by what lies between 16 lags."""
     total = np.zeros(_LAGS)
     lags = np.linspace(0, half, _LAGS + 1)[1:]
-    here, there = rows_of(functional, np.zeros(_LAGS)), rows_of(functional, lags)
+    here, there = (rows_of([(functional, at)], len(functional.weights)) for at in (np.zeros(_LAGS), lags))
     for part, now, then in zip(posterior.prior.parts, here.terms, there.terms, strict=True):
         less = Terms(now.times, -now.weights, now.of_row)
         total += np.diag(row_kernel(part.kernel, Terms.joined([then, less]), _LAGS).among())

@@ -4,12 +4,15 @@ from functools import cache
 
 import cvxpy as cp
 import numpy as np
+import pytest
 
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.redundant_instances import (
     CASES,
+    ONE_STATE,
     excess,
     least,
+    regular_polygon,
 )
 from trackably.systems.allocation import Allocation
 from trackably.systems.linear import LinearSystem
@@ -69,3 +72,19 @@ def test_the_smallest_input_in_sets_of_all_widths(case):
     system = LinearSystem(np.array([[0.5]]), np.array([row]), sampling_time=0.1)
     found = Allocation.of(system, Polytope.box(lower, upper)).smallest(np.full(len(row), push / len(row)))
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12)
+
+
+REFUSED = {
+    "a bound that moves": (
+        Polytope([[1.0, 1.0]], [-1.0], [{0.0: 1.0, 1.0: 2.0}]),
+        "need constant bounds, but those of",
+    ),
+    "many rows": (regular_polygon(80), "1 redundant inputs are too many"),
+}
+
+
+@over(REFUSED, "case")
+def test_input_sets_that_allocation_cannot_treat_are_refused(case):
+    wanted, said = case
+    with pytest.raises(ValueError, match=said):
+        Allocation.of(ONE_STATE, wanted)

@@ -10,6 +10,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
+from trackably.systems.trajectories import Quantities
 
 AXIS = LinearSystem(
     np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), states=("position", "velocity"), sampling_time=0.1
@@ -40,5 +41,8 @@ def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
     states, inputs = (
         np.stack([q(signals, t) for q in side]) for side in (plant.flatness.states, plant.flatness.inputs)
     )
-    found = np.stack([q(signals, t) for q in plant.quantities])
-    np.testing.assert_allclose(found, np.vstack([plant.state_set.rows @ states, plant.input_set.rows @ inputs]))
+    expected = np.vstack([plant.state_set.rows @ states, plant.input_set.rows @ inputs])
+    np.testing.assert_allclose(np.stack([q(signals, t) for q in plant.quantities]), expected)
+    together, which = Quantities(plant.quantities, signals), np.arange(len(t)) % len(expected)
+    np.testing.assert_allclose(together.values(t), expected)
+    np.testing.assert_allclose(together.values_of(which, t), expected[which, np.arange(len(t))])

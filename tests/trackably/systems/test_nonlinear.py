@@ -72,7 +72,7 @@ def test_json_that_is_no_system_is_refused(change, reason):
         decode(Reference, data)
 
 
-AFFINE = r"must be solvable for its inputs, x⁺ = f0\(x\) \+ G\(x\) u, but f is not affine in p: it holds "
+AFFINE = "must be solvable for its inputs, .*, but f is not affine in p: it holds "
 REFUSED = {
     "a product": (lambda x, u: [u[0] * x[0] * u[0]], rf'{AFFINE}\(\("p" \* "a"\) \* "p"\)'),
     "a function": (lambda x, u: [x[0] + np.sin(u[0] + x[0])], rf'{AFFINE}sin\(\("p" \+ "a"\)\)'),

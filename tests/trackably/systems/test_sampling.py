@@ -12,11 +12,6 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
 
 T_S = 0.1
-BOTH = "(learn_reference takes both)"
-NEITHER = (
-    "is neither a state (position, velocity, acceleration) nor a flat output (z1), nor the rate of one, such as "
-    "rate of position"
-)
 NO_LEVEL = "says how its flat output moves, but not where it is"
 AXIS = unbounded(
     LinearSystem.discretised(
@@ -49,11 +44,8 @@ SHOWN = {
 def test_a_stencil_measures_what_its_name_says(which: str):
     """Of states that are formulas too; a rate is the change of a state in one step, per second."""
     plant, names = SHOWN[which]
-    signals, t, step = (
-        [random_signal(np.random.default_rng(c)) for c in range(plant.signal_count)],
-        np.linspace(-1.0, 1.0, 7),
-        0.1,
-    )
+    signals = [random_signal(np.random.default_rng(c)) for c in range(plant.signal_count)]
+    t, step = np.linspace(-1.0, 1.0, 7), 0.1
     coordinates = dict(zip(plant.system.states, plant.flatness.states, strict=True)) | {
         f"z{c + 1}": (lambda signals, t, c=c: signals[c](t)) for c in range(plant.signal_count)
     }
@@ -68,25 +60,15 @@ def test_a_stencil_measures_what_its_name_says(which: str):
 @pytest.mark.parametrize(
     ("plant", "names", "message"),
     [
-        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead {BOTH}"),
-        (AXIS, ["speed"], f"speed {NEITHER}"),
-        (
-            ROBOT,
-            ["x", "y", "rate of heading"],
-            "heading is no weighted sum of one flat output at shifted times; give samples "
-            "of z1, z2, or of states that depend on one of them only",
-        ),
-        (
-            MIXED,
-            ["x1"],
-            "x1 depends on several flat outputs, but each flat output is learned from samples of its own; "
-            "give samples of z1, z2, or of states that depend on one of them only",
-        ),
-        (AXIS, ["position", "z1"], "z1 and position show the same flat output; give one of them"),
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead"),
+        (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
+        (ROBOT, ["x", "y", "rate of heading"], "heading is no weighted sum of one flat output at shifted times; give"),
+        (MIXED, ["x1"], "x1 depends on several flat outputs"),
+        (AXIS, ["position", "z1"], "z1 and position show the same flat output"),
     ],
 )
 def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, message):
-    with pytest.raises(ValueError, match=f"^samples: {re.escape(message)}$"):
+    with pytest.raises(ValueError, match=f"^samples: {re.escape(message)}"):
         stencils_by_name(plant, names)
 
 

@@ -16,8 +16,7 @@ from trackably.systems.tightening import (
 )
 
 
-@pytest.mark.parametrize("name", ["example1", "pushed", "oblique", "triangle"])
-@pytest.mark.parametrize("margin", [0.0, 0.2])
+@pytest.mark.parametrize(("name", "margin"), [("example1", 0.0), ("pushed", 0.2), ("oblique", 0.2), ("triangle", 0.0)])
 def test_the_largest_fraction_is_the_largest(name, margin):
     """A little less leaves something, a little more leaves nothing; for the same feedback."""
     given = DISTURBED[name]

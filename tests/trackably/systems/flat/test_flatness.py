@@ -72,37 +72,20 @@ def test_of_many_inputs_the_smallest_is_chosen(system):
         np.testing.assert_allclose(smallest @ u, u, atol=1e-11 * (1 + np.max(np.abs(u))))
 
 
-NEITHER = (
-    "the columns of B must be clearly independent or exactly dependent, but are neither; for redundant inputs, "
-    "give columns that are exact multiples or sums of each other"
-)
-REFUSED = "must be controllable, so that its states can follow a reference"
 TWO, UP = np.diag([0.5, 0.8]), np.array([[0.0, 1.0], [0.0, 0.0]])
 
 
 @pytest.mark.parametrize(
     ("A", "B", "message"),
     [
-        (TWO, [[1.0], [0.0]], f"{REFUSED}, but its inputs reach 1 of 2 dimensions, and none of them ever changes x2"),
-        (
-            np.eye(2),
-            [[1.0, 3.0], [2.0, 6.0]],
-            f"{REFUSED}, but its inputs reach 1 of 2 dimensions, and none of them ever changes x1-0.5x2",
-        ),
-        (
-            np.eye(2) + 1e-14 * UP,
-            [[0.0], [1.0]],
-            rf"{REFUSED}, but is nearly uncontrollable, as \[B, A B, …\] has condition number 2e\+14",
-        ),
-        (
-            np.eye(2),
-            [[1.0, 1.0], [0.0, 1e-14]],
-            NEITHER,
-        ),
+        (TWO, [[1.0], [0.0]], "must be controllable, .* reach 1 of 2 dimensions, and none of them ever changes x2"),
+        (np.eye(2), [[1.0, 3.0], [2.0, 6.0]], "reach 1 of 2 dimensions, and none of them ever changes x1-0.5x2"),
+        (np.eye(2) + 1e-14 * UP, [[0.0], [1.0]], r"nearly uncontrollable, .* condition number 2e\+14"),
+        (np.eye(2), [[1.0, 1.0], [0.0, 1e-14]], "columns of B must be clearly independent or exactly dependent"),
     ],
 )
 def test_what_cannot_be_led_is_refused(A, B, message):
-    with pytest.raises(ValueError, match=f"^system: {message}$"):
+    with pytest.raises(ValueError, match=f"^system: .*{message}"):
         LinearSystem(A, B, sampling_time=T_S).flatness()
 
 

@@ -42,5 +42,5 @@ def test_steps_approach_the_differential_equation(name):
             x = system.successor(x, np.array(u))
         return np.max(np.abs(x - solved))
 
-    assert error(80) < 0.02
-    assert error(160) < 0.6 * error(80)  # Euler's method: half the step, half the error
+    assert error(20) < 0.08
+    assert error(40) < 0.6 * error(20)  # Euler's method: half the step, half the error

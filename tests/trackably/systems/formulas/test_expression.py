@@ -23,7 +23,7 @@ INPUT_ERROR = exactly(2.0**-50)
 def test_every_arithmetic_holds_the_true_value_and_derivatives_are_those_of_differences():
     examined = Counter()
 
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=60, deadline=None)
     @given(expressions, points)
     def law(expression, point):
         values = dict(zip("xy", point, strict=True))
@@ -47,8 +47,8 @@ def test_every_arithmetic_holds_the_true_value_and_derivatives_are_those_of_diff
             assert seen == pytest.approx(float(true), rel=1e-8, abs=1e-8)
 
     law()
-    assert examined["defined"] > 80
-    assert min(examined["floats"], examined["models"]) > 50
+    assert examined["defined"] > 45
+    assert min(examined["floats"], examined["models"]) > 25
 
 
 def models_hold(tree: Formula, values: dict[str, float]) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trackably.systems.polytopes import Polytope
@@ -42,6 +42,7 @@ def polytopes(draw):
     return Polytope(rows, inside - down, inside + up)
 
 
+@settings(max_examples=40)
 @given(polytopes(), st.integers(0, 100), st.sampled_from([(), (3,), (2, 3)]))
 def test_margins_are_distances_to_the_half_spaces(polytope, seed, shape):
     points = np.random.default_rng(seed).uniform(-5, 5, (*shape, polytope.dimension))
@@ -52,6 +53,7 @@ def test_margins_are_distances_to_the_half_spaces(polytope, seed, shape):
         assert margin == pytest.approx(min(h - H @ point), abs=1e-12)
 
 
+@settings(max_examples=40)
 @given(polytopes())
 def test_the_depth_is_met_by_a_point_and_by_no_better_one(polytope):
     """A point that lies deeper would lie inside the set tightened by more."""
@@ -67,6 +69,7 @@ def test_the_depth_is_met_by_a_point_and_by_no_better_one(polytope):
                     Polytope(*tightened)
 
 
+@settings(max_examples=40)
 @given(polytopes(), st.integers(0, 100))
 def test_halfspaces_of_a_bounded_set_are_the_same_set(polytope, seed):
     """Written one side at a time, in any order, with a box around; compared by membership."""
