@@ -291,8 +291,8 @@ class TubeController:
 
         The optimum needs no `initial_guess` (N, m). If the solver fails, the plan with these nominal inputs is used if
         it is admissible, with the status `KEPT`. On a robust reference the last plan, shifted by a step
-        (`shifted_inputs`), is admissible, and its start is computed again. In directions that Aᴺ maps to zero in
-        float64 the start may differ, and the plan may then cost more. Raises ValueError as `Controller.step`.
+        (`shifted_inputs`), is admissible; its start is the cheapest one from which these inputs end on the reference.
+        Raises ValueError as `Controller.step`.
         """
         return answer_step(self, self._solve, (k, state, reference, initial_guess))
 
