@@ -60,8 +60,3 @@ class ErrorModel:
         found[n : (N + 1) * n] = 0.0
         found[n : (N + 1) * n] = self.response @ (self.dynamics @ found + defects)
         return found
-
-
-def reference_defects(system: System, window: Window) -> Array:
-    """Return d_i = f(x_r(i), u_r(i)) − x_r(i+1), shape (N, n): the mismatch between the system and the reference."""
-    return np.asarray(system.successor(window.states[:-1], window.inputs) - window.states[1:])

@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.control.bounds import PlantInequalities, Scales, pull_inside
-from trackably.control.error_model import ErrorModel, reference_defects
+from trackably.control.error_model import ErrorModel
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
@@ -51,7 +51,8 @@ class Formulation:
 
     def defects(self, trajectory: Window) -> Array:
         """Return f(x(i), u(i)) − x(i+1) in scales (N, n): by how much the system does not follow a trajectory."""
-        return np.asarray(reference_defects(self.plant.system, trajectory) / self.scales.states)
+        successors = self.plant.system.successor(trajectory.states[:-1], trajectory.inputs)
+        return np.asarray((successors - trajectory.states[1:]) / self.scales.states)
 
     def model(self, nominal: Window) -> ErrorModel:
         """Return the error model, in scales, along a trajectory."""

@@ -1,6 +1,5 @@
 """One step of a nonlinear system: linearisations near the guess, and a search for a plan if they do not converge."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,8 @@ from trackably.systems.reference import Window
 _scipy: Any = scipy  # its type annotations lack arguments that are used here
 
 
-def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> Iterator[Window]:
-    """Yield trajectories from `state` (n,) to the end of the reference's `window`, the most promising first.
+def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> list[Window]:
+    """Return trajectories from `state` (n,) to the end of the reference's `window`, the most promising first.
 
     They are: the simulation with the inputs `initial_guess` (N, m); the reference; the simulation with the reference's
     inputs; a straight line with these inputs; and the simulation with the middle of the input set.
@@ -25,15 +24,15 @@ def starts(formulation: Formulation, state: Array, window: Window, initial_guess
     system, N = formulation.plant.system, formulation.horizon
     middle = np.tile(formulation.plant.input_set.centre, (N, 1))
     line = np.linspace(state, window.states[-1], N + 1)
-    if initial_guess is not None:
-        yield between(formulation, apply_inputs(system, state, initial_guess), state, window)
-    for trajectory in (
+    found = [
         window,
         apply_inputs(system, state, window.inputs),
         Window(line, window.inputs),
         apply_inputs(system, state, middle),
-    ):
-        yield between(formulation, trajectory, state, window)
+    ]
+    if initial_guess is not None:
+        found.insert(0, apply_inputs(system, state, initial_guess))
+    return [between(formulation, trajectory, state, window) for trajectory in found]
 
 
 def between(formulation: Formulation, trajectory: Window, state: Array, window: Window) -> Window:
