@@ -1,25 +1,15 @@
 """A heading that passes π does not jump back to −π in what others follow."""
 
-from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tests.trackably.exports.references import robot
 from tests.trackably.systems.forms.instances import T_S, eight
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import prove
-from trackably.given.certify import CertifiedReference
 
 K = np.arange(300)
-
-
-@cache
-def robot() -> CertifiedReference:
-    proof = prove(eight())
-    assert isinstance(proof, Certificate)
-    return CertifiedReference(proof)
 
 
 def headings() -> Array:

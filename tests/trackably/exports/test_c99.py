@@ -12,9 +12,8 @@ from scipy.interpolate import CubicSpline
 
 from tests.splines.naive import quantity_at
 from tests.trackably.exports.c_programs import CC, STRICT, compiled, run
-from tests.trackably.exports.references import nonlinear, on_window, periodic
+from tests.trackably.exports.references import nonlinear, on_window, periodic, robot
 from tests.trackably.plants import AXIS
-from tests.trackably.systems.forms.instances import eight
 from tests.trackably.systems.redundant_instances import random_case
 from trackably import (
     ConstrainedSystem,
@@ -30,14 +29,12 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft, evaluation_errors
 from trackably.certificates.form import encode_subject
-from trackably.certificates.prove import prove
 from trackably.checker.certificate import Cover, Window
 from trackably.checker.form import subject_of
 from trackably.checker.intervals import exactly
 from trackably.checker.piecewise import evaluation_errors as errors_of_pieces
 from trackably.exports.c99 import header
 from trackably.exports.proved import Proved
-from trackably.given.certify import CertifiedReference
 from trackably.gp.signal import KernelSum
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
@@ -109,13 +106,6 @@ def redundant() -> Proved:
         SquaredExponential(0.6, 0.5),
     )
     return stub(Reference(tuple(random_sum(kernel) for _ in range(plant.signal_count)), plant))
-
-
-def robot() -> Proved:
-    """Of a period, with a heading."""
-    proof = prove(eight())
-    assert isinstance(proof, Certificate)
-    return CertifiedReference(proof)
 
 
 @cache
