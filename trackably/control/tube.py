@@ -28,7 +28,7 @@ _ROUNDING = 1e-10
 their size, and the point moves along each axis by a tenth of this part of the width of Z."""
 
 _TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver
-_PROJECTIONS = 20  # reflected projections before a linear program decides: they suffice except near the boundary of Z
+_PROJECTIONS = 12  # reflected projections before a linear program decides: they suffice except near the boundary of Z
 
 
 @dataclass(frozen=True, eq=False)
