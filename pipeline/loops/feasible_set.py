@@ -7,9 +7,9 @@ import scipy
 
 from pipeline.loops.trajectory import Course
 from trackably.arrays import Array
-from trackably.control.bounds import PlantInequalities
+from trackably.control.bounds import Inequalities
 from trackably.control.controller import Controller, shortest_horizon
-from trackably.control.error_model import ErrorModel, reference_defects
+from trackably.control.problem import StepProblem
 from trackably.control.references import TrackedReference
 from trackably.systems.linear import LinearSystem
 
@@ -48,7 +48,7 @@ def feasible_set(controller: Controller, reference: TrackedReference, k: int) ->
 
 @dataclass(frozen=True, eq=False)
 class _Projection:
-    """{x : M (ê, V) ≤ b and E (ê, V) = f for some V}, with x = `origin` + `scales` ê: the projection of a polyhedron.
+    """{x : M z ≤ b and E z = f for some z}, with x = `origin` + `scales` e(0) and z = (e(0), …, e(N), v(0), …).
 
     The polyhedron is in scales, because the solver's tolerances are absolute.
     """
@@ -62,25 +62,15 @@ class _Projection:
 
     @classmethod
     def at(cls, controller: Controller, reference: TrackedReference, k: int) -> "_Projection":
-        """Return the states at step `k` from which input errors V lead onto the reference."""
+        """Return the states at step `k` from which input errors v lead onto the reference."""
         plant, window, scales = controller.plant, reference.window(k, controller.horizon), controller.formulation.scales
-        model = ErrorModel.along(plant.system, window).scaled(scales)
-        drift = model.drift @ (reference_defects(plant.system, window) / scales.states).ravel()
-        inequalities = PlantInequalities.of(plant)
-        X, U = inequalities.states, inequalities.inputs
-        H, G = X.in_widths(scales.states), U.in_widths(scales.inputs)
-        (N, n, m), x_r = model.B.shape, window.states[0]
-        over_all = np.kron(np.eye(N), H)
-        E = np.hstack([model.free, model.forced])  # errors are E (ê, V) + drift
-        M = np.vstack([
-            over_all @ E,
-            np.hstack([np.zeros((N * len(G), n)), np.kron(np.eye(N), G)]),
-            np.hstack([H, np.zeros((len(H), N * m))]),
-        ])  # fmt: skip
-        now = (X.bounds - X.rows @ x_r) / X.widths
-        of_states, of_inputs = np.split(inequalities.slack(window), [N * len(H)])
-        b = np.concatenate([of_states - over_all @ drift, of_inputs, now])
-        return cls(M, b, E[-n:], -drift[-n:], x_r, scales.states)
+        problem = StepProblem.of(controller.formulation, k, window.states[0], window)
+        programs, X, x_r = problem.programs, Inequalities.of(plant.state_set), window.states[0]
+        tracking, (r, n) = programs.tracking, X.rows.shape
+        now = np.hstack([X.in_widths(scales.states), np.zeros((r, len(tracking.q) - n))])
+        M, E = np.vstack([programs.bounds, now]), np.asarray(tracking.A)[n : tracking.equations]
+        b, f = np.append(problem.slack, X.slack(x_r)), np.append(-problem.defects, np.zeros(n))
+        return cls(M, b, E, f, x_r, scales.states)
 
     def support(self, direction: Array) -> Array | None:
         """Return a state of the set that is farthest in a direction; None where the set is empty."""

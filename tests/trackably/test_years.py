@@ -68,11 +68,12 @@ def test_values_are_within_the_certified_error_for_years():
 def test_values_in_c_are_within_the_certified_error_for_years(tmp_path):
     proved = irregular()
     k = np.concatenate([LATE, -LATE])
-    refused, values = run(compiled(proved, tmp_path, "reference_step((long long)t, x, u)", FAST), k)
+    program = compiled({"reference": proved}, tmp_path, FAST)
+    refused, values = run(program, "reference_step", k)
     assert not refused.any()
     require_near(proved, k, values)
     times = proved.reference.instants(k)
-    refused, at = run(compiled(proved, tmp_path, options=FAST), times)
+    refused, at = run(program, "reference_at", times)
     assert not refused.any()
     np.testing.assert_allclose(at, np.hstack([*proved.eval(times)]), atol=1e-11)
 

@@ -36,6 +36,25 @@ class Scales:
         x, u = self.states, self.inputs
         return Q * x[:, None] * x / self.cost, R * u[:, None] * u / self.cost
 
+    def errors(self, trajectory: Window, window: Window) -> Array:
+        """Return z: (x − x_r) / s_x at all steps, then (u − u_r) / s_u, of a trajectory beside a reference's `window`.
+
+        z has (N + 1) n + N m entries.
+        """
+        scales = self.states, self.inputs
+        return np.concatenate([((a - b) / s).ravel() for a, b, s in zip(trajectory, window, scales, strict=True)])
+
+    def split(self, errors: Array) -> Window:
+        """Return x − x_r (N + 1, n) and u − u_r (N, m) of such errors z."""
+        n, m = len(self.states), len(self.inputs)
+        e, v = np.split(errors, [(len(errors) + m) // (n + m) * n])
+        return Window(e.reshape(-1, n) * self.states, v.reshape(-1, m) * self.inputs)
+
+    def trajectory(self, errors: Array, window: Window) -> Window:
+        """Return the trajectory whose errors z are given: the inverse of `errors`."""
+        e, v = self.split(errors)
+        return Window(window.states + e, window.inputs + v)
+
 
 def weight_in_widths(bounded: Polytope) -> Array:
     """Return the weight (n, n) of a cost that measures errors relative to widths, and unbounded
@@ -133,11 +152,6 @@ class PlantInequalities:
     def slack(self, window: Window) -> Array:
         """Return (h − H x) / w and (g − G u) / w along a trajectory; negative for a violated bound."""
         return np.append(self.states.slack(window.states)[self.first :], self.inputs.slack(window.inputs))
-
-    def used(self, errors: Array, input_errors: Array) -> Array:
-        """Return H e / w and G v / w, by which e (N + 1, n) and v (N, m) reduce the slack of the reference."""
-        X, U = self.states, self.inputs
-        return np.append(errors[self.first :] @ X.rows.T / X.widths, input_errors @ U.rows.T / U.widths)
 
     def tightest(self, slack: Array, horizon: int) -> tuple[int, int]:
         """Return the index of the quantity with the smallest slack, and the number of steps ahead at which it occurs.

@@ -10,22 +10,13 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.control.bounds import PlantInequalities, Scales, pull_inside
-from trackably.control.error_model import ErrorModel, linearisation_defects
+from trackably.control.error_model import ErrorModel
 from trackably.control.programs import Program, StartSet, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
-
-
-@dataclass(frozen=True, eq=False)
-class LocalModel:
-    """The error model near one trajectory, its defects d (N, n), and the scaled programs that use it."""
-
-    error_model: ErrorModel
-    programs: StepPrograms
-    defects: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +36,39 @@ class Formulation:
         """Whether the same error model holds along every trajectory."""
         return isinstance(self.plant.system, LinearSystem)
 
-    def local_model(self, window: Window, nominal: Window) -> LocalModel:
-        """Return the model of the errors x − x_r and u − u_r near a trajectory, both as windows of N steps.
+    def linearise(self, window: Window, nominal: Window) -> tuple[StepPrograms, Array]:
+        """Return the programs in the errors z from a reference, and the defects (N n,) of their model.
 
-        `window` is the reference, and the system is linearised along the trajectory `nominal`. Raises ArithmeticError
-        if the system is undefined there.
+        `window` is the reference, and the system is linearised along the trajectory `nominal`: the model is exact on
+        it, and exact to first order near it. Both are windows of N steps. Raises ArithmeticError if the system is
+        undefined there.
         """
-        model, programs = self._anywhere if self.is_linear else self._along(nominal)
-        defects = linearisation_defects(model, self.plant.system, window, nominal)
-        if not all(np.all(np.isfinite(part)) for part in (model.A, model.B, defects)):
+        programs = self._anywhere if self.is_linear else self.programs(nominal)
+        defects = self.defects(nominal).ravel() - programs.model.dynamics @ self.scales.errors(nominal, window)
+        if not np.all(np.isfinite(defects)):  # nor is a product with a number of the model that is not
             raise ArithmeticError("a plan leads where the system is not defined")
-        return LocalModel(model, programs, defects)
+        return programs, defects
+
+    def defects(self, trajectory: Window) -> Array:
+        """Return f(x(i), u(i)) − x(i+1) in scales (N, n): by how much the system does not follow a trajectory."""
+        successors = self.plant.system.successor(trajectory.states[:-1], trajectory.inputs)
+        return np.asarray((successors - trajectory.states[1:]) / self.scales.states)
+
+    def model(self, nominal: Window) -> ErrorModel:
+        """Return the error model, in scales, along a trajectory."""
+        return ErrorModel.along(self.plant.system, nominal, self.scales)
+
+    def programs(self, nominal: Window) -> StepPrograms:
+        """Return the programs with the error model along a trajectory."""
+        scales, X, U = self.scales, self.inequalities.states, self.inequalities.inputs
+        rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
+        return StepPrograms(self.model(nominal), *scales.weights(self.Q, self.R), *rows, self.start)
+
+    @cached_property
+    def _anywhere(self) -> StepPrograms:
+        """The programs of a linear system, the same along every trajectory."""
+        n, m, N = len(self.Q), len(self.R), self.horizon
+        return self.programs(Window(np.zeros((N + 1, n)), np.zeros((N, m))))
 
     @cached_property
     def scales(self) -> Scales:
@@ -92,22 +105,6 @@ class Formulation:
         """The set of the inputs that are applied."""
         return self.plant.input_set
 
-    @cached_property
-    def _anywhere(self) -> tuple[ErrorModel, StepPrograms]:
-        """The model of a linear system, the same along every trajectory."""
-        n, m, N = len(self.Q), len(self.R), self.horizon
-        return self._along(Window(np.zeros((N + 1, n)), np.zeros((N, m))))
-
-    def programs(self, model: ErrorModel) -> StepPrograms:
-        """Return the programs along a model of the errors."""
-        scales, X, U = self.scales, self.inequalities.states, self.inequalities.inputs
-        rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
-        return StepPrograms(model.scaled(scales), *scales.weights(self.Q, self.R), *rows, self.start)
-
-    def _along(self, nominal: Window) -> tuple[ErrorModel, StepPrograms]:
-        model = ErrorModel.along(self.plant.system, nominal)
-        return model, self.programs(model)
-
 
 TOLERANCE = 1e-7
 """A step counts as feasible if it is feasible with every set widened by this part of its width.
@@ -125,23 +122,26 @@ _ULPS = 64 * np.finfo(float).eps
 class StepProblem:
     """The problem of step `k`: the measured `state` (n,), the reference's `window` ahead, and the model of errors.
 
-    Every method raises ArithmeticError if the numbers are beyond the solver or floating point.
+    The model is that of the `programs`, with the `defects` (N n,). Every method raises ArithmeticError if the numbers
+    are beyond the solver or floating point.
     """
 
     formulation: Formulation
     k: int
     state: Array
     window: Window
-    model: LocalModel
+    programs: StepPrograms
+    defects: Array
 
     @classmethod
     def of(cls, formulation: Formulation, k: int, state: Array, window: Window) -> Self:
         """Return the problem of a step, linearised along the reference."""
-        return cls(formulation, k, state, window, formulation.local_model(window, window))
+        return cls(formulation, k, state, window, *formulation.linearise(window, window))
 
     def along(self, nominal: Window) -> Self:
         """Return the same problem, linearised along another trajectory."""
-        return replace(self, model=self.formulation.local_model(self.window, nominal))
+        programs, defects = self.formulation.linearise(self.window, nominal)
+        return replace(self, programs=programs, defects=defects)
 
     @cached_property
     def optimum(self) -> Plan | None:
@@ -158,21 +158,10 @@ class StepProblem:
         """The slacks that the reference leaves for errors, one for each bound and step, relative to widths."""
         return self.formulation.inequalities_from(self.k).slack(self.window)
 
-    @property
-    def free_start(self) -> Array | None:
-        """The error e(0) (n,) at the start of the optimal plan if no bound is active; None if it is not known."""
-        return self.off
-
     def without_bounds(self) -> Plan | None:
         """Return the optimum without bounds, if it satisfies them."""
-        start, scales = self.free_start, self.formulation.scales
-        if start is None:
-            return None
-        unforced = self.model.error_model.errors(start, np.zeros_like(self.window.inputs), self.model.defects)
-        v = self.model.programs.gain @ (unforced / scales.states).ravel()
-        v = v.reshape(self.window.inputs.shape) * scales.inputs
-        plan = self.plan(v, Status.NO_ACTIVE_BOUND, start)
-        return plan if plan.slack >= -ROUNDING else None
+        plan = self.plan(self.programs.tracking.solve_equations(self._equations()), Status.NO_ACTIVE_BOUND)
+        return plan if plan.slack >= -ROUNDING and self.ends_on_reference(plan) else None
 
     def with_bounds(self) -> Plan | None:
         """Return the optimum with bounds, if the solver finds it."""
@@ -190,7 +179,7 @@ class StepProblem:
 
         This program always has a solution. Raises ArithmeticError if the solver does not find it.
         """
-        plan = self._solve(self.model.programs.widening, self.slack, 0.0)
+        plan = self._solve(self.programs.widening, self.slack)
         if plan is None or not self.ends_on_reference(plan):
             raise ArithmeticError(
                 "the solver fails on a program that has a solution; numbers of the plant, Q or R may differ too much "
@@ -205,10 +194,10 @@ class StepProblem:
         It says by how much the sets would have to be widened for a plan, and how far from the reference a plan ends
         that satisfies the sets as they are.
         """
-        f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.model.programs.tracking
-        fallback = closest or self._solve(tracking, self.slack + (TOLERANCE - widest.slack), 0.0) or widest
-        errors, v = widest.states - self.window.states, widest.inputs - self.window.inputs
-        quantity, steps_ahead = f.inequalities.tightest(self.slack - f.inequalities.used(errors, v), f.horizon)
+        f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.programs.tracking
+        fallback = closest or self._solve(tracking, self.slack + (TOLERANCE - widest.slack)) or widest
+        used = self.programs.bounds @ f.scales.errors(widest.trajectory, self.window)
+        quantity, steps_ahead = f.inequalities.tightest(self.slack - used, f.horizon)
         constraint = f.plant.given_constraints[quantity]
         return Infeasible(
             k=self.k,
@@ -229,13 +218,11 @@ class StepProblem:
         nearest end, but its plan may be far from the reference before the end. The second program finds the plan of
         least cost with this end.
         """
-        programs = self.model.programs
-        nearest = self._solve(programs.terminal_error, self.slack + TOLERANCE, None)
+        nearest = self._solve(self.programs.terminal_error, self.slack + TOLERANCE, None)
         if nearest is None:
             return None
         # Twice the tolerance: with the same one, the second program has no interior if only one plan has this end.
-        end = nearest.states[-1] - self.window.states[-1]
-        return self._solve(programs.tracking, self.slack + 2 * TOLERANCE, end) or nearest
+        return self._solve(self.programs.tracking, self.slack + 2 * TOLERANCE, self._missed(nearest)) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
         """Whether a plan ends on the reference, and its states and inputs are in the sets up to twice the tolerance."""
@@ -243,14 +230,22 @@ class StepProblem:
 
     def ends_on_reference(self, plan: Plan) -> bool:
         """Whether a plan ends on the reference, up to the tolerance (relative to the scales) and rounding."""
-        scales = self.formulation.scales.states
-        missed = np.max(np.abs(plan.states[-1] - self.window.states[-1]) / scales)
-        return bool(missed <= TOLERANCE + _ULPS * np.max(np.abs(plan.states) / scales))
+        largest = np.max(np.abs(plan.states) / self.formulation.scales.states)
+        return bool(np.max(np.abs(self._missed(plan))) <= TOLERANCE + _ULPS * largest)
 
-    def plan(self, v: Array, status: Status, start: Array | None = None) -> Plan:
-        """Return the plan with input errors v (N, m) from e(0) = `start` (n,), by default the measured error."""
-        f, start = self.formulation, self.off if start is None else start
-        e = np.vstack([start, self.model.error_model.errors(start, v, self.model.defects)])
+    def _missed(self, plan: Plan) -> Array:
+        """Return e(N) of a plan (n,), in scales."""
+        return np.asarray((plan.states[-1] - self.window.states[-1]) / self.formulation.scales.states)
+
+    def plan_with(self, inputs: Array, status: Status, start: Array | None = None) -> Plan:
+        """Return the plan with these inputs (N, m) from the state `start` (n,), by default the measured one."""
+        states = np.vstack([self.state if start is None else start, self.window.states[1:]])
+        return self.plan(self.formulation.scales.errors(Window(states, inputs), self.window), status)
+
+    def plan(self, z: Array, status: Status) -> Plan:
+        """Return the plan with the start e(0) and the inputs v of the errors z; its states are those of the model."""
+        f, window, z = self.formulation, self.window, self.programs.model.predict(z, self.defects)
+        e, v = f.scales.split(z)
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
         if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
             raise ArithmeticError("a predicted state or input overflows in float64")
@@ -258,35 +253,39 @@ class StepProblem:
             k=self.k,
             input=pull_inside(
                 f.input_set.at(self.k * f.plant.sampling_time),
-                self.window.inputs[0] + v[0] + f.feedback @ (self.off - start),
+                window.inputs[0] + v[0] + f.feedback @ (self.off - e[0]),
             ),
             cost=float(np.sum(stage_costs)),
             stage_cost=float(stage_costs[0]),
-            states=self.window.states + e,
-            inputs=self.window.inputs + v,
-            slack=float(np.min(self.slack - f.inequalities.used(e, v), initial=np.inf)),
+            states=window.states + e,
+            inputs=window.inputs + v,
+            slack=float(np.min(self.slack - self.programs.bounds @ z, initial=np.inf)),
             terminal_residual=float(np.max(np.abs(e[-1]))),
             status=status,
         )
 
     def _optimum(self, slack: Array, status: Status) -> Plan | None:
-        plan = self._solve(self.model.programs.tracking, slack, 0.0, status)
+        plan = self._solve(self.programs.tracking, slack, status=status)
         return plan if plan is not None and self.is_feasible(plan) else None
 
     def _solve(
-        self, program: Program, slack: Array, end: Array | float | None, status: Status = Status.WIDENED
+        self, program: Program, slack: Array, end: Array | float | None = 0.0, status: Status = Status.WIDENED
     ) -> Plan | None:
         """Return the plan that a program finds for the slacks `slack`; None if it finds none.
 
-        The plan ends with e(N) = `end` (n,). If `end` is None, e(N) is free.
+        The plan ends with e(N) = `end` (n,), in scales. If `end` is None, e(N) is free.
         """
-        scales, programs = self.formulation.scales, self.model.programs
-        x, start = scales.states, programs.start
-        fixed = () if end is None else (np.broadcast_to(end, x.shape) / x,)
-        limits = [self.off / x - start.centre, np.ones(len(start.sums)), -(self.model.defects / x).ravel(), *fixed]
-        limits += [np.ones(len(start.lower)), -start.lower, slack]
-        found = program.solve(np.concatenate(limits))
+        start, equations = self.programs.start, self._equations(end)
+        found = program.solve(np.concatenate([equations, np.ones(len(start.lower)), -start.lower, slack]))
         if found is None:
             return None
-        e, v = programs.split(found)
-        return self.plan(v * scales.inputs, status, e[0] * x if len(start.directions) else self.off)
+        z = found[: self.programs.model.dynamics.shape[1]]
+        if not len(start.directions):
+            z[: len(self.off)] = equations[: len(self.off)]  # exactly the measured state
+        return self.plan(z, status)
+
+    def _equations(self, end: Array | float | None = 0.0) -> Array:
+        """Return the right sides of a program's equations. Plans end with e(N) = `end`, in scales; None: anywhere."""
+        start, scales = self.programs.start, self.formulation.scales.states
+        fixed = () if end is None else (np.broadcast_to(end, scales.shape),)
+        return np.concatenate([self.off / scales - start.centre, np.ones(len(start.sums)), -self.defects, *fixed])

@@ -2,20 +2,21 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import clarabel
 import numpy as np
 import numpy.typing as npt
-import scipy
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
 from trackably.arrays import Array
 from trackably.control.error_model import ErrorModel
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
-# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. If the solver
-# does not reach a tolerance in float64, the next one is tried.
+# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. Where float64 does
+# not allow it, the solver ends when it makes no more progress: its last point counts if the last tolerance is reached,
+# otherwise the next tolerance is tried, with which the solver ends before it loses its way.
 _TOLERANCES = (1e-12, 1e-10, 1e-8)
 _MAX_ITERATIONS = 50
 
@@ -35,14 +36,14 @@ class Program:
     A: Matrix
     equations: int
 
-    def solve(
-        self, limits: Array, tolerances: tuple[float, ...] = _TOLERANCES, accepted: tuple[str, ...] = ("Solved",)
-    ) -> Array | None:
+    def solve(self, limits: Array, tolerances: tuple[float, ...] = _TOLERANCES) -> Array | None:
         """Return the optimal x for `limits` (f, g); None if the solver finds none.
 
-        Raises ArithmeticError if a number is not finite.
+        Its accuracy is the first of the `tolerances` if float64 allows, and at least the last. Raises ArithmeticError
+        if a number is not finite.
         """
-        if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(self._matrices[1].data))):
+        P, A = self._matrices
+        if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(A.data))):
             raise ArithmeticError("the quadratic program of the step has numbers that are not finite")
         sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
         cones = [cone(size) for cone, size in sizes if size]
@@ -50,18 +51,36 @@ class Program:
         settings.verbose = False
         settings.max_iter = _MAX_ITERATIONS
         settings.max_threads = 1
+        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = tolerances[-1]
         for tolerance in tolerances:
             settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-            P, A = self._matrices
             found = clarabel.DefaultSolver(P, self.q, A, limits, cones, settings).solve()
-            if str(found.status) in accepted:
+            if found.status in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
                 return np.array(found.x)
             if found.status == clarabel.SolverStatus.PrimalInfeasible:
                 return None
         return None
 
+    def solve_equations(self, values: Array) -> Array:
+        """Return the optimal x with E x = `values`, whatever F x is, up to rounding.
+
+        An interior-point method finds the minimum of a quadratic cost only up to the square root of its accuracy: a
+        cost of 1e-12 is an error of 1e-6. Raises NumPy's LinAlgError if there is no unique optimum in floating point.
+        """
+        return np.asarray(self._conditions.solve(np.concatenate([-self.q, values]))[: len(self.q)])
+
+    @cached_property
+    def _conditions(self) -> Any:
+        """The factors of the optimality conditions P x + Eᵀ y = −q and E x = f."""
+        E = self._matrices[1][: self.equations]
+        try:
+            return splu(sparse.block_array([[sparse.csc_array(self.P), E.T], [E, None]], format="csc"))
+        except RuntimeError:  # of a pivot that is zero
+            raise np.linalg.LinAlgError("the optimum without bounds is not unique") from None
+
     @cached_property
     def _matrices(self) -> tuple[sparse.csc_array, sparse.csc_array]:
+        """The upper triangle of P, and A, as the solver takes them."""
         return sparse.triu(sparse.csc_array(self.P), format="csc"), sparse.csc_array(self.A)
 
 
@@ -105,32 +124,6 @@ class StepPrograms:
     start: StartSet
 
     @cached_property
-    def gain(self) -> Array:
-        """K in V = K f, for the v that minimise the cost of `tracking` with e(N) = 0 and without bounds.
-
-        f = Φ e(0) + Ψ d are the errors for v = 0, shape (N n,). An interior-point method finds the minimum of a
-        quadratic cost only up to the square root of its accuracy: a cost of 1e-12 is an error of 1e-6. Close to the
-        reference that error would dominate, so this formula is used there, which is exact up to rounding.
-
-        It is the null-space method for the terminal constraint f(N) + Γ_N V = 0: V = −Γ_N⁺ f(N) + Z w with Γ_N Z = 0,
-        and w minimises Vᵀ S V + 2 Vᵀ Γᵀ Q̄ f for S = Γᵀ Q̄ Γ + R̄. Raises ArithmeticError if predictions overflow, and
-        numpy's LinAlgError if the cost has no unique minimum in floating point.
-        """
-        (N, n, _), forced = self.model.A.shape, self.model.forced
-        last = forced[-n:]
-        weighted = forced.T @ np.kron(np.eye(N), self.Q)
-        hessian = weighted @ forced + np.kron(np.eye(N), self.R)
-        if not np.all(np.isfinite(hessian)):
-            raise ArithmeticError("predictions over the horizon overflow")
-        to_reference = np.zeros((forced.shape[1], N * n))
-        to_reference[:, -n:] = -np.linalg.pinv(last)
-        Z = scipy.linalg.null_space(last)
-        if not Z.size:
-            return to_reference
-        slope = Z.T @ (weighted + hessian @ to_reference)
-        return np.asarray(to_reference - Z @ scipy.linalg.cho_solve(scipy.linalg.cho_factor(Z.T @ hessian @ Z), slope))
-
-    @cached_property
     def tracking(self) -> Program:
         """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R for a given e(N) (0: on the reference), with e and v within their slack."""
         return self._program(2 * self.weights)
@@ -148,11 +141,15 @@ class StepPrograms:
         """min ‖e(N)‖ (Euclidean, scaled) with e and v within their slack. Its e(N) is unique, its plan is not."""
         return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
 
-    def split(self, x: Array) -> tuple[Array, Array]:
-        """Return e (N + 1, n) and v (N, m), the first of the variables x."""
-        N, n, m = self.model.B.shape
-        e, v, _ = np.split(x, [(N + 1) * n, (N + 1) * n + N * m])
-        return e.reshape(N + 1, n), v.reshape(N, m)
+    @cached_property
+    def cheapest_start(self) -> Program:
+        """As `tracking`, but for given v; e(N) and −e(N) have upper bounds, the last of the limits."""
+        free = self._program(2 * self.weights, ends=False)
+        (N, n, m), each = self.model.B.shape, np.eye(len(free.q))
+        _, _, end, inputs, _ = np.split(each, np.cumsum([n, (N - 1) * n, n, N * m]))
+        equal, at_most = np.split(np.asarray(free.A), [free.equations])
+        rows = np.vstack([equal, inputs, at_most, end, -end])
+        return Program(free.P, free.q, rows, free.equations + N * m)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
         """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v).
@@ -160,14 +157,14 @@ class StepPrograms:
         If it `ends`, e(N) is given. If it `widens` the sets, t is added to the cost, and each bound moves out by t
         times its width; otherwise there is no t.
         """
-        start, (dynamics, count), bounds = self.start, self.dynamics.shape, len(self.bounds)
+        start, (dynamics, count), bounds = self.start, self.model.dynamics.shape, len(self.bounds)
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
         end = np.eye(count)[self._is_end if ends else []]
         equations = n + h + dynamics + len(end)
         of_errors = [
             np.eye(n, count),
             np.zeros((h, count)),
-            self.dynamics,
+            self.model.dynamics,
             end,
             np.zeros((2 * q, count)),
             self.bounds,
@@ -181,14 +178,6 @@ class StepPrograms:
             np.hstack(columns[: 2 + widens]),
             equations,
         )
-
-    @cached_property
-    def dynamics(self) -> Array:
-        """The matrix of A_i e_i + B_i v_i − e_(i+1), shape (N n, (N + 1) n + N m)."""
-        (N, n, m), i = self.model.B.shape, np.arange(self.model.horizon)
-        of_states, of_inputs = np.zeros((N, n, N + 1, n)), np.zeros((N, n, N, m))
-        of_states[i, :, i], of_states[i, :, i + 1], of_inputs[i, :, i] = self.model.A, -np.eye(n), self.model.B
-        return np.hstack([of_states.reshape(N * n, (N + 1) * n), of_inputs.reshape(N * n, N * m)])
 
     @cached_property
     def bounds(self) -> Array:

@@ -1,6 +1,5 @@
 """One step of a nonlinear system: linearisations near the guess, and a search for a plan if they do not converge."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,6 @@ import scipy
 
 from trackably.arrays import Array
 from trackably.control.bounds import pull_inside
-from trackably.control.error_model import ErrorModel, reference_defects
 from trackably.control.problem import Formulation, StepProblem
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import System
@@ -17,8 +15,8 @@ from trackably.systems.reference import Window
 _scipy: Any = scipy  # its type annotations lack arguments that are used here
 
 
-def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> Iterator[Window]:
-    """Yield trajectories from `state` (n,) to the end of the reference's `window`, the most promising first.
+def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> list[Window]:
+    """Return trajectories from `state` (n,) to the end of the reference's `window`, the most promising first.
 
     They are: the simulation with the inputs `initial_guess` (N, m); the reference; the simulation with the reference's
     inputs; a straight line with these inputs; and the simulation with the middle of the input set.
@@ -26,15 +24,15 @@ def starts(formulation: Formulation, state: Array, window: Window, initial_guess
     system, N = formulation.plant.system, formulation.horizon
     middle = np.tile(formulation.plant.input_set.centre, (N, 1))
     line = np.linspace(state, window.states[-1], N + 1)
-    if initial_guess is not None:
-        yield between(formulation, apply_inputs(system, state, initial_guess), state, window)
-    for trajectory in (
+    found = [
         window,
         apply_inputs(system, state, window.inputs),
         Window(line, window.inputs),
         apply_inputs(system, state, middle),
-    ):
-        yield between(formulation, trajectory, state, window)
+    ]
+    if initial_guess is not None:
+        found.insert(0, apply_inputs(system, state, initial_guess))
+    return [between(formulation, trajectory, state, window) for trajectory in found]
 
 
 def between(formulation: Formulation, trajectory: Window, state: Array, window: Window) -> Window:
@@ -67,7 +65,7 @@ _UNDEFINED = 1e3
 
 def missed_by(formulation: Formulation, at: Window) -> float:
     """Return Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ with states divided by their scales; infinite if f is undefined."""
-    missed = float(np.sum(np.abs(reference_defects(formulation.plant.system, at) / formulation.scales.states)))
+    missed = float(np.sum(np.abs(formulation.defects(at))))
     return missed if np.isfinite(missed) else np.inf
 
 
@@ -79,11 +77,9 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     one step only. The search is SciPy's sequential quadratic programming (Kraft 1988: A software package for sequential
     quadratic programming). The system follows the result, up to `FOLLOWED`, if a plan is found.
     """
-    system, scales = formulation.plant.system, formulation.scales
-    programs = formulation.programs(ErrorModel.along(system, start))
+    scales, programs = formulation.scales, formulation.programs(start)
     moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds
-    off = (start.states - window.states) / scales.states, (start.inputs - window.inputs) / scales.inputs
-    first: Array = np.concatenate([of.ravel() for of in off])
+    first = scales.errors(start, window)
     limits = formulation.inequalities.slack(window) - bounds @ np.where(moves, 0.0, first)
     bounded = bounds[:, moves].any(axis=1)
     inner = bounds[bounded][:, moves]
@@ -94,15 +90,14 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
         return found
 
     def trajectory(z: Array) -> Window:
-        e, v = programs.split(whole(z))
-        return Window(window.states + e * scales.states, window.inputs + v * scales.inputs)
+        return scales.trajectory(whole(z), window)
 
     def defects(z: Array) -> Array:
-        found = reference_defects(system, trajectory(z)) / scales.states
+        found = formulation.defects(trajectory(z))
         return np.where(np.isfinite(found), found, _UNDEFINED).ravel()
 
     def slopes(z: Array) -> Array:
-        return np.nan_to_num(formulation.programs(ErrorModel.along(system, trajectory(z))).dynamics[:, moves])
+        return np.nan_to_num(formulation.model(trajectory(z)).dynamics[:, moves])
 
     followed = {"type": "eq", "fun": defects, "jac": slopes}
     kept = {"type": "ineq", "fun": lambda z: limits[bounded] - inner @ z, "jac": lambda z: -inner}
@@ -148,7 +143,7 @@ def solve_by_linearisation(
         return near if kept is None or near.cost <= kept.cost else kept
     if kept is None:
         return _search(problem, initial_guess, near)
-    found = minimise(formulation, between(formulation, Window(kept.states, kept.inputs), state, window), window)
+    found = minimise(formulation, between(formulation, kept.trajectory, state, window), window)
     plan = _converge_from(problem, found)
     return plan if plan is not None and plan.cost < kept.cost else kept
 
@@ -160,7 +155,7 @@ def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem
     """
     try:
         problem = reference.along(apply_inputs(reference.formulation.plant.system, reference.state, guess))
-        plan = problem.plan(guess - reference.window.inputs, Status.KEPT)
+        plan = problem.plan_with(guess, Status.KEPT)
     except ArithmeticError:
         return reference, None
     return problem, plan if problem.is_feasible(plan) else None
@@ -174,10 +169,9 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
     try:
         for _ in range(MAX_LINEARISATIONS):
             plan = problem.optimum or problem.widest
-            nominal = Window(plan.states, plan.inputs)
-            if _is_reached(problem.formulation, nominal):
+            if _is_reached(problem.formulation, plan.trajectory):
                 return problem.optimum or problem.infeasible
-            problem = problem.along(nominal)
+            problem = problem.along(plan.trajectory)
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
     return None
@@ -212,7 +206,7 @@ def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
         near = problem.along(found)
         if isinstance(converged := _by_full_steps(near), Plan):
             return converged
-        plan = near.plan(found.inputs - problem.window.inputs, Status.ADMISSIBLE)
+        plan = near.plan_with(found.inputs, Status.ADMISSIBLE)
         return plan if near.is_feasible(plan) else None
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
@@ -241,6 +235,5 @@ def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible
 
 def _is_reached(formulation: Formulation, plan: Window) -> bool:
     """Whether the system reaches the states of a plan, up to `_CONVERGED`."""
-    scales = formulation.scales.states
-    defect = np.max(np.abs(reference_defects(formulation.plant.system, plan)) / scales)
-    return bool(defect <= _CONVERGED * max(1.0, float(np.max(np.abs(plan.states) / scales))))
+    largest = float(np.max(np.abs(plan.states) / formulation.scales.states))
+    return bool(np.max(np.abs(formulation.defects(plan))) <= _CONVERGED * max(1.0, largest))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from reprlib import repr as short
@@ -179,25 +178,15 @@ def simulate(
 
 
 def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon: int) -> TabulatedReference:
-    """Tabulate a reference for `steps` steps with plans of `horizon` steps. ValueError: how many steps fit."""
-
-    def of(steps: int) -> TabulatedReference:
-        return TabulatedReference.of(reference, first_step, first_step + steps + horizon + 1)
-
-    def ends_before(steps: int) -> bool:
-        try:
-            of(steps)
-        except ValueError:
-            return True
-        return False
-
+    """Tabulate a reference for `steps` steps with plans of `horizon` steps. ValueError: it does not reach as far."""
+    last = first_step + steps + horizon + 1
     try:
-        return of(steps)
+        return TabulatedReference.of(reference, first_step, last)
     except ValueError as error:
-        fitting = bisect_left(range(steps), True, key=ends_before) - 1
-        fit = f"{fitting} steps fit" if fitting > 0 else "no step fits"
-        fit += f" from step {first_step} on with plans that look {horizon + 1} steps ahead"
-        raise ValueError(f"simulate: steps: {fit}, got {steps}: {error}") from error
+        raise ValueError(
+            f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {horizon + 1} steps "
+            f"ahead, need the reference up to step {last}: {error}"
+        ) from error
 
 
 def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied: Array) -> Array:

@@ -74,6 +74,11 @@ class Plan:
     status: Status
 
     @property
+    def trajectory(self) -> Window:
+        """The predicted states and inputs."""
+        return Window(self.states, self.inputs)
+
+    @property
     def keeps_sets(self) -> bool:
         """Whether the plan stays in the sets up to rounding (1e-12 of a width), not only up to the controller's
         tolerance."""

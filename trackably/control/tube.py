@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from trackably.control.controller import Controller
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.programs import Program, StartSet
 from trackably.control.references import TrackedReference
-from trackably.control.stepping import Infeasible, Plan, Status, StepResult, answer_step
+from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.polytopes import Polytope
@@ -28,7 +27,8 @@ _ROUNDING = 1e-10
 """A point counts as in Z if it is in Z after two changes that allow for rounding: all parts of Z grow by this part of
 their size, and the point moves along each axis by a tenth of this part of the width of Z."""
 
-_TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver, tried one after the other
+_TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver
+_PROJECTIONS = 12  # reflected projections before a linear program decides: they suffice except near the boundary of Z
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,9 @@ class ErrorSet:
     """Z of an invariant set: its parts ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, summed in float64.
 
     It is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`. If W is a zonotope, there are no hulls and Z
-    is a zonotope. If W is a convex hull, each A_Kⁱ W is a hull, and the generators g_j are those of P.
+    is a zonotope. If W is a convex hull, each A_Kⁱ W is a hull, and the generators g_j are those of P. So each point is
+    `centre` + p · `directions` for some p (q,) with `lower` ≤ p ≤ 1 and `sums` p = 1: p are multiples of the generators
+    and shares of the vertices of each hull.
     """
 
     invariant: InvariantSet
@@ -47,64 +49,66 @@ class ErrorSet:
 
     def contains(self, e: Array) -> bool:
         """Whether an error (n,) is in Z, up to rounding; False if the solver does not decide it."""
-        off, start = (e - self.centre) / self.extents, self._in_extents
-        rows, middle, shortest = self._parts
-        aim = np.append(off, np.ones(len(start.sums)))
-        parts = middle + shortest @ (aim - rows @ middle)
-        is_found = np.all(np.abs(rows @ parts - aim) <= _ROUNDING)
-        if is_found and np.all(start.lower <= parts) and np.all(parts <= 1):
-            return True
-        limits = [np.ones(len(start.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
-        found = self._gauge.solve(np.concatenate([*limits, np.ones(len(start.lower)), -start.lower]), _TOLERANCES)
+        rows, solution = self._equations
+        off = (e - self.centre) / self.extents
+        aim = np.append(off, np.ones(len(self.sums)))
+        p = self.sums.T @ (1 / self.sums.sum(axis=1))  # the middle of Z: equal shares of all vertices of a hull
+        for _ in range(_PROJECTIONS):
+            solved = p + solution @ (aim - rows @ p)
+            inside = np.clip(solved, self.lower, 1.0)
+            if np.array_equal(inside, solved) and np.all(np.abs(rows @ solved - aim) <= _ROUNDING):
+                return True
+            # Farkas: no p is a solution if the weighted sum of the equations has none.
+            weights = solution.T @ (solved - inside)
+            weighted = weights @ rows
+            most = np.sum(np.maximum(self.lower * weighted, weighted))
+            if weights @ aim > most + _ROUNDING * (np.abs(weighted).sum() + np.abs(weights).sum()):
+                return False
+            p = 2 * inside - solved
+        at_most = [np.ones(len(self.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
+        found = self._gauge.solve(np.concatenate([*at_most, np.ones(len(p)), -self.lower]), _TOLERANCES)
         return found is not None and bool(found[-1] <= _ROUNDING)
-
-    @cached_property
-    def _in_extents(self) -> StartSet:
-        return self.start_set(self.extents)
-
-    @cached_property
-    def _parts(self) -> tuple[Array, Array, Array]:
-        """The equations of the coordinates of a point of Z, the coordinates of a point in the middle of Z, and the
-        matrix that maps a residual of the equations to the shortest change of the coordinates.
-
-        A point is the sum of multiples of the generators and of weighted vertices of each hull; these numbers are its
-        coordinates. For most points inside Z they are found in this way, without a linear program.
-        """
-        start = self._in_extents
-        rows = np.vstack([start.directions.T, start.sums])
-        middle = start.sums.T @ (1 / start.sums.sum(axis=1))  # equal shares of all vertices of a hull
-        return rows, middle, np.asarray(np.linalg.pinv(rows), dtype=float)
 
     @cached_property
     def _gauge(self) -> Program:
         """The linear program for the least factor by which the parts of Z have to be enlarged so
         that a point is their sum.
         """
-        start, n = self._in_extents, self.dimension
-        (h, q), reach, each = start.sums.shape, start.directions.T, np.eye(len(start.lower))
-        larger = np.repeat([0.0, -1.0], [h + 2 * n, 2 * q])[:, None]
-        rows = np.hstack([np.vstack([start.sums, reach, -reach, each, -each]), larger])
+        (h, q), reach, each = self.sums.shape, (self.directions / self.extents).T, np.eye(len(self.lower))
+        larger = np.repeat([0.0, -1.0], [h + 2 * self.dimension, 2 * q])[:, None]
+        rows = np.hstack([np.vstack([self.sums, reach, -reach, each, -each]), larger])
         return Program(np.zeros((q + 1, q + 1)), np.append(np.zeros(q), 1.0), rows, h)
 
+    @cached_property
+    def _equations(self) -> tuple[Array, Array]:
+        """The equations of p for a point of Z, and the matrix that maps a residual to the shortest change of p."""
+        rows = np.vstack([self.directions.T / self.extents[:, None], self.sums])
+        return rows, np.asarray(np.linalg.pinv(rows), dtype=float)
+
     def start_set(self, scales: Array) -> StartSet:
-        """Return x − x_r − Z, in the units `scales` (n,): points of Z are sums of generators and
-        of one point of each hull.
-        """
-        (N, v, n), generators = self.hulls.shape, len(self.generators)
-        return StartSet(
-            self.centre / scales,
-            np.vstack([self.generators, self.hulls.reshape(N * v, n)]) / scales,
-            np.repeat([-1.0, 0.0], [generators, N * v]),
-            np.hstack([np.zeros((N, generators)), np.kron(np.eye(N), np.ones(v))]),
-            0,
-        )
+        """Return x − x_r − Z, in the units `scales` (n,)."""
+        return StartSet(self.centre / scales, self.directions / scales, self.lower, self.sums, 0)
+
+    @cached_property
+    def directions(self) -> Array:
+        """The generators, then the vertices of all hulls, shape (q, n)."""
+        return np.vstack([self.generators, self.hulls.reshape(-1, self.dimension)])
+
+    @cached_property
+    def lower(self) -> Array:
+        """The least multiples of the directions (q,): −1 of a generator, and 0 of a vertex."""
+        return np.repeat([-1.0, 0.0], [len(self.generators), len(self.directions) - len(self.generators)])
+
+    @cached_property
+    def sums(self) -> Array:
+        """The matrix (N, q) that adds up the shares of each hull's vertices; it has no rows if there are no hulls."""
+        N, v, _ = self.hulls.shape
+        return np.hstack([np.zeros((N, len(self.generators))), np.kron(np.eye(N), np.ones(v))])
 
     def support(self, rows: Array) -> Array:
         """Return h_Z(row) for rows (…, n); the result has shape (…)."""
-        found = rows @ self.centre + np.abs(rows @ self.generators.T).sum(axis=-1)
-        for hull in self.hulls:
-            found = found + np.max(rows @ hull.T, axis=-1)
-        return np.asarray(found)
+        of_hulls = np.einsum("...n,ivn->...iv", rows, self.hulls).max(axis=-1).sum(axis=-1)
+        return np.asarray(rows @ self.centre + np.abs(rows @ self.generators.T).sum(axis=-1) + of_hulls)
 
     @cached_property
     def extents(self) -> Array:
@@ -113,16 +117,10 @@ class ErrorSet:
         reach = self.support(axes) + self.support(-axes)
         return np.where(reach > 0, reach, 1.0)
 
-    @cached_property
+    @property
     def centre(self) -> Array:
-        """The centre (n,) of Z if W is a zonotope; zero if W is a convex hull."""
-        Z = self.invariant
-        if not isinstance(Z.disturbance, Zonotope):
-            return np.zeros(self.dimension)
-        at, total = Z.disturbance.matrix[0], np.zeros(self.dimension)
-        for _ in range(Z.head):
-            total, at = total + at, Z.closed_loop @ at
-        return total
+        """The sum (n,) of the centres of all parts: of a hull, the mean of its vertices."""
+        return np.asarray(self._vertices.mean(axis=1).sum(axis=0))
 
     @cached_property
     def generators(self) -> Array:
@@ -138,11 +136,15 @@ class ErrorSet:
 
     @cached_property
     def hulls(self) -> Array:
-        """The vertices (N, v, n) of A_Kⁱ W for i < N; empty if W is a zonotope."""
+        """The vertices (N, v, n) of A_Kⁱ W for i < N, relative to their mean; empty if W is a zonotope."""
+        found = np.asarray(self._vertices - self._vertices.mean(axis=1, keepdims=True))
+        return found[:0] if isinstance(self.invariant.disturbance, Zonotope) else found
+
+    @cached_property
+    def _vertices(self) -> Array:
+        """The vertices (N, v, n) of A_Kⁱ W for i < N; if W is a zonotope, its centre (N, 1, n) instead."""
         Z, W = self.invariant, self.invariant.disturbance
-        if isinstance(W, Zonotope):
-            return np.zeros((0, 1, self.dimension))
-        found = [W.matrix]
+        found = [W.matrix[:1] if isinstance(W, Zonotope) else W.matrix]
         while len(found) < Z.head:
             found.append(found[-1] @ Z.closed_loop.T)
         return np.array(found)
@@ -182,11 +184,6 @@ class TubeFormulation(Formulation):
         return self.tightening.given.input_set
 
 
-_PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""In directions in which the start of a kept plan hardly affects its end, the start is tried at these parts of the way
-from the reference to the measured state."""
-
-
 @dataclass(frozen=True, eq=False)
 class TubeProblem(StepProblem):
     """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
@@ -196,10 +193,12 @@ class TubeProblem(StepProblem):
 
     formulation: TubeFormulation
 
-    @property
-    def free_start(self) -> Array | None:
-        """z(0) − x_r = 0 if the state is in the tube around the reference; None otherwise."""
-        return np.zeros(len(self.off)) if self.formulation.errors.contains(self.off) else None
+    def without_bounds(self) -> Plan | None:
+        """Return the reference itself as the plan, if the state is in the tube around it."""
+        if not self.formulation.errors.contains(self.off):
+            return None
+        plan = self.plan_with(self.window.inputs, Status.NO_ACTIVE_BOUND, self.window.states[0])
+        return plan if plan.slack >= -ROUNDING and self.ends_on_reference(plan) else None
 
     def answer(self, guess: Array | None) -> Plan | Infeasible:
         """Return the optimal plan, or the reason why there is none.
@@ -213,33 +212,18 @@ class TubeProblem(StepProblem):
     def keep(self, inputs: Array) -> Plan | None:
         """Return the plan with these nominal inputs (N, m); None if it is not admissible.
 
-        Its nominal start is one from which the inputs end on the reference (`_starts`). If several starts are tried,
-        the plan may cost more than the one that it comes from.
+        Its nominal start is the cheapest one from which the inputs end on the reference. In directions that Aᴺ nearly
+        maps to zero the start hardly affects the end, and may differ from that of the plan that the inputs come from.
         """
-        v = inputs - self.window.inputs
-        for start in self._starts(v):
-            if self.formulation.errors.contains((1 - TOLERANCE) * (self.off - start)):  # as accurate as the solver is
-                plan = self.plan(v, Status.KEPT, start)
-                if self.ends_on_reference(plan) and plan.slack >= -TOLERANCE:
-                    return plan
-        return None
-
-    def _starts(self, v: Array) -> Iterator[Array]:
-        """Yield starts e(0) (n,) from which input errors v (N, m) end on the reference: Aᴺ e(0) =
-        −(the response to v alone).
-
-        The first start solves this to the accuracy of float64. In a direction that Aᴺ nearly maps to zero, it contains
-        rounding errors only. Such a direction hardly affects the end, so the start is free in it: the other starts lie
-        on the way from the reference to the measured state.
-        """
-        model, n, scales = self.model.error_model, len(self.off), self.formulation.scales.states
-        missed = model.errors(np.zeros(n), v, self.model.defects)[-1] / scales
-        left, sizes, right = np.linalg.svd(model.free[-n:] * scales / scales[:, None])
-        for least in (n * np.finfo(float).eps * sizes[0], TOLERANCE):
-            counts = sizes > least
-            start = -right[counts].T @ (left[:, counts].T @ missed / sizes[counts])
-            free = right[~counts].T @ (right[~counts] @ (self.off / scales))
-            yield from ((start + part * free) * scales for part in (_PARTS if np.any(~counts) else _PARTS[:1]))
+        start, scales = self.programs.start, self.formulation.scales
+        v = ((inputs - self.window.inputs) / scales.inputs).ravel()
+        near = np.full(2 * len(self.off), TOLERANCE / 2)
+        limits = [self._equations(None), v, np.ones(len(start.lower)), -start.lower, self.slack + TOLERANCE / 2, near]
+        found = self.programs.cheapest_start.solve(np.concatenate(limits))
+        if found is None:
+            return None
+        plan = self.plan_with(inputs, Status.KEPT, self.window.states[0] + found[: len(self.off)] * scales.states)
+        return plan if self.ends_on_reference(plan) and plan.slack >= -TOLERANCE else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,8 +291,8 @@ class TubeController:
 
         The optimum needs no `initial_guess` (N, m). If the solver fails, the plan with these nominal inputs is used if
         it is admissible, with the status `KEPT`. On a robust reference the last plan, shifted by a step
-        (`shifted_inputs`), is admissible, and its start is computed again. In directions that Aᴺ maps to zero in
-        float64 the start may differ, and the plan may then cost more. Raises ValueError as `Controller.step`.
+        (`shifted_inputs`), is admissible; its start is the cheapest one from which these inputs end on the reference.
+        Raises ValueError as `Controller.step`.
         """
         return answer_step(self, self._solve, (k, state, reference, initial_guess))
 

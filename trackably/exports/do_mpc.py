@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from trackably.arguments import real
-from trackably.arrays import Array, ArrayLike
-from trackably.exports.proved import Proved, places, proved_times, require_known, values_at
+from trackably.arrays import ArrayLike
+from trackably.exports.proved import Proved, proved_times, require_known, values_at
 
 Parameters = Mapping[str, str | Sequence[str]]
 """For each time-varying parameter of a model, the state or input that it holds, or several of them."""
@@ -32,7 +32,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
             f"T_s = {plant.sampling_time:g} s"
         )
     declared = [str(name) for name in list(controller.model.tvp.keys()) if name != "default"]
-    columns = _columns(proved, declared, parameters)
+    names = _names_held(proved, declared, parameters)
     horizon = getattr(controller.settings, "n_horizon", None)
     first = _nearby(real("to_do_mpc: start", start) / step)
 
@@ -43,10 +43,9 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
         before = steps[0] - np.arange(elapsed, 0.0, -1.0) if plant.angles else steps[:0]
         every = np.concatenate([before, steps])
         proved_times(proved, proved.reference.instants(every))
-        values = values_at(proved, every)[len(before) :]
-        template = controller.get_tvp_template()
-        for name, chosen in columns.items():
-            for k, row in enumerate(values[:, chosen]):
+        values, template = values_at(proved, every), controller.get_tvp_template()
+        for name, held in names.items():
+            for k, row in enumerate(np.column_stack([values[of] for of in held])[len(before) :]):
                 template[(name,) if horizon is None else ("_tvp", k, name)] = row
         return template
 
@@ -71,26 +70,23 @@ def _nearby(steps: float) -> float:
     return whole if abs(steps - whole) <= _OF_STEP else steps
 
 
-def _columns(proved: Proved, declared: Sequence[str], parameters: Parameters | None) -> dict[str, Array]:
-    """Return for each parameter the indices of its values among the states and inputs.
+def _names_held(proved: Proved, declared: Sequence[str], parameters: Parameters | None) -> dict[str, list[str]]:
+    """Return for each parameter the names of the states and inputs that it holds.
 
     ValueError: a parameter or a name is unknown, or none of the expected parameters is declared.
     """
-    place = places(proved)
+    known = proved.reference.plant.names
     if parameters is None:
-        found: Parameters = {f"{name}_ref": name for name in place if f"{name}_ref" in declared}
-        if not found:
-            expected = ", ".join(f"{name}_ref" for name in place)
+        parameters = {f"{name}_ref": name for name in known if f"{name}_ref" in declared}
+        if not parameters:
+            expected = ", ".join(f"{name}_ref" for name in known)
             raise ValueError(
                 f"to_do_mpc: the model declares none of {expected} by set_variable('_tvp', …); declare one, or say "
                 "what each parameter holds, as in parameters={'x_ref': ['position', 'velocity']}"
             )
-        parameters = found
-    columns = {}
-    for parameter, of in parameters.items():
+    found = {parameter: [of] if isinstance(of, str) else list(of) for parameter, of in parameters.items()}
+    for parameter, of in found.items():
         if parameter not in declared:
             raise ValueError(f"to_do_mpc: the model has no parameter {parameter}, only {', '.join(declared) or 'none'}")
-        names = [of] if isinstance(of, str) else list(of)
-        require_known("to_do_mpc", names, proved)
-        columns[parameter] = np.array([place[name] for name in names])
-    return columns
+        require_known("to_do_mpc", of, proved)
+    return found

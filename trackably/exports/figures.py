@@ -125,11 +125,6 @@ def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
         axes.axvline(observed.held_out.times[0], color=GREY, linewidth=0.8, linestyle=":")
 
 
-def coordinates(plant: ConstrainedSystem) -> tuple[str, ...]:
-    """Return the names of the states, then those of the inputs."""
-    return plant.names
-
-
 def axis_label(name: str, units: Units) -> str:
     """Return the label of an axis: the name of a state, an input or a sum, with its unit if it is known.
 

@@ -128,15 +128,11 @@ def margins_found(proved: Proved) -> list[Reached]:
     return [Reached(quantity, times, quantity(signals, times)) for quantity in proved.reference.quantities]
 
 
-def places(proved: Proved) -> dict[str, int]:
-    """Return the index of each name in the vector of states followed by inputs."""
-    return {name: i for i, name in enumerate(proved.reference.plant.names)}
-
-
-def values_at(proved: Proved, steps: Array) -> Array:
-    """Return states, then inputs, at consecutive steps k; shape (*k.shape, n + m). Angles do not jump."""
-    states = proved.reference.plant.unwrap(proved.reference.state(steps))
-    return np.concatenate([states, proved.reference.input(steps)], axis=-1)
+def values_at(proved: Proved, steps: Array) -> dict[str, Array]:
+    """Return the values (K,) of each state, then of each input, by name, at K consecutive steps. Angles do not jump."""
+    reference, plant = proved.reference, proved.reference.plant
+    values = np.hstack([plant.unwrap(reference.state(steps)), reference.input(steps)])
+    return dict(zip(plant.names, values.T, strict=True))
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
@@ -151,7 +147,7 @@ def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
 
 def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
     """Raise ValueError for the first name that is neither a state nor an input."""
-    known = places(proved)
+    known = proved.reference.plant.names
     if unknown := [name for name in named if name not in known]:
         raise ValueError(f"{what}: {unknown[0]} is neither a state nor an input ({', '.join(known)})")
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackably.arguments import instance, text, whole
 from trackably.arrays import Array
-from trackably.exports.proved import Proved, chosen_steps, places, require_known, values_at
+from trackably.exports.proved import Proved, chosen_steps, require_known, values_at
 from trackably.extras import optional
 from trackably.files import new_file, write_atomically, write_text
 
@@ -56,23 +56,22 @@ def joint_points(proved: Proved, joints: Joints, first: int | None, count: int |
     ValueError: no joint, an unknown field or name, fields that differ between joints, or steps that are not proved.
     """
     fields = _fields(joints, proved)
-    place, steps = places(proved), chosen_steps(proved, first, count)
+    steps = chosen_steps(proved, first, count)
     values = values_at(proved, steps)
     since = np.rint((steps - steps[0]) * proved.reference.plant.sampling_time * _NANOSECONDS)
-    by_field = {name: values[:, [place[of[name]] for of in joints.values()]] for name in fields}
+    by_field = {name: np.column_stack([values[of[name]] for of in joints.values()]) for name in fields}
     return JointPoints(tuple(joints), [int(t) for t in since.tolist()], by_field)
 
 
 def _fields(joints: Joints, proved: Proved) -> list[str]:
     """Return the fields that all joints have, in the order of the message. Raises as `joint_points`."""
     instance("joints", joints, Mapping, f"mappings such as {_EXAMPLE}")
-    for of in joints.values():
-        instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
     if not joints:
         raise ValueError(f"joints: none is given; for example {_EXAMPLE}")
     first = next(iter(joints))
     for joint, of in joints.items():
         text("joints: name", joint)
+        instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
         if unknown := [name for name in of if name not in FIELDS]:
             raise ValueError(f"joints: {joint} has no field {unknown[0]}, only {', '.join(FIELDS)}")
         if not joints[first]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from trackably.arguments import text
 from trackably.arrays import Array
-from trackably.exports.proved import Proved, chosen_steps, places, require_known, values_at
+from trackably.exports.proved import Proved, chosen_steps, require_known, values_at
 from trackably.extras import optional
 from trackably.files import new_file, write_atomically, write_text
 
@@ -31,9 +31,10 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
         if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):
             raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
     steps = chosen_steps(proved, first, count)
-    values = values_at(proved, steps)
-    heads = (f"{name} [{given[name]}]" if name in given else name for name in places(proved))
-    return {"time [s]": proved.reference.instants(steps), **dict(zip(heads, values.T, strict=True))}
+    by_head = {
+        f"{name} [{given[name]}]" if name in given else name: of for name, of in values_at(proved, steps).items()
+    }
+    return {"time [s]": proved.reference.instants(steps), **by_head}
 
 
 def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:

@@ -178,7 +178,7 @@ def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array 
     """Minimise |M x − y|² with (M, y) = `aim`, under the conditions `equal` and `at_most`; None without a solution."""
     (M, wanted), (A, limits) = aim, _stack([*equal, *at_most])
     program = Program(2 * M.T @ M, -2 * M.T @ wanted, A, sum(len(values) for _, values in equal))
-    return program.solve(limits, (1e-8,), ("Solved", "AlmostSolved"))
+    return program.solve(limits, (1e-8, 5e-5))
 
 
 def _stack(sides: Sequence[Side]) -> Side:

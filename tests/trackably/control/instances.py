@@ -12,7 +12,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-SEEDS = range(12)
+SEEDS = range(8)
 STEPS = 200
 
 

@@ -34,7 +34,7 @@ def circle(steps: int) -> TabulatedReference:
 def test_a_loop_from_ahead_on_the_path_waits_for_it_as_slowly_as_it_may():
     reference = circle(150)
     state = reference.window(0, 1).states[0] + [-0.1, 0.3, -0.4]
-    loop = simulate(CONTROLLER, reference, state, 110)
+    loop = simulate(CONTROLLER, reference, state, 80)
     assert not loop.without_plan
     assert np.max(np.abs(loop.errors[-1])) < 1e-4
     assert np.max(loop.cost_increases) <= 1e-9 * loop.costs[0]

@@ -66,7 +66,7 @@ def test_the_optimum_is_that_of_a_general_method(case):
 
 def test_feasibility_is_kept_and_the_cost_falls(case):
     controller, reference, state = case
-    loop = simulate(controller, reference, state, 150)
+    loop = simulate(controller, reference, state, 100)
     assert loop.first_infeasible_step is None
     assert np.max(loop.cost_increases) <= 1e-11 * max(1.0, loop.costs[0])
     assert np.max(np.abs(loop.errors[-20:])) < 1e-9

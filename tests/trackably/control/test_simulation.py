@@ -25,12 +25,12 @@ def assert_decreasing(loop):
 def test_on_a_certified_reference_every_step_is_feasible(example):
     reference = certified(example).reference
     plant = reference.plant
-    loop = simulate(controller(reference), reference, reference.state(0) - 0.5, 600)
+    loop = simulate(controller(reference), reference, reference.state(0) - 0.5, 300)
     assert loop.first_infeasible_step is None
-    assert len(loop.inputs) == 600
+    assert len(loop.inputs) == 300
     assert loop.widened == 0
     assert_decreasing(loop)
-    assert np.max(np.abs(loop.errors[500:])) < 1e-10
+    assert np.max(np.abs(loop.errors[250:])) < 1e-10
     assert np.min(plant.input_set.margin(loop.inputs)) >= 0
     assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
 

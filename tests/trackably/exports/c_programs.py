@@ -1,7 +1,8 @@
-"""Headers of references, compiled by the system's C compiler, and asked for values at times."""
+"""Headers of references in one program, compiled by the system's C compiler, and asked for values at times."""
 
 import shutil
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,26 +17,36 @@ STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow
 _MAIN = """
 int main(void)
 {{
+    char called[64];
     double t;
-    while (scanf("%la", &t) == 1) {{
-        double x[{n}] = {{0.0}}, u[{m}] = {{0.0}};
-        const int refused = {call};
+    while (scanf("%63s %la", called, &t) == 2) {{
+        double x[8] = {{0.0}}, u[8] = {{0.0}};
+        int refused = -1, n = 0, m = 0;
+{cases}
         printf("%d", refused);
-        for (int i = 0; i < {n}; ++i) printf(" %a", x[i]);
-        for (int i = 0; i < {m}; ++i) printf(" %a", u[i]);
+        for (int i = 0; i < n; ++i) printf(" %a", x[i]);
+        for (int i = 0; i < m; ++i) printf(" %a", u[i]);
         printf("\\n");
     }}
     return 0;
 }}
 """
+_CASE = """\
+        if (!strcmp(called, "{name}_at")) refused = {name}_at(t, x, u);
+        if (!strcmp(called, "{name}_step")) refused = {name}_step((long long)t, x, u);
+        if (!strncmp(called, "{name}_", {size})) {{ n = {n}; m = {m}; }}
+"""
 
 
-def compiled(proved: Proved, folder: Path, call: str = "reference_at(t, x, u)", options: tuple[str, ...] = ()) -> Path:
-    """Compile a program that reads times and prints, for each, whether it is refused and all values."""
-    system = proved.reference.plant.system
-    main = _MAIN.format(n=len(system.states), m=len(system.inputs), call=call)
-    (folder / "reference.h").write_text(header(proved, "reference"), encoding="utf-8")
-    (folder / "main.c").write_text(f'#include "reference.h"\n#include <stdio.h>\n{main}')
+def compiled(references: Mapping[str, Proved], folder: Path, options: tuple[str, ...] = ()) -> Path:
+    """Compile a program that reads functions and times, and prints whether a time is refused, and all values."""
+    includes, cases = "", ""
+    for name, proved in references.items():
+        (folder / f"{name}.h").write_text(header(proved, name), encoding="utf-8")
+        includes += f'#include "{name}.h"\n'
+        system = proved.reference.plant.system
+        cases += _CASE.format(name=name, size=len(name) + 1, n=len(system.states), m=len(system.inputs))
+    (folder / "main.c").write_text(f"{includes}#include <stdio.h>\n#include <string.h>\n{_MAIN.format(cases=cases)}")
     assert CC is not None
     command = [CC, *STRICT, *options, "-o", "program", "main.c", "-lm"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
@@ -43,9 +54,9 @@ def compiled(proved: Proved, folder: Path, call: str = "reference_at(t, x, u)", 
     return folder / "program"
 
 
-def run(program: Path, times: Array) -> tuple[Array, Array]:
+def run(program: Path, function: str, times: Array) -> tuple[Array, Array]:
     """Return which times are refused, shape (K,), and states and inputs, shape (K, n + m)."""
-    given = "\n".join(t.hex() for t in times.tolist())
+    given = "\n".join(f"{function} {t.hex()}" for t in np.asarray(times, dtype=float).tolist())
     done = subprocess.run([program], input=given, capture_output=True, text=True, check=True)
     rows = [line.split() for line in done.stdout.splitlines()]
     assert len(rows) == len(times)

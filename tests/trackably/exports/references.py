@@ -6,6 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tests.trackably.plants import AXIS, SAMPLES
+from tests.trackably.systems.forms.instances import eight
 from trackably import (
     CertifiedReference,
     ConstrainedSystem,
@@ -19,6 +20,8 @@ from trackably import (
     certify,
     learn_reference,
 )
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.prove import prove
 
 KERNEL = SquaredExponential(0.3, 0.5)
 TANK = ConstrainedSystem(
@@ -65,6 +68,14 @@ def given() -> CertifiedReference:
     found = certify(spline, AXIS, "all_times")
     assert isinstance(found, CertifiedReference)
     return found
+
+
+@cache
+def robot() -> CertifiedReference:
+    """Of a period, with a heading that passes π."""
+    proof = prove(eight())
+    assert isinstance(proof, Certificate)
+    return CertifiedReference(proof)
 
 
 EVERY = {of.__name__: of for of in (on_window, all_times, periodic, nonlinear, given)}

@@ -1,28 +1,15 @@
 """A heading that passes π does not jump back to −π in what others follow."""
 
-from functools import cache
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tests.trackably.exports.c_programs import CC, compiled, run
-from tests.trackably.exports.test_c99 import require_within_certified_errors
+from tests.trackably.exports.references import robot
 from tests.trackably.systems.forms.instances import T_S, eight
 from trackably.arrays import Array
-from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import prove
-from trackably.given.certify import CertifiedReference
 
 K = np.arange(300)
-
-
-@cache
-def robot() -> CertifiedReference:
-    proof = prove(eight())
-    assert isinstance(proof, Certificate)
-    return CertifiedReference(proof)
 
 
 def headings() -> Array:
@@ -56,13 +43,3 @@ def test_acados_is_told_of_the_turns_that_are_near_the_plant() -> None:
         assert np.abs(np.diff(angles)).max() < 1
         np.testing.assert_allclose(np.exp(1j * angles), np.exp(1j * eight().state(k + np.arange(21))[:, 2]), atol=1e-9)
         assert np.abs(np.diff(np.append(sliding.at(k).yref[:, 2], sliding.at(k).yref_e[2]))).max() < 1
-
-
-@pytest.mark.skipif(CC is None, reason="there is no C compiler")
-def test_values_of_a_flat_form_in_c_are_within_the_certified_error(tmp_path: Path) -> None:
-    times = np.random.default_rng(3).uniform(-20, 20, 8)
-    refused, values = run(compiled(robot(), tmp_path), times)
-    assert not refused.any()
-    require_within_certified_errors(robot(), times, values, 1e-6)
-    np.testing.assert_allclose(values[:, 2], eight().state_at(times)[:, 2], atol=1e-6)
-    assert "x[2] heading, an angle in (-pi, pi]: add whole turns" in (tmp_path / "reference.h").read_text()

@@ -2,6 +2,7 @@
 
 import subprocess
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from tests.splines.naive import quantity_at
 from tests.trackably.exports.c_programs import CC, STRICT, compiled, run
-from tests.trackably.exports.references import nonlinear, on_window, periodic
+from tests.trackably.exports.references import nonlinear, on_window, periodic, robot
 from tests.trackably.plants import AXIS
 from tests.trackably.systems.redundant_instances import random_case
 from trackably import (
@@ -42,9 +43,9 @@ pytestmark = pytest.mark.skipif(CC is None, reason="there is no C compiler")
 
 RNG = np.random.default_rng(5)
 KERNELS: dict[str, Kernel] = {
-    "rational quadratic": RationalQuadratic(0.7, 0.31, 1.3),
-    "piecewise polynomial 2": PiecewisePolynomial2(0.7, 0.9),
-    "product of a sum": (Periodic(1.1, 0.9, 1.7) + Matern52(1.3, 0.31)) * SquaredExponential(1.2, 1.4),
+    "rational_quadratic": RationalQuadratic(0.7, 0.31, 1.3),
+    "piecewise_polynomial_2": PiecewisePolynomial2(0.7, 0.9),
+    "product_of_a_sum": (Periodic(1.1, 0.9, 1.7) + Matern52(1.3, 0.31)) * SquaredExponential(1.2, 1.4),
 }
 
 
@@ -83,14 +84,6 @@ def require_within_certified_errors(proved: Proved, times: Array, values: Array,
 TIMES = np.concatenate([RNG.uniform(-2, 6, 6), [0.0, 0.5, 1.0, 4.0]])
 
 
-@pytest.mark.parametrize("name", KERNELS)
-def test_values_of_each_kernel_are_within_the_certified_error(name: str, tmp_path: Path) -> None:
-    proved = stub(Reference((random_sum(KERNELS[name]),), AXIS))
-    refused, values = run(compiled(proved, tmp_path), TIMES)
-    assert not refused.any()
-    require_within_certified_errors(proved, TIMES, values)
-
-
 def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
     """Cubic pieces that meet, or steps; breakpoints are near to multiples of the sampling time."""
     times = np.linspace(0.0, 4.0, 9) if kind == "spline" else np.array([0.0, 0.35, 0.6000000000000001, 1.45, 4.0])
@@ -100,27 +93,63 @@ def random_pieces(kind: str, beyond: str) -> PolynomialPieces:
     return PolynomialPieces(times, coefficients, beyond)  # type: ignore[arg-type]
 
 
-AT_OR_STEP = "t < 100 ? reference_at(t, x, u) : reference_step((long)t - 100, x, u)"
+PIECES = [("spline", "period"), ("steps", "rest"), ("steps", "period"), ("steps", "end")]
+WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-1e4, -1e4], [1e4, 1e4]), Polytope.box([-1e4], [1e4]))
 
 
-@pytest.mark.parametrize(
-    ("kind", "beyond"), [("spline", "period"), ("steps", "rest"), ("steps", "period"), ("steps", "end")]
-)
-def test_values_of_polynomial_pieces_are_within_the_certified_error(kind: str, beyond: str, tmp_path: Path) -> None:
-    pieces, wide = random_pieces(kind, beyond), [1e4, 1e4]
-    plant = ConstrainedSystem(AXIS.system, Polytope.box([-1e4, -1e4], wide), Polytope.box([-1e4], [1e4]))
-    proved = stub(Reference((pieces,), plant))
+def redundant() -> Proved:
+    """Of inputs that act alike, the smallest is given."""
+    system, input_set = random_case(0)
+    n = len(system.states)
+    plant, kernel = (
+        ConstrainedSystem(system, Polytope.box([-99] * n, [99] * n), input_set),
+        SquaredExponential(0.6, 0.5),
+    )
+    return stub(Reference(tuple(random_sum(kernel) for _ in range(plant.signal_count)), plant))
+
+
+@cache
+def exported() -> dict[str, Proved]:
+    return {
+        **{name: stub(Reference((random_sum(kernel),), AXIS)) for name, kernel in KERNELS.items()},
+        **{"_".join(which): stub(Reference((random_pieces(*which),), WIDE)) for which in PIECES},
+        **{of.__name__: of() for of in (redundant, robot, nonlinear, on_window, periodic)},
+    }
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One program for all references."""
+    return compiled(exported(), tmp_path_factory.mktemp("c"))
+
+
+WITHIN = {**dict.fromkeys(KERNELS, TIMES), "robot": 7 * TIMES - 14, "nonlinear": np.append(0.37 * np.arange(8), 0.2)}
+
+
+@pytest.mark.parametrize("name", WITHIN)
+def test_values_are_within_the_certified_error(name: str, program: Path) -> None:
+    proved, times = exported()[name], WITHIN[name]
+    refused, values = run(program, f"{name}_at", times)
+    assert not refused.any()
+    require_within_certified_errors(proved, times, values, 1e-6 if name == "robot" else 1e-7)
+    states = proved.reference.state_at(times)
+    np.testing.assert_allclose(values[:, : states.shape[1]], states, atol=1e-6)
+
+
+@pytest.mark.parametrize("which", PIECES, ids="_".join)
+def test_values_of_polynomial_pieces_are_within_the_certified_error(which: tuple[str, str], program: Path) -> None:
+    name, beyond = "_".join(which), which[1]
+    proved = exported()[name]
+    reference, pieces = proved.reference, proved.reference.pieces[0]
     ends = pieces.breakpoints[:-1] + (np.arange(-6, 20)[:, None] * pieces.period if beyond == "period" else 0.0)
     times = np.concatenate([TIMES, *(of.ravel() for of in (ends, np.nextafter(ends, 99), np.nextafter(ends, -99)))])
     first, last = (0.0, 3.85) if beyond == "end" else (-2.0, 6.0)
-    times = times[(first <= times) & (times < last)]
-    k, reference = np.arange(76), proved.reference
-    refused, values = run(compiled(proved, tmp_path, AT_OR_STEP), np.concatenate([times, 100.0 + k]))
-    assert not refused.any()
-    exact = [*map(Fraction, times.tolist()), *(i * Fraction(plant.sampling_time) for i in k.tolist())]
-    require_nearest(proved, exact, values)
-    at_steps = np.hstack([reference.state(k), reference.input(k)])
-    np.testing.assert_allclose(values[len(times) :], at_steps, rtol=3e-16, atol=1e-25)
+    times, k = times[(first <= times) & (times < last)], np.arange(76)
+    (refused, values), (late, at_steps) = run(program, f"{name}_at", times), run(program, f"{name}_step", k)
+    assert not np.append(refused, late).any()
+    require_nearest(proved, [*map(Fraction, times.tolist())], values)
+    require_nearest(proved, [i * Fraction(WIDE.sampling_time) for i in k.tolist()], at_steps)
+    np.testing.assert_allclose(at_steps, np.hstack([reference.state(k), reference.input(k)]), rtol=3e-16, atol=1e-25)
 
 
 def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> None:
@@ -133,22 +162,13 @@ def require_nearest(proved: Proved, times: list[Fraction], values: Array) -> Non
             assert abs(exact - Fraction(value)) <= min(error, abs(exact) / 2**52 + Fraction(1, 10**25))
 
 
-def test_values_of_a_proved_reference_are_within_the_certified_error(tmp_path: Path) -> None:
-    proved = nonlinear()
-    times = np.concatenate([RNG.uniform(0, 3, 6), proved.reference.instants(np.arange(6))])
-    refused, values = run(compiled(proved, tmp_path), times)
-    assert not refused.any()
-    require_within_certified_errors(proved, times, values)
-    np.testing.assert_allclose(values[:, : len(proved.reference.plant.system.states)], proved(times), atol=1e-11)
-
-
-def test_times_that_are_not_proved_are_refused_as_in_python(tmp_path: Path) -> None:
+def test_times_that_are_not_proved_are_refused_as_in_python(program: Path) -> None:
     times = np.array([-1e-9, -1.0, 0.0, 1.5, 3.0, np.nextafter(3.0, 4.0), 3.0 * (1 + 5e-13), 1e9, np.inf])
-    refused, values = run(compiled(on_window(), tmp_path), times)
+    refused, values = run(program, "on_window_at", times)
     assert refused.tolist() == [True, True, False, False, False, True, True, True, True]
     assert "A step counts as proved up to 1e-12 of its time outside of 3 s." in header(on_window(), "axis")
     assert not values[refused].any()
-    refused, _ = run(compiled(periodic(), tmp_path), np.array([-2001.0, 2.0**41, -(2.0**42), 2.3e12]))
+    refused, _ = run(program, "periodic_at", np.array([-2001.0, 2.0**41, -(2.0**42), 2.3e12]))
     assert refused.tolist() == [False, False, True, True]
 
 
@@ -161,15 +181,15 @@ def test_arithmetic_that_is_not_certified_does_not_compile(tmp_path: Path) -> No
     assert "certified for IEEE double precision without fast-math" in done.stderr
 
 
-def test_of_inputs_that_act_alike_the_smallest_is_given(tmp_path: Path) -> None:
-    system, input_set = random_case(0)
-    n = len(system.states)
-    plant = ConstrainedSystem(system, Polytope.box([-99] * n, [99] * n), input_set)
-    kernel = SquaredExponential(0.6, 0.5)
-    reference = Reference(tuple(random_sum(kernel) for _ in range(plant.signal_count)), plant)
-    _, values = run(compiled(stub(reference), tmp_path), TIMES)
-    expected = reference.input_at(TIMES)
-    np.testing.assert_allclose(values[:, n:], expected, atol=1e-9)
+def test_of_inputs_that_act_alike_the_smallest_is_given(program: Path) -> None:
+    reference = exported()["redundant"].reference
+    _, values = run(program, "redundant_at", TIMES)
+    plant, expected = reference.plant, reference.input_at(TIMES)
+    np.testing.assert_allclose(values[:, len(plant.system.states) :], expected, atol=1e-9)
     assert plant.allocation is not None
     unchanged = np.stack([q([z.summed for z in reference.kernel_sums], TIMES) for q in plant.flatness.inputs], axis=-1)
     assert np.any(np.abs(expected - unchanged) > 1e-3), "another input than that of the signals is smallest somewhere"
+
+
+def test_an_angle_is_named() -> None:
+    assert "x[2] heading, an angle in (-pi, pi]: add whole turns" in header(exported()["robot"], "robot")

@@ -24,14 +24,17 @@ def test_each_stage_holds_states_and_inputs_of_its_step(kind: Any) -> None:
     x, _ = model.set_variable("_x", "x"), model.set_variable("_u", "u")
     for name in NAMES:
         model.set_variable("_tvp", f"{name}_ref")
+    model.set_variable("_tvp", "both", (2, 1))
     model.set_rhs("x", x)
     model.setup()
     user, stages = kind(model), HORIZON + 1 if kind is MPC else 1
     user.set_param(t_step=0.05, **{"n_horizon": HORIZON} if kind is MPC else {})
-    tvp = reference.to_do_mpc(user)
+    tvp, of_both = reference.to_do_mpc(user), reference.to_do_mpc(user, {"both": ["velocity", "position"]})
     for t_now in (0.0, np.array([0.35]), sum([0.05] * 40)):
         k = round(float(np.asarray(t_now).item()) / 0.05)
-        found = tvp(t_now)
+        found, both = tvp(t_now), of_both(t_now)
         for j in range(stages):
             got = [float(found["_tvp", j, f"{name}_ref"] if kind is MPC else found[f"{name}_ref"]) for name in NAMES]
             np.testing.assert_allclose(got, [*reference.state(k + j), *reference.input(k + j)], atol=1e-12)
+            several = both["_tvp", j, "both"] if kind is MPC else both["both"]
+            np.testing.assert_allclose(several.full().ravel(), got[1::-1], atol=1e-12)

@@ -16,7 +16,7 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
 
-STEPS = 60
+STEPS = 40
 
 
 @dataclass(frozen=True)

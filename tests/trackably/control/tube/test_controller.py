@@ -53,7 +53,7 @@ PUSHES = {
     "down": lambda loop: constant(loop.disturbance, -np.ones(len(loop.controller.Q))),
 }
 RUNS = [(name, "greedy") for name in LOOPS]
-RUNS += [(name, kind) for name in ("pushed to one side", "triangle") for kind in PUSHES if kind != "greedy"]
+RUNS += [("triangle", kind) for kind in PUSHES if kind != "greedy"]
 
 
 @pytest.mark.parametrize(("name", "kind"), RUNS)
@@ -79,14 +79,17 @@ FAST = ConstrainedSystem(
 
 @pytest.mark.parametrize("horizon", [2, 40])
 def test_the_last_plan_is_kept_by_a_system_that_forgets_its_start(horizon):
+    """From a state off the tube, and the cost falls as if the solver had found the optimum."""
     loop = Loop(FAST, Zonotope.box([-0.05, -0.05], [0.05, 0.05]), horizon=horizon)
-    rng, state = np.random.default_rng(0), loop.reference.state(0)
+    rng, state = np.random.default_rng(0), feasible_start(loop)
     plan = loop.controller.step(0, state, loop.reference)
+    assert plan.status is Status.SOLVED
     for k in range(1, 9):
-        state = FAST.system.successor(state, plan.input) + loop.disturbance.draw(rng)
+        state, before = FAST.system.successor(state, plan.input) + loop.disturbance.draw(rng), plan
         problem = TubeProblem.of(loop.controller.formulation, k, state, loop.reference.window(k, horizon))
         plan = problem.keep(shifted_inputs(plan, loop.reference))
         assert plan.status is Status.KEPT
         assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
+        assert plan.cost <= before.cost - before.stage_cost + 1e-8
         assert plan.terminal_residual < 1e-6
         assert plan.slack > -1e-6
