@@ -179,7 +179,7 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Minimum:
-    """The last point of the iteration; `converged` if no step improves it.
+    """The last point of the iteration; `converged` if no step improves it, also none that the trust region excludes.
 
     `curvature` is the Hessian of the Lagrangian there.
     """
@@ -224,7 +224,8 @@ def minimise(
         gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
         if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
-                return Minimum(x, here, True, curvature)
+                is_free = size < radius or gain <= precision * (1 + abs(here.value))
+                return Minimum(x, here, is_free, curvature)
             penalty, radius, may_end = 100 * penalty, max(radius, 1e-3), False
             continue
         if may_end and give_up(x, merit, max(gained, gain)):

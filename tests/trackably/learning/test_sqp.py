@@ -79,6 +79,13 @@ def test_where_nothing_is_feasible_the_violation_is_least() -> None:
     assert found.x == pytest.approx([0, 0], abs=1e-2)
 
 
+def test_where_the_trust_region_collapses_nothing_has_converged() -> None:
+    """Every model promises a lower value to the right of 0, and every value there is larger."""
+    found = minimise(lambda x: unconstrained(float(np.abs(x).sum()), np.array([-1.0, -1.0])), np.zeros(2), *WIDE)
+    assert found is not None
+    assert not found.converged
+
+
 def test_points_without_a_value_are_not_entered() -> None:
     def at(x: Array) -> Evaluation | None:
         return None if x[0] < 0.5 else unconstrained(float(x @ x), 2 * x)
