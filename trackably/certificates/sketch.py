@@ -11,6 +11,7 @@ from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
 from trackably.checker.formulas import Angle, Formula, parts
 from trackably.gp.signal import EvaluationCache
+from trackably.learning.index_set import AROUND, lowest_of_parabolas
 from trackably.systems.formulas import evaluate_floats
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
@@ -20,8 +21,7 @@ _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
 _FEW_CENTRES = 100  # if a signal has at most this many, formulas are also examined at each of its centres
 _TRIED = 8  # number of the worst times at which failures are sought
-# Number of refinements of a minimum; factor of the distance between points in each; and three points, in this distance.
-_REFINEMENTS, _NARROWER, _AROUND = 2, 0.1, np.array([[-1.0], [0.0], [1.0]])
+_REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum; the factor from the reach of one to the next one's
 
 
 @dataclass(frozen=True)
@@ -108,26 +108,15 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:
-    """Return local minima by parabolas: first through the three grid points around each, then through closer points."""
+    """Return the times [s] of local minima by parabolas through three times, closer together from one to the next."""
     inner = margins[:, 1:-1]
     which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))
-    around = at + np.arange(3)[:, None]
-    lowest = _lowest(times[around], margins[which, around])
-    reach = np.minimum(times[at + 2] - times[at + 1], times[at + 1] - times[at])
+    lowest, reach = times[at + 1], (times[at + 2] - times[at]) / 2
     for _ in range(_REFINEMENTS):
+        centre = np.clip(lowest, times[at] + reach, times[at + 2] - reach)
+        lowest, _ = lowest_of_parabolas(lowest, centre, reach, every.margins_of(which, centre + reach * AROUND))
         reach = reach * _NARROWER
-        closer = np.clip(lowest, times[at] + reach, times[at + 2] - reach) + reach * _AROUND
-        lowest = np.clip(_lowest(closer, every.margins_of(which, closer)), closer[0], closer[2])
     return lowest
-
-
-def _lowest(times: Array, margins: Array) -> Array:
-    """Return the minima of parabolas through three points each; the middle point if a parabola has no minimum."""
-    (before, at, after), (left, middle, right) = times, margins
-    with np.errstate(all="ignore"):  # margins may be infinite
-        falls, rises = (after - at) * (left - middle), (at - before) * (right - middle)
-        step = ((after - at) * falls - (at - before) * rises) / (2 * (falls + rises))
-    return np.asarray(np.where(np.isfinite(step) & (falls + rises > 0), at + step, at))
 
 
 JUMP = (

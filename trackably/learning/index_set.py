@@ -19,7 +19,7 @@ from trackably.systems.trajectories import Quantities
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000  # the least and the largest number of intervals of a grid
 _REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum; the factor from the reach of one to the next one's
-_BESIDE = np.array([[-1], [0], [1]])  # times the reach: to the left of a centre, at the centre, and to its right
+AROUND = np.array([[-1], [0], [1]])  # times the reach: to the left of a centre, at the centre, and to its right
 
 Indices = npt.NDArray[np.intp]
 
@@ -138,19 +138,19 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
     values, reach = margins.margins(times), times[1] - times[0]
     which, grid = np.nonzero(_are_minima(values))
     inner = np.clip(grid, 1, len(times) - 2)  # at an end of the grid, the parabola goes through three points inside
-    at, centre, beside = times[grid], times[inner], values[which, inner + _BESIDE]
-    at, refined = _at_lowest(at, centre, reach, beside)
+    at, centre, beside = times[grid], times[inner], values[which, inner + AROUND]
+    at, refined = lowest_of_parabolas(at, centre, reach, beside)
     for _ in range(_REFINEMENTS - 1):
         reach *= _NARROWER
         centre = np.clip(at, start + reach, end - reach)
-        at, refined = _at_lowest(at, centre, reach, margins.margins_of(which, centre + reach * _BESIDE))
+        at, refined = lowest_of_parabolas(at, centre, reach, margins.margins_of(which, centre + reach * AROUND))
     at, lowest = np.clip(at, start, end), values[which, grid]
     at, lowest = np.where(refined < lowest, at, times[grid]), np.fmin(refined, lowest)
     ends = np.searchsorted(which, np.arange(len(values) + 1)).tolist()
     return [_in_order(at[first:last], lowest[first:last]) for first, last in pairwise(ends)]
 
 
-def _at_lowest(at: Array, centre: Array, reach: float, beside: Array) -> TimesAndMargins:
+def lowest_of_parabolas(at: Array, centre: Array, reach: Array | float, beside: Array) -> TimesAndMargins:
     """Fit parabolas to values (3, n) at centre − reach, centre and centre + reach.
 
     Return the times and values of the parabolas' minima. Each time is at most `reach` away from its centre. Where a

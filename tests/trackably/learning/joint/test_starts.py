@@ -56,8 +56,8 @@ def test_the_best_of_all_starts_is_taken_and_their_spread_is_the_range_of_what_t
         assert begun(*starts) == pytest.approx((min(alone), max(alone) - min(alone)), abs=1e-3)
 
 
-def stopping(slowest: float) -> ConstrainedProblem:
-    """Samples of a robot that stands at first and at last, and drives faster in between than it may now."""
+def stopping() -> ConstrainedProblem:
+    """Samples of a robot that stands at first and at last, as it may now, and drives faster in between than it may."""
     draws, times = np.random.default_rng(0), np.arange(0.0, 8.01, 0.2)
     part = np.clip((times - 0.5) / 7, 0.0, 1.0)
     way = 10 * part**3 - 15 * part**4 + 6 * part**5
@@ -65,12 +65,12 @@ def stopping(slowest: float) -> ConstrainedProblem:
     samples = tuple(Samples(times, path + 0.02 * draws.standard_normal(len(times))) for path in paths)
     prior = JointPrior(tuple(Prior(SquaredExponential(), 0.02, np.mean(of.values)) for of in samples), ("x", "y"))
     inside = Polytope.box([-1.0, -0.4, -np.inf], [5.0, 0.4, np.inf])
-    plant = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([slowest, -1.5], [0.9, 1.5]))
+    plant = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.0, -1.5], [0.9, 1.5]))
     constraints = tuple(Constraint(quantity, RealTimes(Window(0.0, 8.0)), 1e-6) for quantity in plant.quantities)
     return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior), constraints)
 
 
-def test_a_robot_that_may_stand_still_is_no_worse_than_one_that_may_not():
+def test_a_robot_that_may_stand_still_is_kept_off_the_point_where_its_speed_has_no_slope():
+    """Bounded at places up to this point, functions jump between local minima, and the best one found costs 1,620."""
     likeliest = np.log([1.696, 2.971, 0.335, 1.426])
-    may_stand, must_move = (learn_from([likeliest], stopping(slowest), steps=0) for slowest in (0.0, 0.05))
-    assert may_stand.objective <= must_move.objective + must_move.allowed_gap
+    assert learn_from([likeliest], stopping(), steps=0).objective < 1100
