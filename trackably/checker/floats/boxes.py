@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from trackably.checker.boxes import Box, Enclosures, FirstPass
+from trackably.checker.boxes import Box, Enclosures, FirstPass, stays_inside
 from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stay_between, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
@@ -18,10 +18,9 @@ from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
-from trackably.checker.moving import Limit
-from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
+from trackably.checker.quantities import Quantity, Shifted, shifts_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import Pieces, Signal, Subject
+from trackably.checker.subject import Signal, Subject
 
 _NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
@@ -98,6 +97,7 @@ def _stays_inside(
 
     `known` has models of shifted signals in all boxes, with n coefficients.
     """
+    start = exactly(min(box.start for box in boxes))
     while len(where):
         at = {s: Model([c.at(where) for c in known[s].coefficients], known[s].missed.at(where)) for s in _needs(q)}
         try:
@@ -105,27 +105,17 @@ def _stays_inside(
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
-        none, (first, *others) = Floats.exact(np.zeros((1, len(where)))), model.coefficients
-        found: Any = join([c + none for c in (around(first, model.missed), *others)], axis=0)
-        low, high = (_limits(limit, [boxes[b] for b in where.tolist()], n) for limit in (q.lower, q.upper))
-        return where[stay_between(*map(bernstein_on_box, (found, low, high)))]
+        none, stays = Floats.exact(np.zeros(len(where))), np.zeros(len(where), dtype=bool)
+        every: Any = [none + c for c in (*model.coefficients, model.missed)]
+        (first, *others, missed), (low, high) = every, (limit.after(start) for limit in (q.lower, q.upper))
+        if low is not None and high is not None:  # the ends do not move in these boxes
+            near = join([c.at(None) for c in (around(first, missed), *others)], axis=0)
+            stays = stay_between(bernstein_on_box(near), low, high)
+        for i in np.flatnonzero(~stays).tolist():
+            of_box = _model(Model([first, *others], missed), i)
+            stays[i] = of_box is not None and stays_inside(of_box, q, boxes[where[i]])
+        return where[stays]
     return where
-
-
-def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
-    """Return the coefficients of a limit's polynomial in each box, of shape (n, B), or (n, 1) if it is constant.
-
-    The coefficients are NaN in a box in which the limit is not one polynomial with at most n coefficients.
-    """
-    if not isinstance(limit.end, Pieces):
-        boxes = boxes[:1]
-    low, high = np.full((2, n, len(boxes)), np.nan)
-    for b, box in enumerate(boxes):
-        if len(every := limit.over(box.start, box.end)) == 1 and len(every[0]) <= n:
-            low[:, b] = high[:, b] = 0.0
-            for k, c in enumerate(map(Floats.of, every[0])):
-                low[k, b], high[k, b] = c.low, c.high
-    return Floats(low, high)
 
 
 def _model(models: Model, b: int) -> Model | None:
@@ -147,16 +137,6 @@ def envelope(signal: Signal, start: Real) -> Decay | None:
     return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
 
 
-def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
-    """Return an interval that contains the linear combination at t = 0; None if it is not finite."""
-    found = Floats.of(argument.offset)
-    with np.errstate(all="ignore"):
-        for shifted, weight in terms_of(argument):
-            found = found + many_centres(subject, shifted).at(0.0) * weight
-    low, high = (float(end.max()) for end in (found.low, found.high))
-    return between(low, high) if isfinite(low) and isfinite(high) else None
-
-
 def keeps_subnormals() -> bool:
     """Return whether float64 arithmetic has subnormal numbers, as IEEE arithmetic has.
 
@@ -170,5 +150,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, keeps_subnormals, _TRUSTED)
 """The first pass in arrays of float64 intervals."""

@@ -25,7 +25,8 @@ from trackably.checker import Proved, Refuted, check
 from trackably.checker.boxes import NO_FIRST_PASS
 from trackably.checker.floats import boxes
 from trackably.checker.formulas import Number, Operation, Power, text
-from trackably.checker.intervals import between, exactly
+from trackably.checker.intervals import ZERO, between, exactly
+from trackably.checker.models import Model
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 KINDS = (*VALID, "redundant inputs in the plane", "tank", "rest", "period", "end")
@@ -63,12 +64,12 @@ def test_a_learned_reference_shows_the_same() -> None:
 def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
     data = file_of("scalar")
     known = said(data)
-    for near in (None, between(-1, 1)):
-        quick = replace(boxes.FIRST_PASS, at_zero=lambda *_, near=near: near)
-        monkeypatch.setattr(boxes, "FIRST_PASS", quick)
+    for model in ({}, {(0, 0): Model([between(-1, 1)], ZERO)}):
+        monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, models=lambda *_, model=model: [model]))
         assert said(data) == known
-    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, at_zero=lambda *_: exactly(0.5)))
-    assert '"state" = 0.5 at t = 0 s' in said(data) != known
+    believed = {(0, 0): Model([exactly(0.5)], ZERO)}
+    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, models=lambda *_: [believed]))
+    assert f'"state" = {data["reference"]["signals"][0]["mean"] + 0.5:.6g} at t = 0 s' in said(data) != known
 
 
 def test_all_zero_weights_are_seen() -> None:
