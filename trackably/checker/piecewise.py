@@ -110,7 +110,7 @@ def _bits(z: Pieces) -> tuple[int, int]:
 
 @lru_cache(maxsize=32)
 def _in_units(z: Pieces, digits: int, bits: int) -> tuple[list[int], list[list[int]]]:
-    """Return 2^bits times each breakpoint, and 2^(digits − k bits) times the coefficients of (t − t_i)^k, as integers."""
+    """Return integers: 2^bits times each breakpoint, and 2^(digits − k bits) times each coefficient of (t − t_i)^k."""
     polynomials = []
     for piece in z.coefficients:
         tick()

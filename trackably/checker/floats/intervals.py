@@ -114,16 +114,6 @@ class Floats(Many):
             found = _within(value, off) + found
         return found
 
-    def __matmul__(self, columns: "Floats") -> Any:
-        """Return the product of this matrix and a matrix with these `columns`, with the error bounds of `dot`."""
-        found: Any = ZERO
-        for begin in range(0, len(columns.low), _MOST_SUMMED):
-            some = slice(begin, begin + _MOST_SUMMED)
-            m, size, r, _, _ = self.at((slice(None), some))._around
-            n, _, _, largest, apart = columns.at(some)._around
-            found = _within(m @ n, size @ apart + r @ largest) + found
-        return found
-
     def larger(self, other: Any) -> "Floats":
         y = self.of(other)
         return Floats(np.maximum(self.low, y.low), np.maximum(self.high, y.high))
@@ -285,13 +275,18 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
 
 def bernstein_on_box(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients of B polynomials Σ_k a_k x^k on [−1, 1], from coefficients of shape (n, B)."""
-    found: Floats = _of_all_powers(len(polynomials.low)) @ polynomials
-    return found
+    return _product(_of_all_powers(len(polynomials.low)), polynomials)
 
 
 def bernstein_on_unit(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients of B polynomials Σ_k a_k y^k on [0, 1], from coefficients of shape (n, B)."""
-    found: Floats = _rounded(bernstein(len(polynomials.low))) @ polynomials
+    return _product(_rounded(bernstein(len(polynomials.low))), polynomials)
+
+
+def _product(matrix: Floats, columns: Floats) -> Floats:
+    """Return the product of a matrix and many columns, shape (n, B)."""
+    every = range(len(columns.low))
+    found: Floats = Floats.dot([matrix.at((slice(None), k, None)) for k in every], [columns.at(k) for k in every])
     return found
 
 

@@ -146,12 +146,10 @@ def test_sums_of_products_of_any_sizes_are_contained(seed):
         x, y = extreme(rng, (count, 60)), extreme(rng, (count, 60))
         with np.errstate(all="ignore"):
             found = Floats.dot([x.at(k) for k in range(count)], [y.at(k) for k in range(count)])
-            product = [Floats(x.low[:, [j]].T, x.high[:, [j]].T) @ y.at((slice(None), [j])) for j in range(60)]
         for j in range(60):
             for ends in (("low", "low"), ("low", "high"), ("high", "high")):
                 exact = exact_dot(x, y, j, ends)
                 assert is_inside(exact, found.low[j], found.high[j])
-                assert is_inside(exact, product[j].low[0, 0], product[j].high[0, 0])
 
 
 def test_a_sum_of_products_that_overflows_is_not_positive():
@@ -159,7 +157,6 @@ def test_a_sum_of_products_that_overflows_is_not_positive():
     with np.errstate(all="ignore"):  # the sum is 0
         each = Floats.dot([huge.at(k) for k in range(4)], [signs.at(k) for k in range(4)])
         assert not np.any(each > 0)
-        assert not np.any(Floats(signs.low.T, signs.high.T) @ huge > 0)
 
 
 def kept_below(above: float) -> float:
