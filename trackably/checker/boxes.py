@@ -85,16 +85,14 @@ class FirstPass:
     `boxes` yields each box with the quantities that are left to be proved. `models` yields, for each box, models of
     some shifted signals without their means; it leaves out those that are not finite. `envelope` over-estimates |z − m|
     and |ż| of a signal after a time. `of_joints` returns the limits and the jumps of joints that are not certain to be
-    kept. `at_zero` returns an interval that contains a linear combination of signals at t = 0. `envelope` and `at_zero`
-    return None if nothing is known. `is_sound` says whether the processor's settings make all of this true. `trusted`
-    is a sentence: which arithmetic is trusted.
+    kept. `envelope` returns None if nothing is known. `is_sound` says whether the processor's settings make all of this
+    true. `trusted` is a sentence: which arithmetic is trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
     models: Callable[[Subject, Sequence[Shifted], Sequence[Box], int], Iterator[dict[Shifted, Model]]]
     envelope: Callable[[Signal, Real], Decay | None]
     of_joints: Callable[[JointTrajectory], tuple[Open, Open]]
-    at_zero: Callable[[Subject, LinearCombination], Real | None]
     is_sound: Callable[[], bool]
     trusted: str
 
@@ -104,7 +102,6 @@ NO_FIRST_PASS = FirstPass(
     lambda _subject, _wanted, boxes, _terms: ({} for _ in boxes),
     lambda _signal, _start: None,
     everything,
-    lambda _subject, _argument: None,
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",
 )

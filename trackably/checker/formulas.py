@@ -1,6 +1,6 @@
 """Formulas of a nonlinear system as trees, and their values in any arithmetic."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from operator import add, mul, sub, truediv
 from typing import Any, Literal, Protocol, Self, TypeVar
@@ -118,14 +118,17 @@ def evaluate(
     return known[formula]
 
 
-def parts(formula: Formula) -> list[Formula]:
-    """Return every part of a formula once, operands before the parts that use them; a part may be used repeatedly."""
+def parts(formula: Formula, besides: Collection[Formula] = ()) -> list[Formula]:
+    """Return every part of a formula once, operands before the parts that use them; a part may be used repeatedly.
+
+    Parts that are in `besides`, with all of their own parts, are left out.
+    """
     found: dict[Formula, None] = {}
-    waiting = [formula]
+    waiting = [] if formula in besides else [formula]
     while waiting:
         tick()
         node = waiting[-1]
-        missing = [part for part in operands(node) if part not in found]
+        missing = [part for part in operands(node) if part not in found and part not in besides]
         if missing:
             waiting += missing
         else:
@@ -147,7 +150,7 @@ def rewritten(
     """
     done: dict[Formula, Formula] = {}
     for formula in formulas:
-        for node in parts(formula):
+        for node in parts(formula, done):
             done[node] = change(node, done) or remade(node, done)
     return [done[formula] for formula in formulas]
 

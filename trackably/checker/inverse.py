@@ -21,7 +21,9 @@ a formula that is zero.
 
 from collections.abc import Callable, Sequence
 
+from trackably.checker.flatness import substitute
 from trackably.checker.formulas import Formula, Name, Number, Operation, operands, parts, text
+from trackably.checker.subject import FlatForm, NonlinearSystem, shifted_name
 from trackably.checker.watch import tick
 
 _MOST_COUPLED = 3
@@ -62,6 +64,17 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
             f"f, solved for its inputs, is a formula of more than {_MOST_PARTS} parts; write f with fewer operations"
         )
     return found
+
+
+def solved(system: NonlinearSystem) -> FlatForm:
+    """Return the flat form of a system whose signals are its states: x = z(t), and u solves f(x, u) = z(t + T).
+
+    Raise UnsolvableError if f cannot be solved for the inputs.
+    """
+    inputs = inputs_of(system.f, system.successors, system.inputs)
+    of_states, of_successors = ([Name(shifted_name(s, j)) for s in range(len(system.f))] for j in range(2))
+    named = dict(zip((*system.states, *system.successors), (*of_states, *of_successors), strict=True))
+    return FlatForm(tuple(of_states), tuple(substitute([inputs[name] for name in system.inputs], named)))
 
 
 def _split(formula: Formula, inputs: set[str]) -> _Parts:

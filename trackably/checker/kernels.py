@@ -545,6 +545,8 @@ class Product(Combination):
         return self.left.largest_on_disc(r, radius) * self.right.largest_on_disc(r, radius)
 
     def jump(self, r: Real, h: Real) -> Real:
+        if not self.has_kink:
+            return ZERO
         # κ₁ κ₂ − b₁ b₂ = (κ₁ − b₁) κ₂ + b₁ (κ₂ − b₂), where b_i is the branch of κ_i that holds at |r|
         f, g = self.left.jump(r, h), self.right.jump(r, h)
         of_left = select(f.b <= 0, ZERO, f * self.right.peak.size)

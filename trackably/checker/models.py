@@ -168,28 +168,20 @@ class Models:
         return _within(found, a - found * found, both)
 
     def angle(self, y: Model, x: Model) -> Model:
-        s = side(y.span, x.span)
-        for many in (y.span, x.span):
-            if isinstance(many, Many):
-                return self._angles(type(many), y, x)
-        if self.terms == 1:
-            return self.number(angle(y.span, x.span))
-        if not s:
-            return self._compose("atan", self.over(y, x))
-        return self.number(s * pi() / 2) - self._compose("atan", self.over(x, y))
-
-    def _angles(self, many: type[Many], y: Model, x: Model) -> Model:
-        """Return the angles of many vectors, each relative to a vector (c, s) in a half-plane in
-        which angles are continuous.
+        """Return the angle of (x, y), relative to a vector (c, s) in a half-plane in which angles are continuous.
 
         If x c + y s > 0, the angle of (x, y) is that of (c, s) plus atan((y c − x s)/(x c + y s)), up to whole turns.
         There are no whole turns, as angles in such a half-plane differ by less than π. (c, s) is in the span of (x, y).
         """
+        side(y.span, x.span)
+        many = [type(one) for one in (y.span, x.span) if isinstance(one, Many)]
+        if self.terms == 1 and not many:
+            return self.number(angle(y.span, x.span))
         s, c = y.coefficients[0].mid, x.coefficients[0].mid
         along = x.times(c) + y.times(s)
         require(along.span.a > 0, "it takes the angle of a vector that turns too far")
         turned = self._compose("atan", self.over(y.times(c) - x.times(s), along))
-        return self.number(many.direction(s, c)) + turned
+        return self.number(many[0].direction(s, c) if many else angle(s, c)) + turned
 
     def _compose(self, name: str, a: Model, exponent: float = 0.0) -> Model:
         """Return φ of a model, where `name` says which function φ is; `exponent` is that of the function "power"."""

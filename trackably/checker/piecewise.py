@@ -20,6 +20,7 @@ units that every polynomial has whole coefficients.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import zip_longest
 
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Steps
@@ -27,6 +28,7 @@ from trackably.checker.intervals import UndefinedError, common_denominator, exac
 from trackably.checker.moving import Cells, cells_of, hull, place, value_of_signal
 from trackably.checker.polynomials import compose, is_nowhere_negative
 from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
+from trackably.checker.rounding import why_not_sized
 from trackably.checker.subject import Bound, End, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
 from trackably.checker.watch import progress, require_room, tick
 
@@ -65,17 +67,13 @@ def whole_sums(
     """
     terms = [term for _, of in sums for term in of]
     signals = {id(z): z for z, _, _ in terms}
-    times = (t for z in signals.values() for t in z.breakpoints)
-    bits = bits_of([start, end, *(shift for _, shift, _ in terms), *times])
-    fine = bits_of(c for z in signals.values() for piece in z.coefficients for c in piece)
-    digits = fine + bits * max((z.degree for z in signals.values()), default=0)
+    of_times, of_coefficients = zip(*map(_bits, signals.values()), strict=True) if signals else ((), ())
+    bits = max([bits_of([start, end, *(shift for _, shift, _ in terms)]), *of_times])
+    digits = max(of_coefficients, default=0) + bits * max((z.degree for z in signals.values()), default=0)
     require_room(sum(len(z.coefficients) * (z.degree + 1) for z in signals.values()), digits)
     divisor = common_denominator([number, *(offset for offset, _ in sums), *(weight for _, _, weight in terms)])
     second, unit = 1 << bits, divisor << digits
-    known = {
-        key: ([_scale(t, bits) for t in z.breakpoints], [_whole_polynomial(c, digits, bits) for c in z.coefficients])
-        for key, z in signals.items()
-    }
+    known = {key: _in_units(z, digits, bits) for key, z in signals.items()}
     found = [
         WholeSum(
             whole(offset * unit),
@@ -104,9 +102,20 @@ def bits_of(numbers: Iterable[float | Fraction]) -> int:
     return max((number.as_integer_ratio()[1] for number in numbers), default=1).bit_length() - 1
 
 
-def _whole_polynomial(piece: Sequence[float], digits: int, bits: int) -> list[int]:
-    tick()
-    return [_scale(c, digits - bits * k) for k, c in enumerate(piece)]
+@lru_cache(maxsize=32)  # many rows are made of the same few signals
+def _bits(z: Pieces) -> tuple[int, int]:
+    """Return `bits_of` the breakpoints, and of the coefficients."""
+    return bits_of(z.breakpoints), bits_of(c for piece in z.coefficients for c in piece)
+
+
+@lru_cache(maxsize=32)
+def _in_units(z: Pieces, digits: int, bits: int) -> tuple[list[int], list[list[int]]]:
+    """Return integers: 2^bits times each breakpoint, and 2^(digits − k bits) times each coefficient of (t − t_i)^k."""
+    polynomials = []
+    for piece in z.coefficients:
+        tick()
+        polynomials.append([_scale(c, digits - bits * k) for k, c in enumerate(piece)])
+    return [_scale(t, bits) for t in z.breakpoints], polynomials
 
 
 def _scale(number: float, digits: int) -> int:
@@ -121,7 +130,7 @@ def whole(number: Fraction) -> int:
 
 
 UNIT, _TINY = Fraction(1, 2**53), Fraction(1, 2**300)
-_LARGEST, _SMALLEST, _LARGEST_POWER, _HIGHEST = 10**30, Fraction(1, 10**30), 10**100, 50
+_LARGEST, _LARGEST_POWER, _HIGHEST = 1e30, 10**100, 50
 
 
 def check_sizes(certificate: Certificate) -> str | None:
@@ -130,20 +139,17 @@ def check_sizes(certificate: Certificate) -> str | None:
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     subject = certificate.subject
-    positive = [Fraction(subject.system.sampling_time)]
     lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # each once
     longest = {times: max([*each, Fraction(1)]) for times, each in lengths.items()}
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
         if largest > _LARGEST or z.degree > _HIGHEST or longest[z.breakpoints] ** z.degree > _LARGEST_POWER:
             return "sizes: some number of a piece is too large for the analysis of rounding"
-    positive += [length for each in lengths.values() for length in each]
+    factors = [length for each in lengths.values() for length in each]
     for bound in subject.bounds:
         weights, offset = gross_of(bound.row, functionals(subject, bound.of))
-        positive += [size for size in (*weights, offset) if size]
-    if max(positive) > _LARGEST or min(positive) < _SMALLEST or certificate.until > 1e60:
-        return "sizes: some number is too large or too small for the analysis of rounding"
-    return None
+        factors += [*weights, offset]
+    return why_not_sized(certificate, [], factors)
 
 
 def check_rounding(certificate: Certificate) -> str | None:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from trackably.checker.flatness import Need, Shapes, needs
 from trackably.checker.formulas import Formula, Name, names
 from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio, total
-from trackably.checker.inverse import inputs_of
+from trackably.checker.inverse import solved
 from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
 from trackably.checker.subject import (
@@ -86,20 +86,13 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     system = subject.system
     if isinstance(system, LinearSystem):
         return [_of_signals(subject, b, b.row, functionals(subject, b.of), errors[b.name]) for b in subject.bounds]
-    needed, formulas, shifted = list[Need](), dict[str, Formula](), dict[str, Functional]()
-    if flat := system.flat:
-        names_of, own = (*system.states, *system.inputs), (*flat.states, *flat.inputs)
-        signals, n = range(len(subject.signals)), flat.last_shift + 2
-        shifted = {shifted_name(s, j): shifted_signal(subject, s, j, n) for s in signals for j in range(n)}
-        needed = needs(system, flat)
-        shared = Shapes().shared([*own, *(need.formula for need in needed)])
-        needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
-        formulas = dict(zip(names_of, shared[: len(own)], strict=True))
-    else:
-        formulas = {name: Name(name) for name in system.states}
-        formulas |= inputs_of(system.f, system.successors, system.inputs)
-        for j, names_of in enumerate((system.states, system.successors)):
-            shifted |= {name: shifted_signal(subject, i, j, 2) for i, name in enumerate(names_of)}
+    flat, needed = system.flat or solved(system), needs(system, system.flat) if system.flat else []
+    own, n = (*flat.states, *flat.inputs), flat.last_shift + 2
+    shared = Shapes().shared([*own, *(need.formula for need in needed)])
+    needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
+    formulas = dict(zip((*system.states, *system.inputs), shared[: len(own)], strict=True))
+    signals = range(len(subject.signals))
+    shifted = {shifted_name(s, j): shifted_signal(subject, s, j, n) for s in signals for j in range(n)}
     known = {name: _combine(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
     found: list[Quantity] = []
     for bound in subject.bounds:
@@ -113,7 +106,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
             held = {name for _, formula in used for name in names(formula)}
             arguments = {name: argument for name, argument in known.items() if name in held}
             found.append(Quantity(bound.name, used, arguments, *limits(bound, errors[bound.name])))
-    if found and flat:
+    if found and needed:
         held = {name for need in needed for name in names(need.formula)}
         more = {name: argument for name, argument in known.items() if name in held}
         found[-1] = replace(found[-1], needs=tuple(needed), arguments={**more, **found[-1].arguments})
@@ -181,8 +174,8 @@ def gross_of(row: Sequence[Fraction], parts: Sequence[Functional]) -> tuple[list
 
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
     """Return an interval that contains q(t). Raise UndefinedError if q may be undefined there."""
-    arguments = {name: combination_at(subject, argument, t) for name, argument in q.arguments.items()}
-    return value_of(q, arguments)
+    known = dict[Shifted, Real]()
+    return value_of(q, {name: combination_at(subject, argument, t, known) for name, argument in q.arguments.items()})
 
 
 def value_of(q: Quantity, arguments: Mapping[str, Real]) -> Real:
@@ -190,11 +183,16 @@ def value_of(q: Quantity, arguments: Mapping[str, Real]) -> Real:
     return total(ratio(r) * enclose(part, arguments) for r, part in q.parts)
 
 
-def combination_at(subject: Subject, argument: LinearCombination, t: Real) -> Real:
-    """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i)."""
+def combination_at(subject: Subject, argument: LinearCombination, t: Real, known: dict[Shifted, Real]) -> Real:
+    """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i).
+
+    Values of z_s(t + j T) − m_s in `known`, by (s, j), are not computed again; computed ones are added to it.
+    """
     value = argument.offset
     for (s, j), w in terms_of(argument):
-        value += w * _at(subject.signals[s], t + j * subject.step)
+        if (s, j) not in known:
+            known[s, j] = _at(subject.signals[s], t + j * subject.step)
+        value += w * known[s, j]
     return value
 
 

@@ -164,31 +164,38 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
-    values: list[float] = []
-    positive: list[float] = [certificate.subject.system.sampling_time]
-    for signal in certificate.subject.signals:
-        values += [*signal.centres, *signal.weights, signal.mean]
-        positive += signal.kernel.numbers
-    positive += [
-        float(min(max(factor, Fraction(1, 10**40)), Fraction(10**40))) for factor in _factors(certificate, quantities)
-    ]
-    if max(map(abs, [*values, *positive])) > 1e30 or min(positive) < 1e-30:
-        return "sizes: some number is too large or too small for the analysis of rounding"
-    if certificate.until > 1e60 or not all(
-        at_most(signal.kernel.peak.size, 1e100) for signal in certificate.subject.signals
-    ):
+    signals, factors = certificate.subject.signals, _factors(certificate, quantities)
+    values = [value for signal in signals for value in (*signal.centres, *signal.weights, signal.mean)]
+    factors += [number for signal in signals for number in signal.kernel.numbers]
+    if reason := why_not_sized(certificate, values, factors):
+        return reason
+    if not all(at_most(signal.kernel.peak.size, 1e100) for signal in signals):
         return "sizes: some value could overflow in float64 evaluation"
     return None
 
 
-def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fraction]:
-    """Return all factors other than zero that occur in float64 evaluation."""
+def why_not_sized(certificate: Certificate, values: Sequence[float], factors: Sequence[Fraction | float]) -> str | None:
+    """Return why a value or a factor may be too large, or a factor too small; None if all will do.
+
+    The sampling time is a factor, too; zeros are left out.
+    """
+    sizes = [abs(Fraction(factor)) for factor in (certificate.subject.system.sampling_time, *factors) if factor]
+    is_large = max(sizes) > 1e30 or max(map(abs, values), default=0.0) > 1e30
+    if is_large or min(sizes) < 1e-30 or certificate.until > 1e60:
+        return "sizes: some number is too large or too small for the analysis of rounding"
+    return None
+
+
+def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fraction | float]:
+    """Return all factors that occur in float64 evaluation, except for hyperparameters."""
     arguments = [argument for q in quantities for argument in q.arguments.values()]
-    factors = [size for argument in arguments for size in (*argument.gross, argument.gross_offset)]
-    factors += [abs(r) for q in quantities for r, _ in q.parts]
+    factors: list[Fraction | float] = []
+    for argument in arguments:
+        factors += [*argument.gross, argument.gross_offset]
+    factors += [r for q in quantities for r, _ in q.parts]
     if isinstance(certificate.subject.system, NonlinearSystem):
-        factors += [abs(Fraction(v)) for formula in certificate.subject.system.f for v in numbers(formula)]
-    return [factor for factor in factors if factor]
+        factors += [number for formula in certificate.subject.system.f for number in numbers(formula)]
+    return factors
 
 
 _OUTER = 6

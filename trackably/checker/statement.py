@@ -1,20 +1,23 @@
 """Statements in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
+from trackably.checker.boxes import NO_FIRST_PASS, Box, FirstPass
 from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
 from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
 from trackably.checker.formulas import text
-from trackably.checker.intervals import ZERO
+from trackably.checker.intervals import ZERO, Real
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
-from trackably.checker.quantities import LinearCombination, combination_at, functionals, states_of
+from trackably.checker.quantities import Shifted, combination_at, functionals, shifts_of, states_of
 from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples, contradiction_of
+
+_RADIUS = 1e-30
+"""Radius [s] of the discs in Cauchy's estimate at t = 0, where nothing is missed: the box is a single time."""
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
@@ -92,15 +95,21 @@ def identity(subject: Subject, first_pass: FirstPass) -> str:
     span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
     is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
     names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
-    states = zip(names, states_of(subject), strict=True)
-    values = ", ".join(f'"{name}" = {_six_digits(subject, state, first_pass)}' for name, state in states)
+    states = zip(names, _at_zero(subject, first_pass), strict=True)
+    values = ", ".join(f'"{name}" = {digits}' for name, digits in states)
     return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
 
 
-def _six_digits(subject: Subject, state: LinearCombination, first_pass: FirstPass) -> str:
-    near = first_pass.at_zero(subject, state)
-    shown = {f"{float(end):.6g}" for end in (near.a, near.b)} if near else set()
-    return shown.pop() if len(shown) == 1 else f"{float(combination_at(subject, state, ZERO).mid):.6g}"
+def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
+    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system."""
+    states = states_of(subject)
+    wanted = {shifted for state in states for shifted in shifts_of(state)}
+    (models,) = first_pass.models(subject, sorted(wanted), [Box(0.0, 0.0, _RADIUS)], 1)
+    quick, exact = {shifted: model.span for shifted, model in models.items()}, dict[Shifted, Real]()
+    for state in states:
+        near = combination_at(subject, state, ZERO, quick)
+        digits, others = (f"{float(end):.6g}" for end in (near.a, near.b))
+        yield digits if digits == others else f"{float(combination_at(subject, state, ZERO, exact).mid):.6g}"
 
 
 def _names(system: System, bound: Bound) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
 from trackably.checker.intervals import Real, exactly, total
 from trackably.checker.kernels import Decay, Kernel, Reach, reach
-from trackably.checker.watch import UndecidedError, short, tick
+from trackably.checker.watch import UndecidedError, tick
 
 Beyond = Literal["rest", "period", "end"]
 
@@ -112,19 +112,10 @@ class LinearSystem:
     sampling_time: float
 
     @cached_property
-    def columns(self) -> list[list[tuple[int, Fraction]]]:
-        """The columns of A, then those of B; each has pairs of a row's index and an entry other than zero."""
-        every = (*zip(*self.A, strict=True), *zip(*self.B, strict=True))
-        return [[(i, Fraction(a)) for i, a in enumerate(column) if a] for column in every]
-
-    def successor(self, x: Iterable[Fraction], u: Iterable[Fraction], c: Iterable[float]) -> list[Fraction]:
-        """Return A x + B u + c."""
-        found = [*map(Fraction, c)]
-        for column, v in zip(self.columns, (*x, *u), strict=True):
-            if v:
-                for i, a in column:
-                    found[i] = short(found[i] + a * v)
-        return found
+    def exact(self) -> tuple[list[list[Fraction]], list[list[Fraction]], list[Fraction]]:
+        """A, B and c in rational numbers."""
+        A, B = ([[*map(Fraction, row)] for row in matrix] for matrix in (self.A, self.B))
+        return A, B, [*map(Fraction, self.c)]
 
 
 @dataclass(frozen=True)

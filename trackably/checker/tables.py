@@ -132,11 +132,12 @@ def differences(table: Table, row: int) -> Sequence[Fraction | Real]:
     """
     system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
     if isinstance(system, LinearSystem):
-        exact = system.successor(map(Fraction, x), map(Fraction, u), system.c)
-        return [abs(m - Fraction(s)) for m, s in zip(exact, successor, strict=True)]
-    values = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
+        values = [*map(Fraction, (*x, *u))]
+        rows = zip(*system.exact, map(Fraction, successor), strict=True)
+        return [abs(exact_dot((*A, *B), values) + c - s) for A, B, c, s in rows]
+    known = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
     try:
-        made = [enclose(formula, values) for formula in system.f]
+        made = [enclose(formula, known) for formula in system.f]
     except UndefinedError as undefined:
         where = f"step {table.first_step + row}"
         raise UndefinedError(f"table: f is not shown to be defined at {where}: {undefined}") from undefined

@@ -4,11 +4,13 @@ Before that, matrices, formulas, trajectories, sets and names are shown to belon
 """
 
 from fractions import Fraction
+from itertools import zip_longest
 
 from trackably.checker.certificate import Certificate, Steps
 from trackably.checker.flatness import why_not_flat
 from trackably.checker.formulas import names
 from trackably.checker.limits import WEIGHTS
+from trackably.checker.quantities import weighted_sum
 from trackably.checker.subject import (
     FlatForm,
     LinearSystem,
@@ -77,7 +79,7 @@ def _weights(subject: Subject) -> int:
         parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
         return rows * max(sum(map(len, part.weights)) for part in parts)
     assert isinstance(system, NonlinearSystem)
-    shifted = signals * (2 if system.flat is None else system.flat.last_shift + 2)
+    shifted = signals * (system.last_shift + 2)
     return (rows + shifted) * shifted
 
 
@@ -112,8 +114,6 @@ def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None
     n = len(system.states)
     if not len(subject.signals) == n == len(system.inputs):
         return "shapes: as many formulas, signals and inputs as states are needed"
-    if len({*system.states, *system.inputs, *system.successors}) != 3 * n:
-        return "names: states, states⁺ and inputs must all be called differently"
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
     if free:  # only formulas that are bounded are shown to be defined
@@ -143,17 +143,14 @@ def check_trajectories(subject: Subject) -> str | None:
         return why_not_flat(system, system.flat)
     if not isinstance(system, LinearSystem) or trajectories is None:
         return None
-    start, held = ([part.offset for part in parts] for parts in (trajectories.states, trajectories.inputs))
-    if system.successor(start, held, system.c) != start:
-        return "trajectories: the system does not stay where its state and input are the offsets: no equilibrium"
-    for s in range(subject.signal_count):
-        states, inputs = (
-            [[Fraction(0)] * len(parts), *map(list, zip(*(part.weights[s] for part in parts), strict=True))]
-            for parts in (trajectories.states, trajectories.inputs)
-        )
-        for j in range(max(len(states), len(inputs))):
-            tick()
-            x, u = (of[j + 1] if j + 1 < len(of) else of[0] for of in (states, inputs))
-            if system.successor(x, u, [0.0] * len(start)) != (states[j] if j < len(states) else states[0]):
-                return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
+    for A, B, c, state in zip(*system.exact, trajectories.states, strict=True):
+        x, u = weighted_sum(A, trajectories.states), weighted_sum(B, trajectories.inputs)
+        if x.offset + u.offset + c != state.offset:
+            return "trajectories: the system does not stay where its state and input are the offsets: no equilibrium"
+        for s, weights in enumerate(state.weights):
+            earlier = Fraction(0), *weights
+            for j, (p, q, r) in enumerate(zip_longest(x.weights[s], u.weights[s], earlier, fillvalue=Fraction(0))):
+                tick()
+                if p + q != r:
+                    return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
     return None

@@ -13,8 +13,8 @@ from trackably.checker import Proved, Refuted, boxes, check
 from trackably.checker.models import Model
 
 EVERY = {
-    "bounds, boxes, numbers": 18,
-    "pieces": 18,
+    "bounds, boxes, numbers": 30,
+    "pieces": 30,
     "formulas": 18,
     "counterexamples": 60,
 }

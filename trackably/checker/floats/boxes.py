@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from trackably.checker.boxes import Box, Enclosures, FirstPass
+from trackably.checker.boxes import Box, Enclosures, FirstPass, stays_inside
 from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stack, stay_between, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
@@ -18,10 +18,9 @@ from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
-from trackably.checker.moving import Limit
-from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
+from trackably.checker.quantities import Quantity, Shifted, shifts_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import Pieces, Signal, Subject
+from trackably.checker.subject import Signal, Subject
 
 _NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
@@ -39,16 +38,22 @@ def boxes_left(
     formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     wanted = {shifted for q in every.values() for shifted in _needs(q)}
     for some, known in _enclosed(subject, wanted, list(held), terms, sum(len(parts(formula)) for formula in formulas)):
-        tried, rows = list[tuple[Box, str]](), list[tuple[Floats, Floats, Floats]]()
+        start, tried, rows = exactly(min(box.start for box in some)), list[tuple[Box, Quantity]](), []
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
             for q in every.values():
                 where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
-                where, found = _polynomials(needs, subject, q, known, where, terms)
-                own = [some[b] for b in where.tolist()]
-                tried += [(box, q.name) for box in own]
-                rows.append((found, _limits(q.lower, own, terms), _limits(q.upper, own, terms)))
-            kept = stay_between(*(bernstein_on_box(join(each)) for each in zip(*rows, strict=True)))
-        proved = {tried[i] for i in np.flatnonzero(kept).tolist()}
+                where, found = _models_of(needs, subject, q, known, where, terms)
+                tried += [(some[b], q) for b in where.tolist()]
+                rows.append((found, *(_end(limit.after(start), len(where)) for limit in (q.lower, q.upper))))
+            found, low, high = (join(each) for each in zip(*rows, strict=True))
+            every_row: Any = [found.at(k) for k in range(terms + 1)]
+            first, *others, missed = every_row
+            near = join([c.at(None) for c in (around(first, missed), *others)], axis=0)
+            kept = stay_between(bernstein_on_box(near), low, high)
+        for i in np.flatnonzero(~kept).tolist():
+            of_box = _model(Model([first, *others], missed), i)
+            kept[i] = of_box is not None and stays_inside(of_box, tried[i][1], tried[i][0])
+        proved = {(box, q.name) for (box, q), stays in zip(tried, kept.tolist(), strict=True) if stays}
         yield from ((box, [q for q in held[box] if (box, q.name) not in proved]) for box in some)
 
 
@@ -100,13 +105,13 @@ def _needs(q: Quantity) -> list[Shifted]:
     return [shifted for argument in q.arguments.values() for shifted in shifts_of(argument)]
 
 
-def _polynomials(
+def _models_of(
     needs: FormulaNeeds, subject: Subject, q: Quantity, known: Mapping[Shifted, Any], where: Indices, n: int
 ) -> tuple[Indices, Floats]:
-    """Return those of the indices `where` of boxes in which q is certainly defined, and coefficients of q, (n, B).
+    """Return those of the indices `where` of boxes in which q is certainly defined, and its models there, (n + 1, B).
 
-    The first coefficients are enlarged by the remainder bounds. `known` has models of shifted signals in all boxes,
-    with n coefficients.
+    The last row has the bounds of the remainders. `known` has models of shifted signals in all boxes, with n
+    coefficients.
     """
     is_sum = q.combination is not None and not q.needs and bool(_needs(q))
     while len(where):
@@ -117,25 +122,14 @@ def _polynomials(
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
-        none, (first, *others) = Floats.exact(np.zeros((1, len(where)))), model.coefficients
-        return where, join([c + none for c in (around(first, model.missed), *others)], axis=0)
-    return where, Floats.exact(np.empty((n, 0)))
+        none = Floats.exact(np.zeros((1, len(where))))
+        return where, join([none + c for c in (*model.coefficients, model.missed)], axis=0)
+    return where, Floats.exact(np.empty((n + 1, 0)))
 
 
-def _limits(limit: Limit, boxes: Sequence[Box], n: int) -> Floats:
-    """Return the coefficients of a limit's polynomial in each of B boxes, of shape (n, B).
-
-    The coefficients are NaN in a box in which the limit is not one polynomial with at most n coefficients.
-    """
-    if not isinstance(limit.end, Pieces):
-        return Floats.of(limit.over(0.0, 0.0)[0][0]) * Floats.exact(np.eye(n, 1) * np.ones(len(boxes)))
-    low, high = np.full((2, n, len(boxes)), np.nan)
-    for b, box in enumerate(boxes):
-        if len(every := limit.over(box.start, box.end)) == 1 and len(every[0]) <= n:
-            low[:, b] = high[:, b] = 0.0
-            for k, c in enumerate(map(Floats.of, every[0])):
-                low[k, b], high[k, b] = c.low, c.high
-    return Floats(low, high)
+def _end(constant: Real | None, count: int) -> Floats:
+    """Return a constant end of a bound for `count` boxes; NaN, which bounds nothing, for one that may move in them."""
+    return Floats.exact(np.full(count, np.nan)) if constant is None else stack([constant], (count,)).at(0)
 
 
 def _model(models: Model, b: int) -> Model | None:
@@ -157,17 +151,6 @@ def envelope(signal: Signal, start: Real) -> Decay | None:
     return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
 
 
-def at_zero(subject: Subject, argument: LinearCombination) -> Real | None:
-    """Return an interval that contains the linear combination at t = 0; None if it is not finite."""
-    found = Floats.of(argument.offset)
-    with np.errstate(all="ignore"):
-        for (s, j), weight in terms_of(argument):
-            time = j * Fraction(subject.system.sampling_time)
-            found = found + ManyCentres.of(subject.signals[s]).at(time) * weight
-    low, high = (float(end.max()) for end in (found.low, found.high))
-    return between(low, high) if isfinite(low) and isfinite(high) else None
-
-
 def keeps_subnormals() -> bool:
     """Return whether float64 arithmetic has subnormal numbers, as IEEE arithmetic has.
 
@@ -181,5 +164,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, at_zero, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, keeps_subnormals, _TRUSTED)
 """The first pass in arrays of float64 intervals."""

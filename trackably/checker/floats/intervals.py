@@ -6,12 +6,10 @@ by more than it can be off: the error of one operation is at most 2⁻⁵³ of t
 function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima
 and all operations hand it on.
 
-`are_positive` tests many polynomials at once, whose Bernstein coefficients are such intervals. A polynomial lies in the
-convex hull of its Bernstein coefficients, so it is nowhere negative if none of them is. Where one may be negative, the
-interval of the variable is halved, and the halves are tested.
+A polynomial lies in the convex hull of its Bernstein coefficients: `stay_between` tests many polynomials at once.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
@@ -113,16 +111,6 @@ class Floats(Many):
                 value = value + m * n
                 off = off + size * apart + r * largest
             found = _within(value, off) + found
-        return found
-
-    def __matmul__(self, columns: "Floats") -> Any:
-        """Return the product of this matrix and a matrix with these `columns`, with the error bounds of `dot`."""
-        found: Any = ZERO
-        for begin in range(0, len(columns.low), _MOST_SUMMED):
-            some = slice(begin, begin + _MOST_SUMMED)
-            m, size, r, _, _ = self.at((slice(None), some))._around
-            n, _, _, largest, apart = columns.at(some)._around
-            found = _within(m @ n, size @ apart + r @ largest) + found
         return found
 
     def larger(self, other: Any) -> "Floats":
@@ -293,59 +281,26 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
     return Floats(low - off, high + off) + Floats.exact(0.0)
 
 
-_MOST_HALVINGS, _MOST_PIECES, _MOST_BY_POLYNOMIAL = 12, 10_000, 20
-
-
-def are_positive(pieces: Floats) -> Mask:
-    """Return which of B polynomials are certainly ≥ 0 on their interval, shape (B,).
-
-    `pieces` are their Bernstein coefficients, shape (n, B). The interval is halved, up to 12 times, where a coefficient
-    may be negative.
-    """
-    count = pieces.low.shape[1]
-    of = np.arange(count)
-    unknown = np.zeros(count, dtype=bool)
-    for _ in range(_MOST_HALVINGS):
-        tick()
-        is_open = ~np.all(pieces.low >= 0, axis=0)
-        # The first and the last coefficient are values at the ends: if one may be negative, halves do not help.
-        lost = is_open & ~((pieces.low[0] >= 0) & (pieces.low[-1] >= 0))
-        unknown[of[lost]] = True
-        is_open &= ~unknown[of]
-        if not np.any(is_open):
-            return ~unknown
-        tick()
-        of, pieces = np.tile(of[is_open], 2), _halves(pieces.at((slice(None), is_open)))
-        if len(of) > max(_MOST_PIECES, _MOST_BY_POLYNOMIAL * count):
-            break
-    unknown[of] = True
-    return ~unknown
-
-
 def bernstein_on_box(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients of B polynomials Σ_k a_k x^k on [−1, 1], from coefficients of shape (n, B)."""
-    found: Floats = _matrix(_of_powers, len(polynomials.low)) @ polynomials
-    return found
+    return _product(_of_all_powers(len(polynomials.low)), polynomials)
 
 
 def bernstein_on_unit(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients of B polynomials Σ_k a_k y^k on [0, 1], from coefficients of shape (n, B)."""
-    found: Floats = _rounded(bernstein(len(polynomials.low))) @ polynomials
+    return _product(_rounded(bernstein(len(polynomials.low))), polynomials)
+
+
+def _product(matrix: Floats, columns: Floats) -> Floats:
+    """Return the product of a matrix and many columns, shape (n, B)."""
+    every = range(len(columns.low))
+    found: Floats = Floats.dot([matrix.at((slice(None), k, None)) for k in every], [columns.at(k) for k in every])
     return found
 
 
-def _halves(b: Floats) -> Floats:
-    """Return the Bernstein coefficients of each polynomial on both halves of its interval, by de Casteljau's rule.
-
-    On the left half, coefficient i is Σ_j C(i, j) b_j/2ⁱ.
-    """
-    matrix, turned = _matrix(_of_left_half, len(b.low)), slice(None, None, -1)
-    return join([matrix @ b, (matrix @ b.at(turned)).at(turned)])
-
-
 @cache
-def _matrix(entry: Callable[[int, int, int], Fraction], n: int) -> Floats:
-    return _rounded(np.array([[float(entry(n, i, k)) for k in range(n)] for i in range(n)]))
+def _of_all_powers(n: int) -> Floats:
+    return _rounded(np.array([[float(_of_power(n, i, k)) for k in range(n)] for i in range(n)]))
 
 
 def _rounded(nearest: Array) -> Floats:
@@ -354,7 +309,7 @@ def _rounded(nearest: Array) -> Floats:
     return Floats(nearest - off, nearest + off)
 
 
-def _of_powers(n: int, i: int, k: int) -> Fraction:
+def _of_power(n: int, i: int, k: int) -> Fraction:
     """Return the Bernstein coefficient i of x^k = (2 y − 1)^k in degree n − 1.
 
     x^k = Σ_j C(k, j) 2ʲ (−1)^(k − j) yʲ, and yʲ has the coefficients C(i, j)/C(n − 1, j).
@@ -366,17 +321,16 @@ def _of_powers(n: int, i: int, k: int) -> Fraction:
     )
 
 
-def _of_left_half(_: int, i: int, k: int) -> Fraction:
-    return Fraction(comb(i, k), 2**i)
-
-
 @cache
 def bernstein(n: int) -> Array:
     """Return C(i, j)/C(n − 1, j): the Bernstein coefficient i of yʲ in degree n − 1."""
     return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
 
 
-def stay_between(near: Floats, least: Floats, most: Floats) -> Mask:
-    """Return which polynomials `near` certainly stay between `least` and `most`; all by Bernstein coefficients."""
-    kept: Mask = np.all(are_positive(join([near - least, most - near])).reshape(2, -1), axis=0)
+def stay_between(near: Floats, least: Any, most: Any) -> Mask:
+    """Return which of B polynomials stay between two ends because their Bernstein coefficients do, shape (B,).
+
+    `near` are these coefficients, shape (n, B). Each end is an interval for each polynomial, or one for all of them.
+    """
+    kept: Mask = np.all(near >= least, axis=0) & np.all(near <= most, axis=0)
     return kept

@@ -15,14 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from math import fsum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.floats.intervals import Array, Floats, Mask, join, stack, sums
-from trackably.checker.intervals import ONE, SIGN, ratio, total
+from trackably.checker.intervals import ONE, ratio, total
 from trackably.checker.kernels import Kink, Matern, geometric_rest, reach
 from trackably.checker.models import Model
 from trackably.checker.subject import Signal
@@ -157,15 +156,6 @@ class ManyCentres:
         distance, decay = reach(self.kernel, float(np.ldexp(1.0, exponent)), _NEGLIGIBLE)
         weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
         return distance, weight * decay.size
-
-    def at(self, time: Fraction) -> Floats:
-        """Return the value at a time [s]. Ends are summed with one rounding, as a state may be a small difference."""
-        r = Floats.of(ratio(time)) - Floats.exact(self.centres)
-        none = Floats.exact(np.zeros(len(self.centres)))
-        values = self.kernel.taylor(abs(r), none, 1)[0] + self.kernel.jump(r, none) * SIGN
-        parts = values * Floats.exact(self.weights)
-        ends = (np.array(fsum(e) if np.all(np.abs(e) < 1e300) else np.nan) for e in (parts.low, parts.high))
-        return Floats(*ends) + 0.0  # this sum moves the ends outwards by more than the rounding of `fsum`
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
