@@ -33,3 +33,12 @@ def test_a_reference_costs_no_more_than_hyperparameters_alone_or_a_neighbour(tig
     assert alone.price > 1, "the bounds matter here"
     assert together.objective <= alone.objective + 1e-6 * (1 + abs(alone.objective))
     assert near.objective <= together.objective + min(together.duality_gap, near.duality_gap) + 1e-6
+
+
+@pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
+def test_a_search_that_ends_higher_alone_ends_no_higher_than_a_reference_that_is_offered():
+    tight, loose, given = TASKS["an axis"]
+    best = learn_reference(plant=loose, **given, starts=1, near=learn_reference(plant=tight, **given, starts=2))
+    alone, again = (learn_reference(plant=loose, **given, starts=1, **offered) for offered in ({}, {"near": best}))
+    assert alone.objective > best.objective + best.duality_gap, "this search needs what is offered"
+    assert again.objective <= best.objective + best.duality_gap
