@@ -13,6 +13,7 @@ from trackably.checker.intervals import Real, between, exactly
 from trackably.checker.models import Model
 from trackably.checker.moving import Limit
 from trackably.checker.polynomials import stays_between
+from trackably.checker.subject import Pieces
 
 POINTS = [Fraction(k, 64) for k in range(65)]
 
@@ -49,9 +50,16 @@ def wrongly_inside(seed: int) -> int:
     most, least = sum(sides[0]) + Fraction(missed), -sum(sides[1]) - Fraction(missed)
     for by in (Fraction(0), Fraction(1, 2**290), Fraction(1, 10**9)):
         for low, high in ((least - 100, most - by), (least + by, most + 100)):
-            ends_of_bound: Any = SimpleNamespace(lower=Limit(0.0, interval(low)), upper=Limit(0.0, interval(high)))
-            wrong += stays_inside(model, ends_of_bound, BOX) and not (low <= least and most <= high)
+            of_bound: Any = SimpleNamespace(lower=through(x, low, draw), upper=through(x, high, draw))
+            wrong += stays_inside(model, of_bound, BOX) and not (low <= least and most <= high)
     return wrong
+
+
+def through(x: Fraction, value: Fraction, draw: np.random.Generator) -> Limit:
+    """An end of a bound that is constant or moves, and has this value at x in the box."""
+    slope = float(draw.choice([0.0, 1.0, -3.0]))
+    line, (start, end) = Pieces((BOX.start, BOX.end), ((0.0, slope),), "end"), map(Fraction, (BOX.start, BOX.end))
+    return Limit(line, interval(value - Fraction(slope) * (1 + x) * (end - start) / 2))
 
 
 def interval(number: Fraction) -> Real:
