@@ -14,7 +14,7 @@ import pytest
 from mpmath import mp, mpf
 
 from pipeline.storage.results import Results
-from pipeline.theorem import Proved, files_of, proved_by_coq, proved_in, read_record, run_coq
+from pipeline.theorem import Proved, proved_by_coq, proved_in, read_record, run_coq
 from tests.project import ROOT
 from tests.trackably.certificates import naive
 from trackably.__main__ import main
@@ -274,7 +274,7 @@ def test_a_proof_that_rests_on_another_axiom_is_not_recorded():
 def test_all_that_coq_covers_is_on_record():
     for name in ("example1", "example1-resampled", "example2", "hand", "robot-axis", "vehicle"):
         results = Results(name, RESULTS)
-        assert {file.stem for file in files_of(results)} == set(proved_by_coq(results))
+        assert {file.stem for file in results.proofs} == set(proved_by_coq(results))
 
 
 @pytest.mark.parametrize("name", ["example1/joint", "example2/joint", "vehicle/joint"])
