@@ -1,12 +1,14 @@
 """The convex programs of a step, as matrices for an interior-point method."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import clarabel
 import numpy as np
 import numpy.typing as npt
+import scipy
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
@@ -65,18 +67,20 @@ class Program:
         """Return the optimal x with E x = `values`, whatever F x is, up to rounding.
 
         An interior-point method finds the minimum of a quadratic cost only up to the square root of its accuracy: a
-        cost of 1e-12 is an error of 1e-6. Raises NumPy's LinAlgError if there is no unique optimum in floating point.
+        cost of 1e-12 is an error of 1e-6. If no x satisfies the equations, or x is not unique, the result satisfies the
+        optimality conditions up to the least squares, and is the smallest such.
         """
-        return np.asarray(self._conditions.solve(np.concatenate([-self.q, values]))[: len(self.q)])
+        return np.asarray(self._solved_conditions(np.concatenate([-self.q, values]))[: len(self.q)])
 
     @cached_property
-    def _conditions(self) -> Any:
-        """The factors of the optimality conditions P x + Eᵀ y = −q and E x = f."""
-        E = self._matrices[1][: self.equations]
+    def _solved_conditions(self) -> Callable[[Array], Array]:
+        """The map from (−q, f) to (x, y) with P x + Eᵀ y = −q and E x = f."""
+        E = np.asarray(self.A[: self.equations])
+        conditions = np.block([[np.asarray(self.P), E.T], [E, np.zeros((len(E), len(E)))]])
         try:
-            return splu(sparse.block_array([[sparse.csc_array(self.P), E.T], [E, None]], format="csc"))
-        except RuntimeError:  # of a pivot that is zero
-            raise np.linalg.LinAlgError("the optimum without bounds is not unique") from None
+            return splu(sparse.csc_array(conditions)).solve
+        except RuntimeError:  # of a pivot that is zero: equations depend on each other
+            return scipy.linalg.pinvh(conditions).dot
 
     @cached_property
     def _matrices(self) -> tuple[sparse.csc_array, sparse.csc_array]:

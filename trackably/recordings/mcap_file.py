@@ -99,11 +99,13 @@ def _is_list(node: object) -> TypeGuard[Sequence[object]]:
 
 def _name_of_entry(entries: Sequence[object], around: Mapping[str, object], i: int, field: str) -> str:
     """Return the text in a field of a list entry, or entry i of the list `field` beside it; "" for none."""
+    name: object = None
     match around.get(field):
         case [*names] if len(names) == len(entries):
             name = names[i]
         case _:
-            name = (_fields(entries[i]) or {}).get(field)
+            with suppress(LookupError):
+                name = find(entries[i], field)
     return name if isinstance(name, str) else ""
 
 

@@ -2,6 +2,7 @@
 that contain most of them.
 """
 
+from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -12,8 +13,7 @@ from trackably.gp.bounded import BoundedNormal, root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
-from trackably.gp.samples import recorded_span
-from trackably.reference.fit import Fit
+from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
@@ -50,7 +50,9 @@ MOST_VALUES = 1200
 """Largest number of states and inputs, counted at all steps, that are drawn together."""
 
 _BETWEEN_SAMPLES = 50  # intervals between the steps with bounds, from the first sample to the last
-_PLACES = 50  # most times at which the reference touches a bound and at which this bound is imposed
+_LOOKED_AT = 5000  # steps at which the reference is evaluated to find small margins
+_NEXT_TO = 1e-2  # bounds are also imposed at local minima of a margin that are below this part of the bound's width
+_PLACES = 50  # most local minima at which bounds are imposed; the smallest ones are taken
 
 
 class Draws(NamedTuple):
@@ -122,21 +124,34 @@ def band(draws: Array, coverage: float) -> Band:
     return Band(*(np.take_along_axis(values, first + shift, axis=0)[0] for shift in (0, held)))
 
 
-def bounded_steps(fit: Fit, span: tuple[float, float]) -> Array:
+def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[float, float]) -> Array:
     """Return the steps at which bounds are imposed in addition to the requested ones, within `span` [s]: shape (S,).
 
-    They lie between the first sample and the last: up to 51 regular steps, and the steps next to the 50 most expensive
-    times at which the reference touches a bound.
+    They lie between the first sample and the last: up to 51 regular steps, and up to 50 steps at which the margin
+    of a bound has a local minimum below 1e-2 of its width.
     """
-    t_s = fit.reference.plant.sampling_time
-    (begun, ended), (start, end) = recorded_span(fit.samples), span
+    t_s = reference.plant.sampling_time
+    (begun, ended), (start, end) = recorded_span(samples), span
     first, last = np.ceil(max(begun, start) / t_s), np.floor(min(ended, end) / t_s)
     if last < first:
         return np.empty(0)
-    dearest = sorted(fit.active_bounds, key=lambda bound: -bound.price)[:_PLACES]
-    touched = np.round(np.array([bound.time for bound in dearest]) / t_s)
     regular = np.round(np.linspace(first, last, _BETWEEN_SAMPLES + 1))
-    return np.union1d(regular, touched[(first <= touched) & (touched <= last)])
+    return np.union1d(regular, _next_to_a_bound(reference, np.unique(np.round(np.linspace(first, last, _LOOKED_AT)))))
+
+
+def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
+    """Return the steps at which some margin has a small local minimum: the `_PLACES` smallest ones.
+
+    Active bounds do not tell them all: a reference of the `method` "hyperparameters" has none.
+    """
+    times = steps * reference.plant.sampling_time
+    found = list[tuple[float, float]]()
+    for quantity in reference.quantities:
+        margin = np.pad(quantity.margin(reference.signals, times) / quantity.bounds.width, 1, constant_values=np.inf)
+        here = margin[1:-1]
+        lowest = (here <= margin[:-2]) & (here <= margin[2:]) & (here < _NEXT_TO)
+        found += zip(here[lowest].tolist(), steps[lowest].tolist(), strict=True)
+    return np.array([step for _, step in sorted(found)[:_PLACES]])
 
 
 def _given_bounds(mean: Array, half: Array, plant: ConstrainedSystem, steps: Array) -> BoundedNormal:

@@ -52,6 +52,7 @@ Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
 """The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
+_FIRST = 200  # likely hyperparameters are learned from at most this many first samples of a name, in about a second
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -329,14 +330,16 @@ class _Search:
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
         """Yield stages that prove a reference sooner than the whole search does, for likely hyperparameters.
 
-        If `first` does not know them, they are learned here without bounds.
+        If `first` does not know them, they are learned here without bounds, from the first samples of each name.
         """
         likeliest = first.likeliest
         if likeliest is None:
-            free = best_solution(ConstrainedProblem(self.measured.signals, first.prior, self._space(first.prior)))
+            few = self._first_samples(first.prior)
+            space = SearchSpace.around(few, first.prior, self.starts)
+            free = best_solution(ConstrainedProblem(few, first.prior, space))
             if not isinstance(free, Solution):
                 return
-            likeliest = free.posterior
+            likeliest = JointPosterior(free.posterior.prior, self.measured.signals)
         held = replace(first, likeliest=likeliest, with_noise=None)
         if learner is HYPERPARAMETERS:
             yield partial(replace(self, starts=1).learn, held, learner)
@@ -346,6 +349,15 @@ class _Search:
             search = partial(learn_from_starts, [start], is_brief=True)
             yield partial(self.learn, held, replace(FUNCTION, solve=partial(search, steps=0)))
             yield partial(self.learn, held, replace(JOINT, solve=search, fallback=None))
+
+    def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
+        """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
+        end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
+        few = {
+            name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
+            for name, of in self.measured.given.items()
+        }
+        return replace(self.measured, given=few).signals
 
     def _space(self, prior: JointPrior) -> SearchSpace:
         return SearchSpace.around(self.measured.signals, prior, self.starts)

@@ -204,7 +204,7 @@ class TrackableReference(LearnedReference):
         self._refuse_unproved(k)
         whole("draws: count", count, least=1)
         whole("draws: seed", seed, least=0)
-        also = bounded_steps(self.fit, self.certificate.claim.span)
+        also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
         return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
     def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:

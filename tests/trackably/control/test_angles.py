@@ -7,6 +7,7 @@ from tests.trackably.systems.forms.instances import T_S, robot
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import simulate
+from trackably.control.stepping import Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
@@ -51,3 +52,19 @@ def test_whole_turns_make_no_difference(turns):
     assert turned.cost == pytest.approx(here.cost, rel=1e-7)
     np.testing.assert_allclose(turned.input, here.input, atol=1e-5)
     np.testing.assert_allclose(turned.states[:, 2] - 2 * np.pi * turns, here.states[:, 2], atol=1e-5)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.3, np.pi / 2])
+def test_a_robot_returns_along_its_heading_to_where_it_stands(heading):
+    """At rest it cannot move sideways, so that conditions of the linearisation depend on each other."""
+    plant = ConstrainedSystem(ROBOT.system, ROBOT.state_set, Polytope.box([-1.1, -1.2], [1.1, 1.2]))
+    controller = Controller(plant, 10, CONTROLLER.Q, CONTROLLER.R)
+    place = np.array([0.0, 0.0, heading])
+    reference = TabulatedReference(0, Window(np.tile(place, (13, 1)), np.zeros((12, 2))))
+    ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
+    for distance in (0.0, 0.1):
+        plan = controller.step(0, place + distance * ahead, reference)
+        assert isinstance(plan, Plan)
+        assert plan.status is Status.NO_ACTIVE_BOUND
+        assert plan.cost == pytest.approx(8.48156 * distance**2, rel=1e-6)
+        assert plan.terminal_residual < 1e-12

@@ -14,7 +14,7 @@ from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.reference.draws import band, draws_within_bounds
+from trackably.reference.draws import band, bounded_steps, draws_within_bounds
 from trackably.reference.learn import learn_reference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -50,6 +50,18 @@ def test_every_draw_keeps_the_bounds_and_follows_the_system():
     np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
     off = states[:, WITHIN[::10], 0] - learned().samples[0].values
     assert np.max(np.abs(np.mean(off, axis=0))) < 0.01
+
+
+def test_bounds_are_also_imposed_where_a_posterior_mean_is_next_to_them():
+    """A reference of the `method` "hyperparameters" has no active bounds that would tell it."""
+    t = np.linspace(0.0, 30.0, 300)
+    values = 0.9 * np.sin(2 * np.pi * t / 1.7) + 0.05 * np.random.default_rng(0).standard_normal(t.size)
+    sets = replace(plant(-0.93, 0.93), input_set=Polytope.box([-99.0], [99.0]))
+    given = Samples(t, values), sets, SquaredExponential(), "recorded"
+    found = learn_reference(*given, noise_std=0.05, mean=0.0, method="hyperparameters", starts=1)
+    k = np.arange(3001)
+    nearest = np.argmin(0.93 - np.abs(found.state(k)[:, 0]))
+    assert nearest in bounded_steps(found.reference, found.samples, found.certificate.claim.span)
 
 
 def test_bounds_that_move_are_kept():

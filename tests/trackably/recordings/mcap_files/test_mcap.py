@@ -107,3 +107,8 @@ def test_an_entry_of_a_list_is_taken_by_its_name_and_a_number_that_means_another
         InputError, match=r"expected a finite number, got \[.*; a path leads to one number: position\[0\]"
     ):
         read(path, by_name.partition("[")[0])
+
+
+def test_an_entry_is_taken_by_a_name_further_inside_of_it(path):
+    messages = ({"found": [{"header": {"name": name}, "x": x} for name, x in of.items()]} for of in JOINTS)
+    assert read(written(path, *messages), "found[header.name=elbow].x")["x"].values.tolist() == [0.1, 0.2, 0.3]

@@ -24,6 +24,7 @@ from trackably import (
     mobile_robot,
 )
 from trackably.learning.problem import OutOfTime
+from trackably.learning.search import best_solution
 
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
 TIMES = np.linspace(0, 16, 40)
@@ -103,3 +104,18 @@ def test_where_a_stream_is_faster_and_as_good_it_is_said():
     steps = np.arange(1600)
     apart = stream.state(steps)[:, 0] - whole.state(steps)[:, 0]
     assert np.sqrt(np.mean(apart**2)) < 0.1 * 0.05
+
+
+def test_likely_hyperparameters_of_many_samples_are_learned_from_a_few(monkeypatch):
+    """A search with all of 20 000 samples would take longer than most budgets."""
+    counts = []
+
+    def seen(problem):
+        counts.extend(len(of) for of in problem.samples)
+        return best_solution(problem)
+
+    monkeypatch.setattr("trackably.reference.learn.best_solution", seen)
+    t = np.linspace(0.0, 16.0, 400)
+    many = Samples(t, -0.4 + 0.3 * np.sin(t) + 0.02 * np.random.default_rng(0).normal(size=t.size))
+    learn_reference(many, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, mean=-0.4, starts=1, budget=60.0)
+    assert counts[0] <= 200
