@@ -149,6 +149,9 @@ def test_continuous_plants_are_sampled_only_where_that_is_exact():
 def test_what_nothing_bounds_is_refused():
     free = replace(SLIDE, state_set=Polytope([[1.0, 0.0]], [-0.2], [0.2], 2))
     wrong = ModelError.intervals(SLIDE.system, {("velocity", "velocity"): (0.99, 1.01)})
-    with pytest.raises(ValueError, match="nothing bounds the state 1"):
+    with pytest.raises(ValueError, match="no constant bounds of the state 1"):
         tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
+    opens = replace(SLIDE, state_set=Polytope.box([-0.2, -0.5], [0.2, {0.0: 0.5, 1.0: 0.6}]))
+    with pytest.raises(ValueError, match="no constant bounds of the state 1"):
+        wrong.added_to(W, opens)
     tightening(free, W, [[-100.0, -20.0]], model_error=gain(0.1))

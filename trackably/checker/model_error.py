@@ -51,7 +51,7 @@ def of_model_error(
             continue
         size = reach[j]
         if size is None:
-            return f"nothing bounds the {'state' if j < n else 'input'} {j % n if j < n else j - n} alone"
+            return f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone"
         found += _around(apart, size)
     return found
 

@@ -226,8 +226,8 @@ def _operation(node: Formula, operands: list[str], names: dict[str, str]) -> str
             return names[name]
         case Operation(symbol):
             return f"{operands[0]} {symbol} {operands[1]}"
-        case Power(_, exponent):
-            return f"pow({operands[0]}, {number(exponent)})"
+        case Power(_, exponent):  # pow is much slower than a product on many microcontrollers
+            return " * ".join(2 * operands) if exponent == 2.0 else f"pow({operands[0]}, {number(exponent)})"
         case Function(name, _) if name in _FUNCTIONS:
             return f"{name}({operands[0]})"
         case Angle():

@@ -6,7 +6,7 @@ FILE holds a system with its sets, in the form of params.yaml, and TABLE has a r
 import re
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -55,7 +55,7 @@ def run(given: Namespace) -> int:
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
     if given.claim and not given.interpolation:
         raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
-    columns = read_columns(given.table, given.decimal)
+    columns = read_columns(given.table, given.decimal, (*plant.system.states, *plant.system.inputs))
     with errors_of(given.table):
         wanted = columns.samples(plant) if given.interpolation else columns.table(plant)
     if isinstance(wanted, Table):
@@ -106,6 +106,7 @@ def _content(path: Path) -> object:
 
 _TIMES, _STEPS = ("t", "time"), ("k", "step")
 _LENGTHS = {name: float(unit.length) for name, unit in CLOCKS.items() if isinstance(unit, Ticks)}
+_LENGTHS |= dict.fromkeys(("sec", "seconds", ""), 1.0)
 _HEADING = re.compile(r"([^\[(]+?)\s*(?:[\[(](.*)[\])])?")
 
 _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
@@ -132,7 +133,8 @@ class Columns:
             if name in _STEPS:
                 return self[name] * sampling_time
             if unit not in _LENGTHS:
-                raise ValueError(f"{heading}: expected a unit of time, one of {', '.join(_LENGTHS)}, got {unit!r}")
+                known = ", ".join(filter(None, _LENGTHS))
+                raise ValueError(f"{heading}: expected a unit of time, one of {known}, got {unit!r}")
             return self.cells.numbers(heading, _LENGTHS[unit])
         raise ValueError(f"expected a column named k or step, or t or time; the columns are {', '.join(self.headings)}")
 
@@ -170,8 +172,10 @@ class Columns:
         return {name: Samples(times, self[name]) for name in found}
 
 
-def read_columns(path: Path, decimal: str = ".") -> Columns:
+def read_columns(path: Path, decimal: str = ".", names: Collection[str] = ()) -> Columns:
     """Read a CSV file with a header, separated as `CsvLayout` detects; `decimal` is the mark in numbers.
+
+    Headings that are one of `names`, such as "x(1)", have no unit.
 
     InputError: it cannot be read, or has no such form.
     """
@@ -181,7 +185,7 @@ def read_columns(path: Path, decimal: str = ".") -> Columns:
         raise InputError(f"{path}: expected a header and two rows at least, got {len(filled)} rows that are not empty")
     headings = dict[str, tuple[str, str]]()
     for heading in table.columns:
-        match = _HEADING.fullmatch(heading)
+        match = None if heading in names else _HEADING.fullmatch(heading)
         name, unit = match.groups("s") if match else (heading, "s")
         if name in headings:
             raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")

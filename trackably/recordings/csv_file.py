@@ -170,6 +170,7 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
 
     If the layout names no separator, choose the one that gives all wanted names, or otherwise most of them, and among
     equals most names. Names may have spaces, which separate only if that gives all of them, or if nothing else does.
+    No name is a separator itself, as spaces around commas would make it.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
@@ -181,6 +182,7 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
         raise refused[0]
     if not any(firsts.values()):
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
+    firsts = {separator: cells for separator, cells in firsts.items() if not {*cells} & {*SEPARATORS}} or firsts
     wanted_in = {separator: sum(name in cells for name in names) for separator, cells in firsts.items()}
     is_mark = {separator: separator != " " and len(cells) > 1 for separator, cells in firsts.items()}
     separator = max(firsts, key=lambda of: (wanted_in[of] == len(names), is_mark[of], wanted_in[of], len(firsts[of])))

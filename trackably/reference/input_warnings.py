@@ -36,7 +36,9 @@ _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # in widths of the bounds: units are in doubt if most samples, or a mean, lie further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
-_SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6)  # changes of units that may have been meant, in the order tried
+_DEGREE = np.pi / 180
+# Changes of units that may have been meant, in the order tried.
+_SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6, _DEGREE, 1 / _DEGREE)
 _INSIDE = 0.01  # of its width: a value is well within bounds that is further from them than this part
 _DEEPEST = 6  # nested parts of a formula that are written out
 _SEEN = 1e-3  # of the width of bounds: samples in the right unit differ by more than this part
@@ -322,7 +324,8 @@ def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
     if off > _BEYOND * bounds.width:
         seen = [scale for scale in _SCALES if scale * np.ptp(samples.values) > _SEEN * bounds.width]
         fitting = [scale for scale in seen if np.quantile(_outside(samples, bounds, scale), _MOST) <= 0]
-        hint = f" Column(..., scale={fitting[0]:g}) would bring most of them inside" if fitting else ""
+        degrees = ", or np.radians of them if they are degrees," if _DEGREE in fitting else ""
+        hint = f" Column(..., scale={fitting[0]:g}){degrees} would bring most of them inside" if fitting else ""
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
             f"{np.median(samples.values):.6g}: are both in the same unit?{hint}"

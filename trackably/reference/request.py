@@ -154,7 +154,8 @@ class Measurements:
     @cached_property
     def known_noise(self) -> dict[str, float]:
         """The noise of each name for which a number is given."""
-        given = {name: _value_of(self.noise_std, name, "noise_std") for name in self.given}
+        of = self.noise_std
+        given = {name: of.get(name) if isinstance(of, Mapping) else of for name in self.given}
         return {
             name: float(value) for name, value in given.items() if is_number(value) and not isinstance(value, Learned)
         }

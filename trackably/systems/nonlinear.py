@@ -54,9 +54,9 @@ class NonlinearSystem(subject.NonlinearSystem):
             return
         if len(self.inputs) != n:
             raise ValueError(
-                f"system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or a "
-                f"flat form, which is found for short chains only; got {len(self.inputs)} ({', '.join(self.inputs)}) "
-                f"for {n} ({', '.join(self.states)})"
+                "system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or "
+                f"flat=FlatForm.of(…), which is found for short chains only; got {len(self.inputs)} "
+                f"({', '.join(self.inputs)}) for {n} ({', '.join(self.states)})"
             )
         for node in (part for formula in self.solution.values() for part in parts(formula)):
             match node:

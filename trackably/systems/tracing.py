@@ -217,9 +217,14 @@ def require_same_values(
         for state, formula, number, value in zip(states, formulas, seen.tolist(), expected.tolist(), strict=True):
             if not _agree(formula, dict(zip(names, at.tolist(), strict=True)), number, value):
                 where = ", ".join(f"{name} = {of:.6g}" for name, of in zip(names, at.tolist(), strict=True))
+                if not np.array_equal(seen, _values_of(f, *np.split(at.copy(), [n]))[0], equal_nan=True):
+                    raise ValueError(
+                        f"system: f must give the same values in each call, but at {where} it gave others in the "
+                        "second; it may draw numbers, count, or change what it uses"
+                    )
                 raise ValueError(
                     f"system: f must be one formula for all states, inputs and calls, but at {where} it "
-                    f"{said or f'gives {state} = {number:.6g}'}, and its formula {state} = {value:.6g}; use {SUPPORTED}"
+                    f"{said or f'gives {state} = {number!r}'}, and its formula {state} = {value!r}; use {SUPPORTED}"
                 )
 
 

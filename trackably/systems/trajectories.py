@@ -48,7 +48,8 @@ class Functional(subject.Functional):
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
         """The pairs (c, w_c) of the signals with a nonzero weight, in float64."""
-        return [(c, np.array([float(w) for w in weights])) for c, weights in enumerate(self.weights) if any(weights)]
+        found = (np.array([float(w) for w in weights]) for weights in self.weights)
+        return [(c, w) for c, w in enumerate(found) if w.any()]
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return q if every signal c is constant at `levels[c]`."""

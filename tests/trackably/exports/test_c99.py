@@ -136,6 +136,10 @@ def test_values_are_within_the_certified_error(name: str, program: Path) -> None
     np.testing.assert_allclose(values[:, : states.shape[1]], states, atol=1e-6)
 
 
+def test_a_square_is_a_product(tmp_path: Path) -> None:
+    assert "pow(" not in nonlinear().to_c(tmp_path / "tank.h", "tank").read_text()
+
+
 @pytest.mark.parametrize("which", PIECES, ids="_".join)
 def test_values_of_polynomial_pieces_are_within_the_certified_error(which: tuple[str, str], program: Path) -> None:
     name, beyond = "_".join(which), which[1]

@@ -57,10 +57,19 @@ def test_what_is_proved(folder, capsys, system):
 
 
 def test_times_are_in_the_unit_of_their_heading_and_notes_are_not_read(folder, capsys):
-    rows = [f"{50 * k} {x},seen" for k, x in enumerate(np.linspace(0, 0.1, 30))]
-    (folder / "ms.csv").write_text("time (ms),position [m],note\n" + "\n".join(rows).replace(" ", ",") + "\n")
-    code, text = said(capsys, "ms.csv", "--system", "system.json", "--interpolation", "linear")
-    assert (code, "proved for all real t from 0 s to 1.45 s" in text) == (0, True)
+    for unit, step in (("ms", 50), ("sec", 0.05)):
+        rows = "".join(f"{step * k:.6g},{x},seen\n" for k, x in enumerate(np.linspace(0, 0.1, 30)))
+        (folder / "table.csv").write_text(f"time ({unit}),position [m],note\n{rows}")
+        code, text = said(capsys, "table.csv", "--system", "system.json", "--interpolation", "linear")
+        assert (code, "proved for all real t from 0 s to 1.45 s" in text) == (0, True)
+
+
+def test_names_may_have_parentheses(folder, capsys):
+    system = {**SYSTEM["system"], "states": ["x(1)", "x(2)"]}
+    (folder / "system.json").write_text(json.dumps({**SYSTEM, "system": system}))
+    rows = (folder / "table.csv").read_text().partition("\n")[2]
+    (folder / "table.csv").write_text(f"k,x(1),x(2),force\n{rows}")
+    assert said(capsys, "table.csv", "--system", "system.json")[0] == 0
 
 
 def test_decimal_commas_are_read_if_asked_for(folder, capsys):

@@ -20,6 +20,13 @@ def test_no_numbers(text, mark):
         exact(text, mark)
 
 
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_exact_is_exact(value):
+    number = exact(value)
+    assert Fraction(number) == Fraction(value)
+    assert scale_once(number, 1.0).hex() == value.hex()
+
+
 @given(st.decimals(allow_nan=False, allow_infinity=False, min_value=-1e9, max_value=1e9, places=6))
 def test_a_scaled_number_is_rounded_once(number):
     for scale in ("1e-3", "0.1", "-0.3", "1e6"):

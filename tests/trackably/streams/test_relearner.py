@@ -9,9 +9,12 @@ import pytest
 from tests.trackably.plants import AXIS
 from trackably import (
     BudgetExceeded,
+    ConstrainedSystem,
     Controller,
     Infeasible,
+    LinearSystem,
     Plan,
+    Polytope,
     Proved,
     Relearner,
     Samples,
@@ -130,3 +133,17 @@ def test_states_that_show_one_signal_keep_their_own_noise():
     assert found.objective == pytest.approx(anew.objective, abs=1e-3)
     with pytest.raises(ValueError, match=r"noise_std: must be given as a number for each of position and velocity"):
         Relearner(first)(arrived)
+
+
+def test_noise_need_not_be_given_again_for_a_state_that_shows_a_signal_alone():
+    states, inputs = ("position", "velocity", "level"), ("force", "inflow")
+    A, B = [[1.0, 0.05, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.9]], [[0.00125, 0.0], [0.05, 0.0], [0.0, 0.1]]
+    system = LinearSystem(A, B, sampling_time=0.05, states=states, inputs=inputs)
+    plant = ConstrainedSystem(system, Polytope.box([-2.0] * 3, [2.0] * 3), Polytope.box([-9.0] * 2, [9.0] * 2))
+    noise = {"position": 0.02, "velocity": 0.05}
+    given = {"position": window(0), "velocity": window(0, RATES), "level": window(0)}
+    first = learn_reference(
+        given, plant, KERNEL, "all_times", **{**OPTIONS, "mean": 0.0, "noise_std": {**noise, "level": 0.02}}
+    )
+    found = Relearner(first, noise_std=noise)(given)
+    assert found.objective == pytest.approx(first.objective, abs=1e-3)

@@ -1,16 +1,19 @@
 """A system with its sets: which quantities are bounded, what they are called, and what is refused."""
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.nonlinear_instances import INSTANCES
+from trackably.checker.formulas import Name, Operation
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
+from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
-from trackably.systems.trajectories import Quantities
+from trackably.systems.trajectories import Functional, Quantities, Trajectory
 
 AXIS = LinearSystem(
     np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.005], [0.1]]), states=("position", "velocity"), sampling_time=0.1
@@ -33,9 +36,11 @@ def test_each_row_is_a_quantity_with_a_name_of_its_own():
 
 OBLIQUE = Polytope([[1.0, 0.5], [0.3, -2.0]], [-9.0, -9.0], [9.0, 9.0])
 VEHICLE = ConstrainedSystem(INSTANCES["vehicle"].system, OBLIQUE, OBLIQUE)
+RISING = Polytope.box([-3.0], [PolynomialPieces.lines({0.0: 4.0, 3.0: 5.0})])
+PUSHED = ConstrainedSystem(replace(AXIS, c=np.array([0.1, -0.2])), STATES, RISING)
 
 
-@over({"linear": PLANT, "nonlinear": VEHICLE}, "plant")
+@over({"linear": PLANT, "affine, with a bound that moves": PUSHED, "nonlinear": VEHICLE}, "plant")
 def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
     t, signals = np.linspace(0, 3, 31), [lambda t: np.sin(3 * t) + 0.2 * t, lambda t: np.cos(2 * t)]
     states, inputs = (
@@ -46,3 +51,21 @@ def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
     together, which = Quantities(plant.quantities, signals), np.arange(len(t)) % len(expected)
     np.testing.assert_allclose(together.values(t), expected)
     np.testing.assert_allclose(together.values_of(which, t), expected[which, np.arange(len(t))])
+    ends = [plant.quantities[q].bounds.ends(at) for q, at in zip(which, t, strict=True)]
+    np.testing.assert_array_equal(together.ends_of(which, t), np.transpose(ends))
+
+
+def test_a_weight_too_small_for_float64_is_zero():
+    tiny = Functional(Fraction(1), ((Fraction(1, 10**400),),), 0.1)
+    np.testing.assert_array_equal(tiny([np.exp], np.arange(3.0)), np.ones(3))
+
+
+def test_weights_of_a_product_at_shifts_that_are_no_neighbours():
+    weights = {"now": (Fraction(1),), "later": (Fraction(0), Fraction(0), Fraction(1))}
+    product = Trajectory.of_formula(
+        Operation("*", Name("now"), Name("later")),
+        {name: Functional(Fraction(0), (w,), 0.1) for name, w in weights.items()},
+    )
+    [(signal, found)] = product.weights_at([np.exp], np.array(0.5))
+    assert signal == 0
+    np.testing.assert_allclose(found, [np.exp(0.7), 0.0, np.exp(0.5)])

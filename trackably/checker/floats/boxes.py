@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, stays_inside
-from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stack, stay_between, sums
+from trackably.checker.floats.intervals import Floats, Mask, bernstein_on_box, join, stack, stay_between, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
 from trackably.checker.formulas import parts
@@ -37,7 +37,8 @@ def boxes_left(
     every = {q.name: q for h in held.values() for q in h}
     formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     wanted = {shifted for q in every.values() for shifted in _needs(q)}
-    for some, known in _enclosed(subject, wanted, list(held), terms, sum(len(parts(formula)) for formula in formulas)):
+    beside = len(every) + sum(len(parts(formula)) for formula in formulas)
+    for some, known in _enclosed(subject, wanted, list(held), terms, beside):
         start, tried, rows = exactly(min(box.start for box in some)), list[tuple[Box, Quantity]](), []
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
             for q in every.values():
@@ -50,11 +51,29 @@ def boxes_left(
             first, *others, missed = every_row
             near = join([c.at(None) for c in (around(first, missed), *others)], axis=0)
             kept = stay_between(bernstein_on_box(near), low, high)
-        for i in np.flatnonzero(~kept).tolist():
-            of_box = _model(Model([first, *others], missed), i)
-            kept[i] = of_box is not None and stays_inside(of_box, tried[i][1], tried[i][0])
-        proved = {(box, q.name) for (box, q), stays in zip(tried, kept.tolist(), strict=True) if stays}
-        yield from ((box, [q for q in held[box] if (box, q.name) not in proved]) for box in some)
+        found_at = {(box, q.name): i for i, (box, q) in enumerate(tried)}
+        yield from _left(held, some, found_at, kept, Model([first, *others], missed))
+
+
+def _left(
+    held: Mapping[Box, list[Quantity]],
+    boxes: Sequence[Box],
+    found_at: Mapping[tuple[Box, str], int],
+    kept: Mask,
+    models: Model,
+) -> Iterator[tuple[Box, list[Quantity]]]:
+    """Yield boxes with the quantities that are left; what is not `kept` is decided in whole numbers, box by box.
+
+    `found_at` has the index of a quantity's model in a box; those that may be undefined there have none.
+    """
+    for box in boxes:
+        left = []
+        for q in held[box]:
+            i = found_at.get((box, q.name))
+            of_box = None if i is None or kept[i] else _model(models, i)
+            if i is None or not (kept[i] or (of_box and stays_inside(of_box, q, box))):
+                left.append(q)
+        yield box, left
 
 
 def models(

@@ -18,7 +18,7 @@ from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
-from trackably.checker.boxes import around_instant
+from trackably.checker.boxes import around_instant, stays_inside
 from trackably.checker.floats import boxes
 from trackably.checker.floats.intervals import stay_between
 from trackably.checker.intervals import INFINITE, ZERO
@@ -37,6 +37,14 @@ def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
     monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, boxes=counting))
     assert isinstance(check(data), Proved)
     return sum(every for every, _ in counted), sum(rest for _, rest in counted)
+
+
+def test_a_broken_bound_is_found_before_later_boxes_are_decided(monkeypatch):
+    """A file whose bounds are broken everywhere takes no longer than up to its first box."""
+    asked = []
+    monkeypatch.setattr(boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
+    assert check(changed(data_of("instants"), "reference.plant.state_set.upper.0", -0.6)).reason.endswith("at step 0")
+    assert len(asked) <= 2  # a state and an input
 
 
 @pytest.mark.parametrize("kind", [*VALID, "tank", "pendulum"])

@@ -41,6 +41,11 @@ REFUSALS = {
         {},
         ": there is no column 't'; with the separator ';' there are 't [s]', 'x [mm]'",
     ),
+    "spaces around marks": (
+        "t , x [mm]\n0 , 1\n",
+        {},
+        ": there is no column 'x'; with the separator ',' there are 't', 'x [mm]'",
+    ),
     "too large": ("t,x\n0,1e400\n", {}, ", line 2, column 'x': expected a number that fits a float64, got 1.000e+400"),
     "decimal commas without quotes": (
         "t,x\n0,1,5\n",

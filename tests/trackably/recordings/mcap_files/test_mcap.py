@@ -50,8 +50,14 @@ def test_every_encoding_compression_and_time(path, write, of):
     assert cleaning.findings == (Finding("no value of effort", 1, "message 4"),)
 
 
-def read(path, field, time=LOG_TIME):
-    return read_mcap(path, {"x": Field(TOPIC, field, time=time)})
+def read(path, field, time=LOG_TIME, **options):
+    return read_mcap(path, {"x": Field(TOPIC, field, time=time)}, **options)
+
+
+def test_times_count_from_the_origin_that_is_given(path):
+    recording = read(written(path, {"x": 1}), "x", origin=START - 1)
+    assert recording.origin == START - 1
+    assert recording["x"].times.tolist() == [pytest.approx((read(path, "x").origin - START + 1) / 10**9)]
 
 
 def written(path, *messages):

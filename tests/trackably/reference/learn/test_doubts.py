@@ -92,6 +92,8 @@ DOUBTFUL = {
               r"outside of its bounds \[-1\.1, 0\.2\], around 9.*same unit\? Column\(.*scale=0\.001\) would"),
     "centimetres": (asked(samples=Samples(TIMES, 40 + 20 * np.sin(TIMES)), plant=HIGH), r"same unit\? Column\(\.\.\., "
               r"scale=0\.01\) would bring most of them inside"),
+    "degrees beside radians": (asked(samples=Samples(TIMES, 9 * np.sin(TIMES) - 40)), r"same unit\? Column\(\.\.\., "
+              r"scale=0\.001\), or np\.radians of them if they are degrees, would bring most of them inside"),
     "kelvins": (asked(samples=Samples(TIMES, 293 + np.sin(TIMES))), r"are both in the same unit\?$"),
     "a gap": (asked(samples=Samples(SAMPLES.times + 5.0 * (TIMES > 1.3), SAMPLES.values)), "there is none of position "
               r"for 5\.2 s after 1\.2 s, where there is usually one every 0\.2 s: is a part missing\?"),

@@ -80,7 +80,7 @@ def in_a_thread(call):
         return pool.submit(call).result()
 
 
-COUNTED, KEPT = count(1), dict[str, object]()
+COUNTED, CALLED, KEPT = count(1), count(), dict[str, object]()
 DISGUISED = {
     "clamped inside try": (tolerant(Exception), "it compares a value"),
     "clamped, whatever is raised": (tolerant(BaseException), "it compares a value"),
@@ -97,7 +97,11 @@ DISGUISED = {
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
     "NaN replaced": (lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]], "it gives a = .*, and its formula a = nan"),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
-    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "all states, inputs and calls, but at .* it gives a = "),
+    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* it may draw numbers"),
+    "another first call": (
+        lambda x, u: [x[0] + (2 if next(CALLED) == 0 else 1) * u[0]],
+        "all states, inputs and calls, but at .* it gives a = ",
+    ),
 }
 
 
