@@ -19,7 +19,7 @@ from trackably.errors import InputError
 REQUIRED = "BROWSER_TESTS"
 """Environment variable: where it says `required`, a missing browser or viewer is a failure and not a reason to skip."""
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
-PATIENCE = 60.0  # s; a machine under load draws slowly
+PATIENCE = 120.0  # s; a machine under load draws slowly, and reads a browser slowly that it has not opened for long
 _PAUSE, _CHANGE = 0.3, 1.0  # s
 _COLOURFUL = 40  # difference of channels: where a single value is drawn, few pixels have it
 
@@ -57,6 +57,7 @@ def opened() -> Iterator[Any]:
         try:
             page = browser.new_page(viewport={"width": 1280, "height": 800})
             side_bar = '{"state": {"sidebarItem": "connection"}, "version": 0}'
+            page.set_default_timeout(PATIENCE * 1e3)
             page.add_init_script(f"localStorage.setItem('fox.workspace', '{side_bar}')")
             yield page
         finally:
