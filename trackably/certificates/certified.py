@@ -114,7 +114,8 @@ def learn_certified(
     fallback = first.fallback
     if fallback is None or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
-    # The given space is searched again: length scales too long for a function may suit hyperparameters alone.
+    # Hyperparameters alone are searched in the whole space that was given: length scales that are too long for a
+    # function may suit them.
     other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
         return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other

@@ -39,7 +39,8 @@ LATEST = 1e60
 _PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
 _TIMES = 101  # times of a window at which errors of formulas are estimated
 _SLACK = 1.02  # factor of stated errors, which then also hold after a small change of the reference
-_NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)  # the claim of a draft
+# A draft has no proof yet: its claim stands for one, and is not read.
+_NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)
 _FORMULA_ERROR = 2.0
 """Factor from the errors of formulas at single times to the stated errors, which have to hold in whole boxes."""
 

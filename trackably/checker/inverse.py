@@ -1,8 +1,9 @@
 """Nonlinear systems, an extension: x⁺ = f(x, u), solved for u.
 
-Theorem. A system may be x⁺ = f(x, u), with formulas f and as many inputs as states and signals. Let x_i(t) = z_i(t),
-and let u(t) be the only solution of f(x(t), u) = x(t + T). If `check` answers Proved, then u(t) exists and is unique,
-and all else is as for linear systems.
+Theorem. A system may be x⁺ = f(x, u), with formulas f and as many inputs as states and signals z_i. Let
+x_i(t) = z_i(t), and let u(t) be the only solution of f(x(t), u) = x(t + T), with the sampling time T. If `check`
+answers Proved, then u(t) exists and is unique, and states and inputs keep their bounds as the theorem for linear
+systems says.
 
 Proof. Each formula is split into f0_i(x) + Σ_j G_ij(x) u_j: a sum or difference term by term, a product or quotient
 by the one factor that contains inputs, which is no denominator. Other f are refused. x⁺ = f0(x) + G(x) u is solved
@@ -12,11 +13,12 @@ every part of f is in the formula of some input, and every input is in some boun
 shown to be defined (no divisor is zero; arguments of log, sqrt and fractional powers are positive), f is defined, and
 u exists and is unique.
 
-In boxes, formulas of polynomials are again polynomials with a bound of their error (`models`). In the tail, by the
-mean-value theorem, a formula differs from its value at rest by a weighted sum of e(t + j T), whose weights are the
-slopes of the formula at some point between. Rounding errors are propagated from operation to operation where the
-signals are (`rounding`), as those of flat forms: nothing is demanded of f elsewhere in X. In the code, None stands for
-a formula that is zero.
+In boxes, formulas of polynomials are again polynomials with a bound of their error (`models`). In the tail (all times
+after the boxes), by the mean-value theorem, a formula differs from its value at rest by a weighted sum of e(t + j T),
+the differences of the signals from their values at rest. Its weights are the slopes of the formula at some point
+between.
+Rounding errors are propagated from operation to operation where the signals are (`rounding`), as those of flat forms:
+nothing is demanded of f elsewhere in the state set. In the code, None stands for a formula that is zero.
 """
 
 from collections.abc import Callable, Sequence

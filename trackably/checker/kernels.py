@@ -283,7 +283,7 @@ class Matern(Elementary):
 
     @cached_property
     def rate(self) -> Real:
-        """λ [1/s], as an interval."""
+        """λ [1/s] in κ(r) = θ₁² P(λ|r|) exp(−λ|r|), as an interval that contains it."""
         return root(self.square) / self.length
 
     @abstractmethod
@@ -585,7 +585,10 @@ _DOUBLINGS, _HALVINGS = 10, 15
 
 
 class Reach(NamedTuple):
-    """A distance [s], infinite if none was found, and upper bounds of |κ| and |κ̇| at all larger distances."""
+    """A distance [s], and upper bounds of |κ| and |κ̇| at all larger distances.
+
+    The distance is infinite if none was found at which these are small enough.
+    """
 
     distance: float
     decay: Decay

@@ -204,7 +204,7 @@ class Row:
 
     @property
     def moves(self) -> bool:
-        """Whether an end moves in time."""
+        """Whether the lower or the upper end moves in time."""
         return isinstance(self.low, Pieces) or isinstance(self.high, Pieces)
 
     @property
@@ -220,7 +220,9 @@ class Row:
 
 def _constant(end: End) -> float:
     if isinstance(end, Pieces):
-        raise UndecidedError("a bound moves in time, but this step of the proof covers constant bounds only")
+        raise UndecidedError(
+            "a bound moves in time, but tables, redundant inputs and disturbances take constant bounds only"
+        )
     return end
 
 

@@ -86,7 +86,9 @@ def short(number: Fraction) -> Fraction:
 def require_room(count: int, bits: int) -> None:
     """Raise UndecidedError if `count` integers of `bits` bits have more than `BITS_TOGETHER` bits together."""
     if count * bits > BITS_TOGETHER:
-        raise UndecidedError(f"not decided with whole numbers of {BITS_TOGETHER} bits together")
+        raise UndecidedError(
+            f"not decided: exact arithmetic would need whole numbers of more than {BITS_TOGETHER} bits in total"
+        )
 
 
 def _peak() -> float:

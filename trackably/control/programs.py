@@ -129,7 +129,10 @@ class StepPrograms:
 
     @cached_property
     def tracking(self) -> Program:
-        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R for a given e(N) (0: on the reference), with e and v within their slack."""
+        """min Σ_(i<N) ‖e(i)‖²_Q + ‖v(i)‖²_R for a given e(N), where e and v keep the plant's bounds.
+
+        With e(N) = 0 the plan ends on the reference.
+        """
         return self._program(2 * self.weights)
 
     @cached_property

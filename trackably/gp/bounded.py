@@ -104,7 +104,7 @@ class BoundedNormal:
         """
         found = least_norm(self.normals, self.offsets - _INSIDE)
         if found is None:
-            raise NoRoom(f"no point that keeps all bounds by {_INSIDE:g} standard deviations was found in float64")
+            raise NoRoom(f"no draw is inside all bounds by {_INSIDE:g} standard deviations: they leave too little room")
         return found
 
     def draws(self, count: int, seed: int) -> Array:

@@ -170,7 +170,7 @@ def amplitude(scales: Scales) -> Search:
 
 
 def noise(scales: Scales) -> Search:
-    """Return where to search for the standard deviation of noise."""
+    """Return the interval in which the standard deviation of noise is searched, in the unit of the samples."""
     size = scales.amplitude
     return Search((1e-4 * size, 1e1 * size), (1e-2 * size, size))
 

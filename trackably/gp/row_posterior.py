@@ -1,4 +1,7 @@
-"""The posterior of rows given samples: mean, covariance, and the function for given multipliers of the rows."""
+"""The posterior of rows (linear functionals, such as values and derivatives at single times) given samples.
+
+It has their mean and covariance, and the function that belongs to given Lagrange multipliers, one for each row.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property as cached

@@ -63,7 +63,9 @@ class ConstrainedProblem:
             raise ValueError("means: expected an interval or None for each process, and no bounds or given values")
         count = sum(len(samples) for samples in self.samples)
         if len(self.samples) != len(self.prior.parts):
-            raise ValueError(f"samples: expected {len(self.prior.parts)}, one per process, got {len(self.samples)}")
+            raise ValueError(
+                f"samples: expected {len(self.prior.parts)} Samples, one for each process, got {len(self.samples)}"
+            )
         if count < len(self.prior.learned):
             raise ValueError(
                 f"samples: expected at least as many samples as learned hyperparameters, got {count} "

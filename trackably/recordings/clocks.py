@@ -125,8 +125,8 @@ class DateTimes:
             raise ValueError(f'clock: expected a zone like "Z" or "+01:00", got {self.zone!r}')
         if self._day is None:
             raise ValueError(
-                f"clock: expected a format with day, month and year, or with a time of day from the hour on, and "
-                f"without the name of a zone, like {_GERMAN}, got {self.format!r}"
+                f"clock: expected a format with day, month and year, or with hour and minute, like {_GERMAN}; names of "
+                f"zones are not read; got {self.format!r}"
             )
 
     def seconds(self, stamp: object, _mark: str | None = None) -> Decimal:

@@ -371,7 +371,9 @@ def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[Empi
     own, theirs = first.prior, near.prior
     kinds = [[type(part.kernel) for part in prior.parts] for prior in (own, theirs)]
     if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
-        raise ValueError("near: expected a reference of the same names, with kernels of the same kind")
+        raise ValueError(
+            "near: expected a reference learned from samples of the same names, with the same kinds of kernels"
+        )
     held = replace(first, prior=theirs.as_known(), with_noise=None)
     return held, replace(FUNCTION, solve=partial(function_near, near.fit.solution))
 

@@ -51,7 +51,9 @@ class SavedTightening:
         """Return the tightening, computed again. ValueError: its bounds are not those of the reference's `plant`."""
         found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise, self.model_error)
         if as_written(found.plant) != as_written(plant):
-            raise ValueError("tightening: the bounds of the reference are not the tightened ones")
+            raise ValueError(
+                "tightening: the bounds of the reference are not the tightened ones; was the file changed?"
+            )
         return found
 
 

@@ -373,10 +373,11 @@ _NO_MULTIPLIER = 1e-9  # a multiplier whose absolute value is at most this count
 
 
 def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()) -> Array:
-    """Return the ends of the cells [s]: all measurement times from the first sample to the last, and times
-    in between if these are few.
+    """Return the ends of the cells [s] in which the distance to the true signal is bounded.
 
-    For a claim of a window, only times in the window count. ValueError: fewer than two samples lie in it.
+    They are all times of samples and of `derived` values, from the first sample to the last. If there are no more than
+    `cells` of them, times in between are added. For a claim of a window, only times in the window count. ValueError:
+    fewer than two samples lie in it.
     """
     start, end = of.samples.times[0], of.samples.times[-1]
     if isinstance(claim, Window):

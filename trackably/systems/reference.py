@@ -76,7 +76,9 @@ class Reference:
     def kernel_sums(self) -> tuple[KernelSum, ...]:
         """The signals of a learned reference. ValueError: they are polynomial pieces."""
         if self.pieces:
-            raise ValueError("reference: signals must be sums of kernels here, but are polynomial pieces")
+            raise ValueError(
+                "reference: expected a learned one, with sums of kernels as signals, got one of polynomial pieces"
+            )
         return tuple(signal for signal in self.signals if isinstance(signal, KernelSum))
 
     @property

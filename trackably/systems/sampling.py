@@ -61,8 +61,8 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
         if not given:
             raise ValueError(f"samples: none are given; expected {wanted}")
         raise ValueError(
-            f"samples: {plant.signal_count} flat outputs determine all states, one for each input that matters, but "
-            f"{len(missing)} of them cannot be seen in samples of {given}: also give {wanted}{_where(plant)}"
+            f"samples: the system has {plant.signal_count} flat outputs, which determine all states, but samples of "
+            f"{given} do not show {len(missing)} of these outputs: also give {wanted}{_where(plant)}"
         )
     return ordered
 

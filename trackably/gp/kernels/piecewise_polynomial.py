@@ -15,14 +15,14 @@ from trackably.gp.kernels.elementary import Radial, horner, powers
 
 
 class _PiecewisePolynomial(Radial):
-    """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero elsewhere: instants θ₂ or more apart are uncorrelated.
+    """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero elsewhere, with s = r/θ₂, the `power` p and the `polynomial` Q.
 
-    A signal of this kernel equals its prior mean when θ₂ has passed since its last centre: it comes to rest after a
-    finite time. For |s| ≥ 1, κ and κ̇ are zero, so they decrease, but not strictly; bounds of all later times need no
-    more (Assumptions 3 and 4 of the paper).
+    Instants θ₂ or more apart are uncorrelated: a signal of this kernel equals its prior mean when θ₂ has passed since
+    its last centre. It comes to rest after a finite time. κ and κ̇ are zero from there on; they need not decrease
+    strictly (Assumptions 3 and 4 of the paper).
 
     n < p derivatives turn (1 − s)ᵖ Q into (1 − s)ᵖ⁻ⁿ Q_n with Q_(n+1) = (1 − s) Q_n' − (p − n) Q_n. Where a derivative
-    jumps, at s = 0 or |s| = 1, the jet has the midpoint.
+    jumps, at s = 0 or |s| = 1, the mean of both sides is returned.
     """
 
     power: ClassVar[int]

@@ -98,10 +98,10 @@ class DualSolution:
 def solve_dual(
     covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None
 ) -> DualSolution | None:
-    """Return the multipliers for the covariance K (r, r) of the rows and d = `demand` (r,).
+    """Return the λ that maximise 2 λᵀ d − λᵀ K λ, for the covariance K (r, r) of the rows and d = `demand` (r,).
 
-    None if K is not positive semidefinite up to rounding. The search starts with the rows that are `likely` to have a
-    multiplier, flags of shape (r,).
+    λ ≥ 0 except where `is_equation` holds. None if K is not positive semidefinite up to rounding. The search starts
+    with the rows whose multipliers are `likely` to be positive. Flags have shape (r,).
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale

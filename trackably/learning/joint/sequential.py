@@ -35,7 +35,8 @@ from trackably.work import done
 # relative to the prior variance, times the root of their number.
 _WEAK = 1e-11
 _ROUNDING = 4 * float(np.finfo(float).eps)
-_FILTERED = 1e-6  # relative to the largest eigenvalue: weaker directions hardly count when a start is written as ξ
+# Relative to the largest eigenvalue: eigenvectors with smaller ones are damped when a function is written in ξ.
+_FILTERED = 1e-6
 _PRECISION = 1e-7  # relative to 1 + the price: a search ends when a step promises to lower the price by less
 _RADIUS = 2.0  # the largest first step in each component of ξ
 _MOST_STEPS = 60  # a search that has not converged after this number of steps ends
