@@ -22,9 +22,9 @@ WRONG = {
     ),
     "no hour": (
         lambda: DateTimes("%d.%m.%Y %M:%S"),
-        "clock: expected a format with day, month and year, or with a time",
+        "clock: expected a format with day, month and year, or with hour and minute",
     ),
-    "neither date nor time": (lambda: DateTimes("now"), "clock: expected a format with day, month and year, or with a"),
+    "neither date nor time": (lambda: DateTimes("now"), "expected a format with day, month and year, or with hour"),
     "stamp as a text": (lambda: Field("/t", "y", time="header.stamp"), 'or a Stamp, as Stamp("header.stamp"), got'),
     "unit number": (lambda: csv(time_unit=1e-3), "expected a time unit, one of s, ms"),
     "counted dates": (

@@ -42,7 +42,7 @@ REFUSALS = {
         {"samples": BOTH, "noise_std": {"position": 0.1}},
         "noise_std: is missing for velocity, given for position",
     ),
-    "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "cannot be seen in samples of a: also give one of b"),
+    "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "do not show 1 of these outputs: also give one of b"),
     "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 depends on several flat outputs"),
     "no kernel for b": ({**ON_CART, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
     "no equilibrium": (
