@@ -273,10 +273,11 @@ def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
     return Floats(low, high)
 
 
-def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
-    """Return the sums of runs of numbers along the last axis: run k begins at firsts[k] and has at most `most`."""
+def sums(of: Floats, firsts: npt.NDArray[np.intp]) -> Floats:
+    """Return the sums of runs of numbers along the last axis: run k begins at firsts[k], and ends before the next."""
+    counts = np.diff(firsts, append=of.low.shape[-1])
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
-    off = size * ((most + 8) * _OPERATION)
+    off = size * ((counts + 8) * _OPERATION)
     low, high = (np.add.reduceat(end, firsts, axis=-1) for end in (of.low, of.high))
     return Floats(low - off, high + off) + Floats.exact(0.0)
 
