@@ -246,12 +246,12 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
-        Rough functions, which touch bounds over long times, and functions that miss their bounds get at once the
-        largest back-off that J allows. If J would rise by more than the allowed gap, the back-off grows in smaller
-        steps.
+        It at least doubles. Rough functions, which touch bounds over long times, and functions that miss their bounds
+        get at once the largest back-off that J allows. If J would rise by more than the allowed gap, the back-off grows
+        in smaller steps.
         """
         enough = self._enough(found)
-        if enough > backoff and (found.missed or found.is_rough):
+        if enough >= 2 * backoff and (found.missed or found.is_rough):
             return enough
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
