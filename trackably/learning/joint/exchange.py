@@ -83,8 +83,10 @@ def exchange_bounds(
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
-        # Violations beside kinks are searched near the end only, because before there would be thousands of them.
-        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= -max(removed, _MATTERS))
+        # Violations beside kinks are searched near the end only, because before there would be thousands of them. But
+        # no exchange ends because all violations are small without this search: those beside kinks may be large.
+        ends_at = -max(removed, tolerance, _MATTERS)
+        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= ends_at)
         if is_close or least >= 0:
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
