@@ -64,6 +64,7 @@ class CentresBefore:
         none = Floats.exact(np.zeros(own.low.shape))
         found, step = [own, *[none] * self.kernel.degree], 1
         while step < len(self.centres):  # each moment is that of the last `step` centres
+            tick()
             earlier = [m.at((slice(None), slice(-step))) for m in found]
             since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
             parts = [(m.at((slice(None), slice(step))), m.at((slice(None), slice(step, None)))) for m in found]
@@ -128,7 +129,7 @@ class ManyCentres:
     weights: Array
 
     @staticmethod
-    @lru_cache(maxsize=16)
+    @lru_cache(maxsize=8)
     def of(signal: Signal) -> "ManyCentres":
         """Return z − m for a signal z with the mean m. Results are cached, with what is known of all centres."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
