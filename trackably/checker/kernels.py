@@ -1,10 +1,11 @@
-"""Kernels, and step 2 of the proof for a single kernel: its enclosure over a box of time.
+"""Kernels, and step 2 of the proof (`checker`) for a single kernel: its enclosure over a box, an interval of time.
 
-A kernel states its Taylor coefficients, a bound on discs, and its decay, by formulas that hold for intervals of mpmath
-and for arrays of float64 intervals alike.
+A kernel states its Taylor coefficients, a bound of |κ| on complex discs, and its decay, by formulas that hold for
+intervals of mpmath and for arrays of float64 intervals alike.
 
 Theorem. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By
-Cauchy's estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ).
+Cauchy's estimate, the error of the first n terms of the Taylor series of κ(t − t_i) about t = s is at most
+M (h/ρ)ⁿ/(1 − h/ρ) in the box.
 
 Kinks. A kernel may have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch
 κ₊ that holds in the middle of the box is continued over all of the box. At most two errors are added. If a kink at 0 is
@@ -16,10 +17,10 @@ side. A box that contains 0, but whose middle is on another branch, is refused.
 Far centres. Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K,
 where K bounds |κ| at all distances ≥ d (`reach`).
 
-Sums of Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r and all centres before t are of the same form. Let a be a
-time with t_i ≤ a ≤ t, u = t − a and v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k P⁽ᵏ⁾(λu) vᵏ/k!, which
-ends with the degree of P. So Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments m_k = Σ_i c_i
-v_iᵏ/k! e^(−v_i). A single kernel has a = t_i, and the moments 1, 0, …
+Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r, r ≥ 0. A sum over centres before t has the form of a single kernel.
+Let a be a time with t_i ≤ a ≤ t for all i, u = t − a and v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k
+P⁽ᵏ⁾(λu) vᵏ/k!, which ends with the degree of P. So Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments
+m_k = Σ_i c_i v_iᵏ/k! e^(−v_i). For a single kernel, a = t_i, and the moments are 1, 0, …
 """
 
 from abc import ABC, abstractmethod
@@ -78,7 +79,7 @@ class Sizes(NamedTuple):
 
 
 class Kink(NamedTuple):
-    """Where the distances r + h x with |x| ≤ 1 are: certainly all ≤ 0 (`before`), or certainly all ≥ 0 (`after`).
+    """Whether the differences r + h x with |x| ≤ 1 are certainly all ≤ 0 (`before`), or certainly all ≥ 0 (`after`).
 
     `oddness` is the result of `Kernel.oddness`; None if it is not computed yet.
     """
@@ -110,12 +111,12 @@ class Kernel(ABC):
 
     @abstractmethod
     def sizes(self, farthest: Real) -> Sizes:
-        """Over-estimate the sizes on which the error of float64 evaluation depends, for |r| ≤ farthest."""
+        """Over-estimate the sizes on which the error of float64 evaluation depends, for |r| ≤ farthest [s]."""
 
     @property
     @abstractmethod
     def numbers(self) -> tuple[float, ...]:
-        """All hyperparameters, which must be positive."""
+        """All hyperparameters; they are positive."""
 
     @property
     def has_kink(self) -> bool:
@@ -139,7 +140,7 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a, and at most n coefficients in x of g, where κ(r + h x) = a e^g(x); None if κ has no such form."""
+        """Return a, and at most n coefficients in x of g, for κ(r + h x) = a e^g(x); None if κ has no such form."""
         return None
 
     def model(self, r: Real, h: Real, radius: Real, n: int, kink: Kink | None = None) -> Model:
@@ -161,8 +162,8 @@ class Kernel(ABC):
         return Model(self.taylor(r, h, n), missed)
 
     def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int, oddness: Real | None) -> Real:
-        """Over-estimate the error of the branch at r on the other side of a kink at 0, from r − half to r + half."""
-        # Right on the kink, r ≥ 0 may not be certain. r ≥ −0.01 half suffices: 1.01 half still reaches the end.
+        """Over-estimate |κ − branch at r| on the other side of a kink at 0, for differences within `half` of r."""
+        # If r is the kink itself, r ≥ 0 may not be certain. r ≥ −0.01 half suffices, as `oddness` covers 1.01 half.
         error = select(surely_at_most(-0.01 * half, r), oddness or self.oddness(half, radius, n), INFINITE)
         # `oddness` bounds the odd powers of the branch at 0, which must be the branch at the middle of the box
         return select(surely_at_most(self.jump(ZERO, abs(r)), ZERO), error, INFINITE)
@@ -175,7 +176,7 @@ class Kernel(ABC):
 
 
 def _exponential_series(a: Real, g: list[Real], n: int) -> list[Real]:
-    """Return n coefficients of a e^g."""
+    """Return n Taylor coefficients of a e^g, from those of g."""
     return [a * coefficient for coefficient in exp_series(g, n)]
 
 
@@ -383,7 +384,7 @@ class RationalQuadratic(Elementary):
 
     @property
     def roundings(self) -> Real:
-        # With q = 1 + r²/(2 α θ₂²): |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) ≤ 2 θ₁²/e, where q = (α + 1)/α.
+        # `decays`: with q = 1 + r²/(2 α θ₂²), |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) is largest, ≤ 2 θ₁²/e, at q = 1 + 1/α.
         return 30 + 6 * self.alpha
 
 
@@ -466,7 +467,7 @@ class PiecewisePolynomial(Elementary):
         return 35  # products of up to 7 factors 1 − s, Q by Horner's rule, θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
-        """Return whether |r| > θ₂ is certain: then the branch is 0, otherwise it is the polynomial."""
+        """Return whether |r| > θ₂ is certain: then κ is enclosed by its branch 0, otherwise by the polynomial."""
         return abs(r).a > self.length
 
 
@@ -587,7 +588,7 @@ _DOUBLINGS, _HALVINGS = 10, 15
 class Reach(NamedTuple):
     """A distance [s], and upper bounds of |κ| and |κ̇| at all larger distances.
 
-    The distance is infinite if none was found at which these are small enough.
+    The distance is infinite if none was found at which |κ| is small enough.
     """
 
     distance: float

@@ -1,7 +1,8 @@
 """The largest files that are read, and the largest effort of a check; the theorem names these numbers.
 
-The limits are far beyond the needs of a proof. A file that exceeds one of the first limits is refused before any work.
-A check that exceeds one of the last, `MEMORY` to `BITS_TOGETHER`, is Undecided. The time can be limited in addition.
+The limits are far beyond the needs of a proof. A file that exceeds one of the limits from `BYTES` to `DEPTH` is refused
+before it is checked. A check that exceeds `MEMORY`, `BITS` or `BITS_TOGETHER` is Undecided, and so is one that exceeds
+the time that it is given.
 """
 
 BYTES = 32_000_000
@@ -20,13 +21,13 @@ ROWS = 10_000
 """Most rows of a set, and most attainable rows."""
 
 CENTRES = BOXES = INSTANTS = CELLS = 500_000
-"""Most centres of a signal, boxes of a bound, instants checked one by one, and breakpoints of a bound in a claim."""
+"""Most centres of a signal, boxes of a bound, instants checked one by one, and breakpoints in one bounded quantity."""
 
 COEFFICIENTS = 100
 """Most coefficients of a polynomial piece."""
 
 POWERS = 10_000
-"""Largest N, and largest s: numbers of powers of A + B K in the proof for a disturbed system."""
+"""Most powers of A + B K in the proof for a disturbed system: the largest N, and the largest s, of `disturbances`."""
 
 TERMS = 64
 """Most terms of a Taylor polynomial."""

@@ -21,7 +21,7 @@ _EVERY = 0.05
 
 
 class UndecidedError(Exception):
-    """The check ends at a limit, which the message names."""
+    """The check ends at a limit of time, memory or length of numbers, which the message names."""
 
 
 @dataclass
@@ -99,7 +99,7 @@ def _peak() -> float:
 
 
 _PATIENCE, _BETWEEN = 3.0, 0.25
-"""Seconds before the first line, and between two lines."""
+"""Seconds from the start to the first line of progress, and between two lines."""
 
 
 class ProgressLine:
