@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
 from functools import cache, partial
-from reprlib import repr as short
+from reprlib import Repr
 from typing import Any, NamedTuple, TypeVar
 
 from trackably.checker import certificate as proofs
@@ -100,6 +100,18 @@ _INDEX_OR_UNIT = f"[{_LETTER}µ0-9²³¹⁻_/·*^°%-]{{1,58}}"
 _IDENTIFIER = re.compile(rf"{_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*")
 _RATIONAL = re.compile(r"-?[0-9]+(/0*[1-9][0-9]*)?")
 _BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}")
+
+
+class _Short(Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        try:
+            return super().repr_int(x, level)
+        except ValueError:  # Python refuses to write integers of more than 4,300 digits
+            return f"an integer of {x.bit_length()} bits"
+
+
+short = _Short().repr
+"""Returns a value as a short text for messages, whatever its size."""
 
 
 class UnreadableError(ValueError):
