@@ -20,7 +20,7 @@ from trackably.systems.trajectories import Quantities, Signals, Trajectory
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
 _FEW_CENTRES = 100  # if a signal has at most this many, formulas are also examined at each of its centres
-_TRIED = 8  # number of the worst times at which failures are sought
+_TRIED = 8  # number of times with the smallest margins at which violations are sought
 _REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum; the factor from the reach of one to the next one's
 
 
@@ -88,9 +88,7 @@ def _shifts(reference: Reference) -> Array:
 
 
 def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:
-    """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and
-    some times in between.
-    """
+    """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and times in between."""
     breaks = [np.array([start, end])]
     for signal in signals:
         ends, turns = signal.breakpoints, np.zeros(1)
@@ -108,7 +106,7 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:
-    """Return the times [s] of local minima by parabolas through three times, closer together from one to the next."""
+    """Return the times [s] of local minima of `margins`, refined by parabolas through three times closer and closer."""
     inner = margins[:, 1:-1]
     which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))
     lowest, reach = times[at + 1], (times[at + 2] - times[at]) / 2

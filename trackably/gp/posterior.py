@@ -29,9 +29,9 @@ class Posterior:
     """A Gaussian process given samples.
 
     Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of K + σ_n²
-    I. Raises IllConditioned, on first use, if it does not exist. If there is a `base`, this function is the prior mean;
-    it has the kernel and the mean of the prior, whose hyperparameters are then known. Otherwise the prior mean is the
-    constant of the prior.
+    I; they raise IllConditioned if this matrix is not positive definite in float64. If there is a `base`, this function
+    is the prior mean; it has the kernel and the mean of the prior, whose hyperparameters are then known. Otherwise the
+    prior mean is the constant of the prior.
     """
 
     prior: Prior
@@ -62,7 +62,10 @@ class Posterior:
         return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
 
     def jets(self, t: Array, order: int) -> Array:
-        """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`, with shape (1 + p, order + 1, *t.shape)."""
+        """Return the mean m⁺, then its ∂/∂ln θ_j, at t [s], each with its time derivatives up to `order`.
+
+        The shape is (1 + p, order + 1, *t.shape), with p learned hyperparameters.
+        """
         width = (order + 1) * self._weights_and_gradient.size
         return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)
 
@@ -96,7 +99,7 @@ class Posterior:
         return np.asarray(by_theta @ moved)
 
     def covariance_with(self, rows: RowKernel) -> Array:
-        """Return the covariance of rows and the n samples; the shape is (rows, n)."""
+        """Return the covariance of rows (linear functionals of the process) and the n samples, shape (rows, n)."""
         return self.samples.stencil.combine(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
@@ -129,14 +132,15 @@ class Posterior:
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν for fixed `multipliers` ν and `weights` w: (p,).
 
-        If w (n,) are the samples' weights that belong to ν, this is the cost of a function, its norm plus its misfit.
+        A is K + σ_n² I. If w (n,) are the samples' weights that belong to ν, the expression is the cost of a function:
+        its norm plus its misfit.
         """
         by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         by_kernel += rows.among_gradient(multipliers)
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
     def _form_gradient(self, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w for fixed weights w; the shape is (p,)."""
+        """Return ∂/∂ln θ of wᵀ (K + σ_n² I) w for fixed weights w; the shape is (p,)."""
         by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
@@ -145,16 +149,16 @@ class Posterior:
     def information_about_mean(self) -> float:
         """dᵀ A⁻¹ d, half the second derivative of l by the prior mean m, with A = K + σ_n² I.
 
-        A process that rests at m has the samples o + d m, with o for m = 0.
+        A process that is constant at m has the samples o + d m, without noise.
         """
         weighted, d = self._of_level
         return float(weighted @ d)
 
     @property
     def _of_level(self) -> tuple[Array, Array]:
-        """A⁻¹ d and d, each of shape (n,), where o + d m are the samples of a process that rests at m.
+        """A⁻¹ d and d, each of shape (n,), where o + d m are the samples of a process that is constant at m.
 
-        Raises IllConditioned.
+        Raises IllConditioned if A = K + σ_n² I is not positive definite in float64.
         """
         stencil = self.samples.stencil
         d = np.broadcast_to(np.asarray(stencil.at_rest(1.0)) - stencil.at_rest(0.0), self.samples.values.shape)
@@ -163,10 +167,9 @@ class Posterior:
     def with_likeliest_mean(self, lower: float, upper: float) -> Self:
         """Return the posterior whose prior mean has the least l of all means from `lower` to `upper`.
 
-        Hyperparameters stay the same.
-
-        l is quadratic in the mean: without limits the minimum is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where o + d m are the samples
-        of a process that rests at m. If samples do not depend on this level, or A cannot be factored, the mean is kept.
+        Hyperparameters stay the same. l is quadratic in the mean: without limits the minimum is
+        dᵀA⁻¹(y − o) / dᵀA⁻¹d, where o + d m are the samples of a process that is constant at m. If the samples do not
+        depend on m, or A = K + σ_n² I cannot be factored, the mean is kept.
         """
         try:
             weighted, d = self._of_level

@@ -19,8 +19,8 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 #
 # L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2, 3 and 5.
 
-ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
-_CHECKED = 7 / 8  # coefficients that are above rounding level must lie within this first part of all coefficients
+ROUNDING = 4 * float(np.finfo(float).eps)  # part of the largest covariance: smaller differences are not resolved
+_CHECKED = 7 / 8  # all coefficients above rounding level must be among the first of all, up to this part
 _CACHE_SIZE = 4  # bases that are kept: an optimiser's iterates alternate between a few numbers of points
 _ON_NODE = 1e-200  # of the interval: a time closer to a node counts as this node, as a division would overflow
 

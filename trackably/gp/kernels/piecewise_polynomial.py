@@ -18,8 +18,8 @@ class _PiecewisePolynomial(Radial):
     """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero elsewhere, with s = r/θ₂, the `power` p and the `polynomial` Q.
 
     Instants θ₂ or more apart are uncorrelated: a signal of this kernel equals its prior mean when θ₂ has passed since
-    its last centre. It comes to rest after a finite time. κ and κ̇ are zero from there on; they need not decrease
-    strictly (Assumptions 3 and 4 of the paper).
+    its last centre, so it comes to rest after a finite time. For |r| ≥ θ₂, κ and κ̇ are zero, and so do not decrease
+    strictly as Assumptions 3 and 4 of the paper demand. Bounds at later times do not need this.
 
     n < p derivatives turn (1 − s)ᵖ Q into (1 − s)ᵖ⁻ⁿ Q_n with Q_(n+1) = (1 − s) Q_n' − (p − n) Q_n. Where a derivative
     jumps, at s = 0 or |s| = 1, the mean of both sides is returned.
