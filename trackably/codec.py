@@ -222,5 +222,5 @@ def _hints(wanted: Any) -> dict[str, Any]:
 
 
 def _is_left_out(field: Field[Any]) -> bool:
-    """Whether a field with its default value is not written."""
+    """Whether a field is left out of the JSON if it has its default value."""
     return bool(field.metadata.get(LEFT_OUT)) or field.name in _MAY_BE_MISSING

@@ -18,8 +18,8 @@ from trackably.systems.trajectories import Quantity
 # number is for polynomial pieces.
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52  # most periods, and most steps, that are counted exactly in float64
-_YEAR = 31_557_600.0  # s
-_NEVER_REACHED = 1e30  # s; explanations do not mention an end of accurate evaluation that is later
+_YEAR = 31_557_600.0  # seconds
+_NEVER_REACHED = 1e30  # seconds; an explanation does not mention the end of accurate evaluation if it is later
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,8 @@ class Certificate:
     def last_time(self) -> float:
         """The largest |t| [s] at which float64 values are proved to be accurate enough.
 
-        If times are moved by whole periods (`moved_back`), periods and steps must be counted exactly. The remaining
-        error is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
+        If times are moved by whole periods, float64 must count the periods and steps exactly. The remaining error of a
+        time is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
         """
         if not isinstance(self.claim, AllPhases) or isinstance(self.proof, Steps):
             return self.evaluated_until

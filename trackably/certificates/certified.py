@@ -117,8 +117,8 @@ def learn_certified(
     fallback = first.fallback
     if fallback is None or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
-    # Hyperparameters alone are searched in the whole space that was given: length scales that are too long for a
-    # function may suit them.
+    # Search hyperparameters alone in the whole space that was given: some of its length scales may be too long for a
+    # learned function only.
     other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
         return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other
@@ -234,7 +234,7 @@ class _Learning:
                     self.rounding[outcome.quantity] = min(2 * own, _LARGEST_BACKOFF)
                 else:
                     backoff = self._larger(backoff, found)
-            if isinstance(outcome, Counterexample):  # twice the violation, as half of a back-off tightens
+            if isinstance(outcome, Counterexample):  # twice the violation, as back-offs are halved (`_problem`)
                 backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found

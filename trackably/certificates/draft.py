@@ -171,7 +171,10 @@ class Draft:
 
 
 def _errors(reference: Reference, until: float, times: Array) -> tuple[list[Quantity], dict[str, float]]:
-    """Return all quantities with their given bounds, and their errors up to `until` [s], as `Draft.of` does."""
+    """Return all quantities with their given bounds, and their rounding errors up to `until` [s], by name.
+
+    Those of formulas are estimated from the values of the signals at some `times` [s].
+    """
     free, known = _linear_errors(reference, until)
     errors = {**known}
     if formulas := [q for q in free if q.combination is None]:

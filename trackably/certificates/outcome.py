@@ -209,7 +209,7 @@ class InfeasibleTightening(OutOfReach):
 
 @dataclass(frozen=True, repr=False)
 class NotExcluded(NoSolution):
-    """A contradiction that the checker did not accept, so that nothing is known about it."""
+    """It is not shown that no reference exists, as the checker did not accept the contradiction; `reason` says why."""
 
     reason: str
 

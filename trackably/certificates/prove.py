@@ -144,9 +144,9 @@ def latest_time(reference: Reference) -> float:
 
 
 def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
-    """Return the earliest time [s] found by doubling the distance from `origin`, then by bisection.
+    """Return about the earliest time [s] at which `holds` is true; None if none is found.
 
-    `holds` must stay true from some time on, as the envelope gets smaller with time. None if it is never true.
+    The distance from `origin` is doubled, then bisected. Once `holds` is true, it must stay true at later times.
     """
     d = bisect_left(range(_DOUBLINGS + 1), True, key=lambda d: holds(origin + step * 2.0**d))
     if d > _DOUBLINGS:

@@ -135,5 +135,5 @@ def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[C
 
 
 def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:
-    """Return all states and inputs by name."""
+    """Return all states and inputs, as trajectories that depend on the signals, by name."""
     return dict(zip(plant.names, (*plant.flatness.states, *plant.flatness.inputs), strict=True))

@@ -80,7 +80,7 @@ class _NotShown:
 
 
 class NotACertificate(_NotShown):
-    """The data cannot be read; `reason` says what it is instead, or names the first part that is wrong."""
+    """The data cannot be read; `reason` says what they are instead, or names the first part that is wrong."""
 
 
 class Undecided(_NotShown):

@@ -103,7 +103,7 @@ class Gap:
 class Contradiction:
     """Bounds and values that contradict each other over `steps` steps from the time `start` [s] on, with the proof.
 
-    `missing` is d of the theorem, which says how far bounds or values exclude each other.
+    `missing` says how far bounds or values exclude each other: it is d in the module's theorem.
     """
 
     system: System
@@ -230,7 +230,7 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
 
 
 def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return what rows of inputs with multipliers ν that cancel the factors e_k of u_k add to the right side.
+    """Return what multipliers ν of rows of inputs that cancel the factors e_k of u_k add to the proof's right side.
 
     This is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. Return None if no such ν
     exists. `rows` has l_ki ≤ r_i · u_k ≤ h_ki for all rows of the input set, `count` of them for each step; `of_inputs`
@@ -340,7 +340,7 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
 
 
 def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
-    """Yield the interval from lower to upper; if lower > upper, yield both ends as two intervals."""
+    """Yield the interval from lower to upper; if lower > upper, both ends as two intervals that exclude each other."""
     ends = ratio(lower), ratio(upper)
     yield from (between(*ends),) if lower <= upper else ends
 

@@ -112,7 +112,7 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
     """Return a table in which all formulas of the flat form, and those of the states one step later, are known.
 
-    They are entered first, so that products of their square roots are recognised when they occur later.
+    All of these formulas are entered first, so that products of their square roots are recognised later.
     """
     values = Values()
     values.positive = [values.of(p) for p in flat.positive]

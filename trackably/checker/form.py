@@ -173,7 +173,7 @@ def require_short_texts(data: object) -> None:
             raise UnreadableError(f"all texts of the file together must have no more than {TEXTS} characters")
 
 
-# Objects and lists.
+# Readers of objects and lists.
 
 
 def record(
@@ -289,7 +289,7 @@ def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Calla
     return read
 
 
-# Numbers and names.
+# Readers of numbers and names.
 
 
 def real_number(value: object, where: str) -> float:
@@ -367,7 +367,7 @@ _matrix = many(_vector, COORDINATES)
 _exact_vector = many(rational_number, COORDINATES)
 
 
-# Kernels and formulas, which are nested.
+# Readers of kernels and formulas, which are nested.
 
 
 def a_kernel(value: object, where: str) -> Kernel:
@@ -421,7 +421,7 @@ def a_formula(value: object, where: str, deepest: int = DEPTH) -> Formula:
     )
 
 
-# What a file speaks about.
+# Readers of the subject of a file: a reference, its system and its sets.
 
 _formulas = many(a_formula, COORDINATES)
 _about = {"states": _names, "inputs": _names, "sampling_time": positive_number}
@@ -587,7 +587,7 @@ def _hex(number: Fraction) -> str:
     return f"{number.numerator:x}/{number.denominator:x}"
 
 
-# Certificates.
+# Readers of certificates.
 
 _zonotope = record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True))
 _sets: dict[str, Reader[Zonotope | Hull]] = {
@@ -709,7 +709,7 @@ read_certificate = file_of(
 )
 
 
-# Counterexamples and tables.
+# Readers of counterexamples and tables.
 
 
 def _counterexample(claim: Claim, at: object, quantity: str, violation: float, **about: Any) -> Counterexample:

@@ -15,7 +15,7 @@ FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
 @dataclass(frozen=True, eq=False)
 class Number:
-    """A constant."""
+    """A constant in a formula."""
 
     value: float
 
@@ -29,7 +29,7 @@ class Name:
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """left + right, left − right, left · right or left / right."""
+    """The operation left + right, left − right, left · right or left / right; `symbol` says which one."""
 
     symbol: Symbol
     left: "Formula"
@@ -38,7 +38,7 @@ class Operation:
 
 @dataclass(frozen=True, eq=False)
 class Power:
-    """base^exponent."""
+    """The power base^exponent, with a constant exponent."""
 
     base: "Formula"
     exponent: float

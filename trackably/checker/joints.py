@@ -180,7 +180,7 @@ def check_joints(
         joint = trajectory.joints[j]
         limit = joint.limits[r]
         if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
-            start, *end = trajectory.breakpoints[i : i + 2]  # what rests in the end has one piece more
+            start, *end = trajectory.breakpoints[i : i + 2]  # rest at the end is a piece without an end
             kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {f'to {end[0]:.9g} s' if end else 'on'}"
             return f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}'
     for j, r, i in jumps:
@@ -219,7 +219,7 @@ def check_broken(found: BrokenTrajectory) -> str | None:
     return None
 
 
-# Sentences.
+# Statements about joint trajectories, in words.
 
 
 def joints_statement(trajectory: JointTrajectory) -> str:
@@ -258,7 +258,7 @@ def _limits(joint: Joint) -> str:
     return ", ".join(f"{ORDERS[r]} in {[*limit]}" for r, limit in enumerate(joint.limits) if limit) or "no limits"
 
 
-# Files.
+# Readers of the files of joint trajectories.
 
 
 def _limit(given: object, where: str) -> Limit:

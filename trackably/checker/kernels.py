@@ -90,15 +90,19 @@ class Kink(NamedTuple):
 
 
 class Kernel(ABC):
-    """A stationary kernel κ(r), even in r. If it has a kink at 0, its formulas are those of the branch r ≥ 0."""
+    """A stationary kernel κ(r), even in r.
+
+    Between two kinks, κ is given by one formula, a branch, which is continued beyond the kinks. If κ has a kink at 0,
+    its branches are those for r ≥ 0.
+    """
 
     @abstractmethod
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        """Return n Taylor coefficients in x of κ(r + h x), for the branch of κ that holds at r."""
+        """Return n Taylor coefficients in x of κ(r + h x), for the branch (formula) of κ that holds at r."""
 
     @abstractmethod
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        """Over-estimate |κ(z)| for complex |z − r| < radius, on the branch at r; infinite if κ may be singular."""
+        """Over-estimate |κ(z)| for complex |z − r| < radius, on the branch at r; ∞ if it may be singular there."""
 
     @abstractmethod
     def beyond(self, distance: Real) -> Decay:
@@ -187,7 +191,7 @@ def geometric_rest(ratio: Real, n: int) -> Real:
 
 @dataclass(frozen=True)
 class Elementary(Kernel):
-    """κ(r) = θ₁² φ(r/θ₂, …); every field of the dataclass is a positive number."""
+    """κ(r) = θ₁² φ(r/θ₂, …) with `signal_std` θ₁ and `lengthscale` θ₂ [s]; every field is a positive number."""
 
     signal_std: float
     lengthscale: float
@@ -203,7 +207,7 @@ class Elementary(Kernel):
 
     @property
     def roundings(self) -> Real | int:
-        """An over-estimate of the rounding error of κ's own formula, as a multiple of u κ(0)."""
+        """An over-estimate of the rounding error of κ's own formula, in units of κ(0) times the unit roundoff."""
         return 30
 
     @property
@@ -472,14 +476,17 @@ class PiecewisePolynomial(Elementary):
 
 
 class PiecewisePolynomial2(PiecewisePolynomial):
-    """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1); P'' = 14 y³ (24 y² − 45 y + 20)."""
+    """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1) with s = 1 − y = |r|/θ₂.
+
+    P'' = 14 y³ (24 y² − 45 y + 20).
+    """
 
     p = (0, 0, 0, 0, 0, 14, -21, 8)
     steepest = ONE - (45 - root(105)) / 48
 
 
 class PiecewisePolynomial3(PiecewisePolynomial):
-    """P(y) = 48 y⁷ − 108 y⁸ + 82 y⁹ − 21 y¹⁰, that is (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1).
+    """P(y) = 48 y⁷ − 108 y⁸ + 82 y⁹ − 21 y¹⁰, that is (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) with s = 1 − y = |r|/θ₂.
 
     P'' = 18 y⁵ (112 − 336 y + 328 y² − 105 y³), and the last factor has a single root, 0.760016….
     """
@@ -600,7 +607,7 @@ def reach(kernel: Kernel, span: float, part: float) -> Reach:
     """Return a small distance beyond which |κ| ≤ `part` · κ(0), with the bounds there.
 
     Some multiples of `span` [s], the time from the first centre to the last, are tried. The distance is infinite if
-    none of these multiples will do.
+    none of them is large enough.
     """
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in (*range(-4 * _DOUBLINGS, 0, 4), *range(1, 4 * _HALVINGS)):

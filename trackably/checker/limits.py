@@ -41,7 +41,7 @@ KERNELS, KERNEL_DEPTH = 100, 40
 PARTS, DEPTH = 30_000, 100
 """Most operations, names and numbers in all formulas of a system, and largest depth of nesting of a formula."""
 
-# While a file is checked:
+# Limits of the effort of a check.
 
 MEMORY = 700_000_000
 """Most bytes that a check may use in addition to those that the process held before."""

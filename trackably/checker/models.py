@@ -211,12 +211,12 @@ def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
 
 
 def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Sequence[Real]], Real]:
-    """Return the map by ↦ Σ_i φ_i by_i, with the derivatives φ_i of a part of a formula by its operands.
+    """Return the function Σ_i φ_i Δ_i of changes Δ_i of operands, with the derivatives φ_i of a part φ of a formula.
 
-    The operands are in the intervals `at`, and `value` contains φ. For names and numbers the sum is zero. By the
-    mean-value theorem, the sum also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and
-    quotients this is so because a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise UndefinedError
-    if the part may be undefined.
+    The operands are in the intervals `at`, and `value` contains φ. For names and numbers, which have no operands, the
+    sum is zero. By the mean-value theorem, the sum also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in Δ.
+    For products and quotients this is so because a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise
+    UndefinedError if the part may be undefined.
     """
     slope = ZERO
     match part:

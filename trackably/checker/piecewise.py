@@ -135,12 +135,12 @@ _LARGEST, _LARGEST_POWER, _HIGHEST = 1e30, 10**100, 50
 
 
 def check_sizes(certificate: Certificate) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if all numbers will do.
+    """Return why a number may be too large or too small for float64 evaluation; None if all are in range.
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     subject = certificate.subject
-    lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # each once
+    lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # once each
     longest = {times: max([*each, Fraction(1)]) for times, each in lengths.items()}
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
@@ -172,7 +172,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     bounded by Σ_i |r_i x_i| in total, and one rounding of each r_i. Operations of double-double arithmetic have errors
     of at most 8 u² times the sum of the absolute terms: two for each power of the time since a breakpoint, which itself
     has an error of 80 u², and two for each shifted signal, whose weight has an error of u². All of this is to first
-    order, and enlarged by 1 %.
+    order in the unit roundoff u, and enlarged by 1 %.
     """
     largest = [_largest((Fraction(0), [(z, Fraction(0), Fraction(1))]), z.ends[0], z.ends[-1]) for z in subject.pieces]
     shifted = sum(map(len, functionals(subject, "input")[0].weights))
@@ -198,7 +198,7 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 
 
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
-    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s].
+    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s], for the row r of a bound and states or inputs x.
 
     If the row has only one state or input, the row's bounds are used. A later step proves these bounds.
     """
@@ -209,7 +209,7 @@ def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fra
 
 
 def _largest(of: Parts, start: Fraction, end: Fraction) -> Fraction:
-    """Over-estimate the size of a sum from `start` to `end` [s], by the absolute coefficients in each cell."""
+    """Over-estimate the absolute value of a sum from `start` to `end` [s], by the |coefficients| in each cell."""
     cells, (found,), unit = whole_sums([of], start, end)
     return Fraction(max(sum(map(abs, found.polynomial(a, b - a))) for a, b in cells), unit)
 

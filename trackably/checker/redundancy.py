@@ -94,7 +94,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
 
 
 def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]:
-    """Yield the conditions on u that follow from the rows' circuits (`_circuits`); `idle` spans the kernel of B."""
+    """Yield the conditions on u that follow from circuits of the `rows` of U (`_circuits`); B v = 0 for v in `idle`."""
     m = len(rows[0].row) if rows else 0
     moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):

@@ -160,7 +160,7 @@ def largest_sums(signal: Signal) -> Decay:
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if all numbers will do.
+    """Return why a number may be too large or too small for float64 evaluation; None if all are in range.
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """

@@ -76,7 +76,7 @@ class Signal:
 
     @cached_property
     def pairs(self) -> list[tuple[Real, Real]]:
-        """All (t_i, c_i)."""
+        """All pairs (t_i, c_i) of a centre [s] and its weight, as intervals."""
         return [(exactly(t), exactly(c)) for t, c in zip(self.centres, self.weights, strict=True)]
 
     @cached_property

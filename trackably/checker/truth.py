@@ -231,8 +231,8 @@ def check_contradicted(found: ContradictedSamples) -> str | None:
 def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
     """Return by how much samples contradict the class of signals, with the sensitivities to its bounds; or why not.
 
-    The sensitivities are Σ |μ_i| (to the noise; 0 with multipliers ν) and ∫ |κ| (to the bound of slope or second
-    derivative, whose name comes last).
+    With the symbols of the module, the sensitivities are Σ |μ_i| (to the noise; 0 if there are multipliers ν_j) and
+    ∫ |κ| (to the bound of slope or second derivative). The name of this bound comes last.
     """
     of, mu, nu = found.of, found.samples, found.rates
     rates = of.rates or Measured((), (), 0.0)

@@ -30,8 +30,8 @@ _HELD = 1e-9  # standard deviations: a bound that is violated by no more than th
 def least_norm(normals: Array, offsets: Array) -> Array | None:
     """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
 
-    The result satisfies all rows up to 1e-9. Return None if there is no such w, or if it is not found in float64. Only
-    rows that are violated without them are added to the program.
+    The result satisfies all rows up to 1e-9. Return None if there is no such w, or if it is not found in float64. The
+    program grows by one row at a time, the one that the last w violates most.
     """
     w, walls = np.zeros(normals.shape[1]), list[int]()
     while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
@@ -136,15 +136,15 @@ class BoundedNormal:
                 return arrived_at
             which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
             v = v[~arrives]
-            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the reflection
+            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the velocity after the reflection
         raise NoRoom(
             f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
         )
 
     def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
-        """Return the time at which each particle leaves the region, infinity if never, and the wall
-        (index of the bound) that it crosses, both of shape (P,).
+        """Return the time at which each particle leaves the region (∞ if never), and the index of the bound, its wall.
 
+        Both have the shape (P,). With h = n · w and ḣ = n · v for the normal n and the offset g of a wall,
         h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
         reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
         beyond, and it leaves now.

@@ -43,12 +43,12 @@ _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
 _COST_OF_LOOKING = 5e5  # nanoseconds: if `Fourier` costs less, no other way is looked for, as that takes as long
 _AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
-_LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
+_LOOSENED = 1e3  # factor by which `_AGREEMENT` is loosened if a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
 
 
 def noise_variance(prior: Prior, samples: Samples) -> Array:
-    """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
+    """Return the variance σ_n² ϱ_i² of the noise of each sample i, with relative noise ϱ_i; the shape is (n,)."""
     return np.asarray(prior.noise_std**2 * samples.relative_variance)
 
 
@@ -110,8 +110,8 @@ def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
 def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Candidate]:
     """Yield the factorisations that use structure of K.
 
-    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). Where a dense matrix
-    is possible, they have to stay below `_AGREEMENT`.
+    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). If a dense matrix is
+    possible, these changes have to stay below `_AGREEMENT`.
     """
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
@@ -157,7 +157,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         return
     covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
     if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
-        # A basis serves about ten factorisations.
+        # A basis is computed once for about ten factorisations.
         cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5
         known = samples.relative_noise, prior.noise_std**2
         yield Candidate(cost, lambda: LowRank.of(bases.of(count), covariance, *known))

@@ -53,7 +53,10 @@ class Posterior:
         return self.signal(t)
 
     def variance(self, t: Array) -> Array:
-        """Return the variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
+        """Return the variance κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t) of the signal without noise at t [s], at least 0.
+
+        k(t) are the covariances of the signal at t and the samples.
+        """
         return self.variance_of(np.ones(1), 0.0, t)
 
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
@@ -92,8 +95,9 @@ class Posterior:
     def information(self) -> Array:
         """Return (∂_i A c)ᵀ A⁻¹ (∂_j A c), shape (p, p), an approximate Hessian of l in ln θ.
 
-        If A is linear in the hyperparameters, it is the mean of the Hessian of l and its expected value (the average
-        information of Gilmour, Thompson and Cullis). It is positive semi-definite, and costs no more than ∂c/∂ln θ.
+        A is K + σ_n² I, and c are the weights. If A is linear in the hyperparameters, the result is the mean of the
+        Hessian of l and its expected value (the average information of Gilmour, Thompson and Cullis). It is positive
+        semi-definite, and costs no more than ∂c/∂ln θ.
         """
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
@@ -185,7 +189,7 @@ class Posterior:
 
     @property
     def _value(self) -> tuple[float, float]:
-        """l(θ), and ∂/∂ln σ_n of the part of l that comes from the samples' `scatter`."""
+        """l(θ), and ∂/∂ln σ_n of its part from the residuals of samples that were replaced (`Samples.scatter`)."""
         value = self._factored.log_determinant + float(self.weights.dot(self._residual))
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
         return value + len(self.samples) * _LOG_TAU + beside, by_log_noise
@@ -212,7 +216,7 @@ class Posterior:
         jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
-        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise moves the weights only
+        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise changes only weights
         sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
         return np.asarray(sums)
 
@@ -233,14 +237,14 @@ class Posterior:
 
     @cached
     def _weights_and_gradient(self) -> Array:
-        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres; the shape is (1 + p, m)."""
+        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c, A = K + σ_n² I, for learned θ_j, at the m centres; the shape is (1 + p, m)."""
         moved, _ = self._moved_weights
         together = np.concatenate([self.weights[None], -moved.T])
         return self.samples.stencil.spread(self._factored.weights_at_centres(together))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
-        """A⁻¹ ∂A c and ∂A c of the learned hyperparameters; the shapes are (n, p) and (p, n)."""
+        """A⁻¹ ∂A c and ∂A c for the learned hyperparameters, A = K + σ_n² I; the shapes are (n, p) and (p, n)."""
         by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
         by_theta = np.vstack([self._factored.gradient_times(self.weights), by_noise])[self.prior.places]
         return self._factored.solve(by_theta.T), by_theta

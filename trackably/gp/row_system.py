@@ -65,7 +65,7 @@ class RowSystem:
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
     def cross(self, multipliers: Array) -> Array:
-        """Return (L κ(·, S))ᵀ ν, the covariance of Σ_a ν_a L_a g with each sample; the shape is (n,)."""
+        """Return the covariance of Σ_a ν_a L_a g with each sample S_i, for `multipliers` ν (r,); the shape is (n,)."""
         return np.asarray(times(self.blocks, self._spread(multipliers))[0, self.samples])
 
     def product(self, multipliers: Array) -> Array:

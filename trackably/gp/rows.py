@@ -170,7 +170,7 @@ class Direct:
 
     @property
     def centres(self) -> Terms:
-        """The times and weights of a sum of kernels that is κ(·, L_a), up to a small residual."""
+        """The times and weights of sums of kernels that are equal to κ(·, L_a), row by row."""
         return self.terms
 
     def among(self) -> Array:
@@ -239,7 +239,7 @@ class Taylor:
 
     def among(self) -> Array:
         jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
-        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # κ⁽ⁿ⁺ᵐ⁾ at n, a, b, m
+        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # [n, a, b, m]: κ⁽ⁿ⁺ᵐ⁾ of rows a, b
         by_first = np.einsum("nabm,bm->nab", by_sum, self.moments * _SIGNS[: self._order + 1])
         return np.asarray(np.einsum("nab,an->ab", by_first, self.moments))
 

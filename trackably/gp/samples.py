@@ -123,7 +123,7 @@ class Samples:
                 raise ValueError(
                     "samples: those of several kinds must be sorted by time, with an entry of stencil.of for each"
                 )
-            self.by_name("")  # no time is repeated within one kind
+            self.by_name("")  # refuses times that are repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
             i = bad[0]
             what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"

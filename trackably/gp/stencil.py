@@ -134,12 +134,12 @@ class Stencils(_Instants):
 
     @cached_property
     def places(self) -> npt.NDArray[np.intp]:
-        """The index of the part that measures each sample, shape (n,)."""
+        """The index of the stencil, among `parts`, that measures each sample; the shape is (n,)."""
         return np.array(self.of)
 
     @cached_property
     def weights(self) -> Array:
-        """w_j of each sample; the shape is (J, n)."""
+        """The weights w_0, w_1, … of each sample; the shape is (J, n)."""
         longest = max(len(part.weights) for part in self.parts)
         padded = [[*part.weights, *[0.0] * (longest - len(part.weights))] for part in self.parts]
         return np.asarray(np.array(padded).T[:, self.places])

@@ -148,7 +148,7 @@ def _models_of(
 
 
 def _end(constant: Real | None, count: int) -> Floats:
-    """Return an end of a bound for `count` boxes; NaN, which shows nothing, if it is None: it may move in them."""
+    """Return the `constant` end of a bound for `count` boxes; NaN, which shows nothing, if the end moves (None)."""
     return Floats.exact(np.full(count, np.nan)) if constant is None else stack([constant], (count,)).at(0)
 
 

@@ -73,7 +73,7 @@ class Ladder:
 
     @cached_property
     def log_relative_noise(self) -> float:
-        """Σ_i ln ϱ_i."""
+        """Σ_i ln ϱ_i, with the relative noise ϱ_i of sample i."""
         return float(np.sum(np.log(self.relative_noise)))
 
     def rung(self, density: SpectralDensity, most: float) -> Rung | None:

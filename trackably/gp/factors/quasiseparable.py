@@ -171,9 +171,9 @@ class Quasiseparable(Factorisation):
 
     @classmethod
     def of(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
-        """Factorise the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
+        """Factorise A, the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
         factors = list[Factor]()
-        explained = np.zeros((len(blocks[0].move),) * 2)  # F, the part of the covariance that earlier samples explain
+        explained = np.zeros((len(blocks[0].move),) * 2)  # the state's covariance that earlier samples explain
         for block in blocks:
             seen = block.at_samples(explained)
             left = block.own[0] - block.at_samples(seen.T)

@@ -20,7 +20,7 @@ from numpy.polynomial import Polynomial
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Parametrized, Scales, Search
 
-# Jets are arrays of a function of time and its derivatives. These functions differentiate jets and multiply them.
+# Jets: arrays of the values of a function and of its derivatives by time. How to differentiate and multiply them.
 
 
 def lengthscale_gradient(jet: Array, r: Array) -> Array:
@@ -40,7 +40,7 @@ def leibniz(f: Array, g: Array) -> Array:
     Either f or g may be a single jet, with p = 1.
     """
     if f.shape[1] == 1:
-        return np.asarray(f * g)  # for values alone, which are needed most
+        return np.asarray(f * g)  # values without derivatives: the most frequent case
     product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
     for n in range(f.shape[1]):
         for j in range(n + 1):
@@ -92,9 +92,10 @@ class Decay:
         return found * np.exp(-x)
 
     def derivatives(self, order: int) -> list[Array]:
-        """Return the coefficients of P, λ (d/dx − 1) P, …, one for each derivative up to `order` by r > 0.
+        """Return the coefficients of P, λ (d/dx − 1) P, …, up to the derivative of this `order` by r > 0.
 
-        The first function is P e^(−x), and its derivatives are the other polynomials times e^(−x).
+        P = Σ_j a_j x^j is the polynomial in the first row. The function is P e^(−x), and its derivatives are the other
+        polynomials times e^(−x).
         """
         found = [Polynomial(self.coefficients[0])]
         for _ in range(order):
@@ -244,7 +245,7 @@ class Kernel(Parametrized):
         return True
 
     def extent(self, exponent: float) -> float:
-        """Return a distance [s] beyond which κ and its derivatives are zero, or polynomials times e^(−`exponent`) or less.
+        """Return a distance [s] beyond which κ and its derivatives are 0, or at most polynomials times e^(−`exponent`).
 
         It is infinite if there is none.
         """
@@ -349,7 +350,7 @@ class Sum(_Pair):
         left, right = self.left.decays, self.right.decays
         if not (left and right):
             return ()
-        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part depends on the other's
+        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no kernel depends on the other's
         return (
             *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
             *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),

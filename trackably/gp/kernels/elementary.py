@@ -81,7 +81,7 @@ class Radial(Elementary):
 
     @abstractmethod
     def correlation(self, s: Array, order: int) -> Array:
-        """Return φ and its derivatives up to `order` at s, in length scales; the shape is (order + 1, *s.shape)."""
+        """Return φ and its derivatives up to `order` at s = r/θ₂; the shape is (order + 1, *s.shape)."""
 
     def jet(self, r: Array, order: int) -> Array:
         return self._in_time(self.correlation(r / float(self.lengthscale), order))

@@ -64,7 +64,7 @@ class PiecewisePolynomial2(_PiecewisePolynomial):
     """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s < 1: the mean has four continuous derivatives (q = 2).
 
     φ'' = 14 (1 − s)³ (24 s² − 3 s − 1) is negative before the root (3 + √105)/48, and positive from there to 1: |φ'|
-    falls from there on, ζ = θ₂ (3 + √105)/48.
+    falls from there on: `decay_distance` ζ = θ₂ (3 + √105)/48.
     """
 
     power = 5
@@ -80,7 +80,7 @@ class PiecewisePolynomial3(_PiecewisePolynomial):
 
     φ'' = 18 (1 − s)⁵ (105 s³ + 13 s² − 5 s − 1). The coefficients of the last factor change sign once: it has one
     positive root (Descartes), 0.23998…, is negative before and positive from there on. |φ'| falls from there on:
-    ζ = 0.23998… θ₂.
+    `decay_distance` ζ = 0.23998… θ₂.
     """
 
     power = 7
