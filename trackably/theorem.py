@@ -141,6 +141,10 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
         raise UnreadableError(
             f"Coq covers linear systems without redundant inputs whose signals are sums of kernels, not {other}"
         )
+    robust = about.robust if isinstance(about, Certificate) else None
+    sets = (subject.state_set, subject.input_set, *((robust.state_set, robust.input_set) if robust else ()))
+    if any(row.moves for bounded in sets for row in bounded.rows):
+        raise UnreadableError("Coq covers constant bounds only, but a bound in this file moves in time")
     equations = (
         f"{{| of_states := {_numbers(a)}; of_inputs := {_numbers(b)}; constant := {_number(c)} |}}"
         for a, b, c in zip(system.A, system.B, system.c, strict=True)
@@ -162,7 +166,6 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
         times=times,
     )
     nominal = Part(definition, name, says, f"{arithmetic}.{lemma}")
-    robust = about.robust if isinstance(about, Certificate) else None
     if robust is None or not isinstance(robust.disturbance, Zonotope):
         return Theorem(subject.fingerprint, (nominal,))
     return Theorem(subject.fingerprint, (nominal, _disturbance(robust, robust.disturbance, arithmetic)))

@@ -221,7 +221,7 @@ class Row:
 def _constant(end: End) -> float:
     if isinstance(end, Pieces):
         raise UndecidedError(
-            "a bound moves in time, but tables, redundant inputs and disturbances take constant bounds only"
+            "not decided: a bound moves in time, but tables and redundant inputs take constant bounds only"
         )
     return end
 
