@@ -133,7 +133,7 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     except UndecidedError as error:
         return Undecided(str(error))
     except MemoryError:
-        return Undecided("not decided within the memory that there is")
+        return Undecided("not decided: there is not enough memory")
 
 
 def _check(data: object, exact: bool) -> Verdict:

@@ -209,7 +209,7 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
     A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
     q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c[0]])
     if of.steps * q.bit_length() > _MOST_BITS:
-        return "proof: the check would take hours: there are too many steps, or too many digits in A, B and c"
+        return "proof: the check would take hours, for too many steps, or too many digits in A, B and c"
     dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps
     p, _, _, scale = _factors(*dynamics, rows)
     if any(p):

@@ -141,7 +141,7 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     if isinstance(errors, str):
         return f"model: {errors}"
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
-        return "disturbance: too many powers of A + B K, or too many digits in them"
+        return "disturbance: the check would take hours, for too many powers of A + B K, or too many digits in them"
     if reason := _not_invariant(robust, errors):
         return f"disturbance: {reason}"
     K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
@@ -263,7 +263,7 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
     if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
         return "X and U must have the dimensions of state and input"
     if not 0 <= robust.contraction < 1:
-        return "the contraction must be at least 0 and less than 1"
+        return f"the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
     return "P (box) must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
 
 

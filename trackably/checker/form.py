@@ -466,7 +466,10 @@ def _set_of(end: Reader[End]) -> Reader[Polytope]:
         found = parse(value, where)
         rows, lower, upper = found["rows"], found["lower"], found["upper"]
         if not len(rows) == len(lower) == len(upper):
-            raise UnreadableError(f"{where} must have as many lower and upper bounds as rows")
+            raise UnreadableError(
+                f"{where} must have a lower and an upper bound for each row, got {len(lower)} and {len(upper)} for "
+                f"{len(rows)} rows"
+            )
         return Polytope(tuple(map(Row, rows, lower, upper)), found["dimension"])
 
     return read

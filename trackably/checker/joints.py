@@ -266,7 +266,7 @@ def _limit(given: object, where: str) -> Limit:
         return None
     low, high = a_pair(real_number, real_number)(given, where)
     if not low <= high:
-        raise UnreadableError(f"{where} must be a lower and an upper limit, or null")
+        raise UnreadableError(f"{where} must be [lower, upper] with lower ≤ upper, or null, got [{low!r}, {high!r}]")
     return low, high
 
 
@@ -275,13 +275,13 @@ def _read(
 ) -> JointTrajectory | BrokenTrajectory:
     ends, rows = trajectory["breakpoints"], trajectory["coefficients"]
     if len(ends) < 2 or not all(a < b for a, b in pairwise(ends)):
-        raise UnreadableError("trajectory.breakpoints must be two numbers at least, each larger than the one before")
+        raise UnreadableError("trajectory.breakpoints must be two or more numbers, each larger than the one before")
     if len(rows) != len(joints) or any(len(row) != len(ends) - 1 for row in rows):
-        raise UnreadableError("trajectory.coefficients must have a row for each joint, and in it one for each piece")
+        raise UnreadableError("trajectory.coefficients must have a list for each joint, and in it one for each piece")
     if any(len(joint.limits) != len(jumps) + 1 for joint in joints) or len({joint.name for joint in joints}) < len(
         rows
     ):
-        raise UnreadableError("joints must have different names, and one limit more than there are jumps")
+        raise UnreadableError("joints must have different names, and each one limit or null more than there are jumps")
     if not any(limit for joint in joints for limit in joint.limits):
         raise UnreadableError("joints must have at least one limit")
     found = JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)

@@ -89,7 +89,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
         return "input_set: every row needs a number for each input, and lower ≤ upper"
     idle = _idle(system)
     if sum(comb(len(rows), size) for size in range(1, len(idle) + 2)) > _MOST:
-        return "input_set: there are too many rows for so many redundant inputs"
+        return f"input_set: {len(rows)} rows have too many combinations of up to {len(idle) + 1} rows to check"
     return None
 
 

@@ -51,7 +51,7 @@ def why_no_system(system: System) -> str | None:
     if isinstance(system, LinearSystem):
         if [[len(row) for row in matrix] for matrix in (system.A, system.B, (system.c,))] == [[n] * n, [m] * n, [n]]:
             return None
-        return "shapes: A, B and c do not fit the numbers of states and inputs"
+        return f"shapes: A, B and c do not fit {n} states and {m} inputs"
     flat = system.flat
     if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
         return "shapes: as many formulas f as states are needed; a flat form needs one for each state and each input"
@@ -66,7 +66,7 @@ def why_no_plant(
     """Return what does not fit together in a system and its sets; None if everything fits."""
     n, m = len(system.states), len(system.inputs)
     if (state_set.dimension, input_set.dimension) != (n, m):
-        return "shapes: the sets must have the dimensions of state and input"
+        return f"shapes: the sets must have the dimensions of state and input, {n} and {m}"
     if not _fit(state_set.rows, n) or not _fit((*input_set.rows, *attainable), m):
         return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
     return why_no_system(system)
@@ -147,7 +147,7 @@ def check_trajectories(subject: Subject) -> str | None:
     for A, B, c, state in zip(*system.exact, trajectories.states, strict=True):
         x, u = weighted_sum(A, trajectories.states), weighted_sum(B, trajectories.inputs)
         if x.offset + u.offset + c != state.offset:
-            return "trajectories: the system does not stay where its state and input are the offsets: no equilibrium"
+            return "trajectories: the system does not stay where states and inputs are the offsets, so these are no equilibrium"
         for s, weights in enumerate(state.weights):
             earlier = Fraction(0), *weights
             for j, (p, q, r) in enumerate(zip_longest(x.weights[s], u.weights[s], earlier, fillvalue=Fraction(0))):

@@ -114,7 +114,7 @@ def _misfit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> str |
 def _misfit_of_class(of: SignalClass) -> str | None:
     for measured in filter(None, (of.samples, of.rates)):
         if len(measured.times) != len(measured.values) or any(a >= b for a, b in pairwise(measured.times)):
-            return "measurements must have rising times, and a value for each"
+            return "measurements must have increasing times, and a value for each time"
     return None
 
 
@@ -256,7 +256,7 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
         return "multipliers must cancel every straight line, or every constant if only the slope is bounded"
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
-        return "the samples are not shown to contradict the class"
+        return "the samples are not shown to contradict the class: their excess over its bounds is not positive"
     return excess, Fraction(0) if jumps else sizes[0], size, name
 
 

@@ -79,7 +79,7 @@ def short(number: Fraction) -> Fraction:
     """Return the number unchanged. Raise UndecidedError if it is too long for further operations."""
     tick()
     if max(number.numerator.bit_length(), number.denominator.bit_length()) > BITS:
-        raise UndecidedError(f"not decided with rational numbers of {BITS} bits")
+        raise UndecidedError(f"not decided: exact arithmetic would need rational numbers of more than {BITS} bits")
     return number
 
 
