@@ -423,7 +423,7 @@ class Periodic(Elementary):
         return self.variance * exp((largest - 1) / self.length**2)
 
     def beyond(self, distance: Real) -> Decay:
-        # |sin v| e^((cos v − 1)/θ₂²)/θ₂² ≤ e^(−1/2)/θ₂
+        # |κ̇| = θ₁² ω |sin v| e^((cos v − 1)/θ₂²)/θ₂² with v = ωr, which is at most θ₁² ω e^(−1/2)/θ₂
         return Decay(self.variance, self.variance * self.omega * exp(exactly(-0.5)) / self.length)
 
     @property

@@ -26,7 +26,7 @@ from trackably.checker.watch import tick
 
 
 def check_shapes(subject: Subject) -> str | None:
-    """Return which parts of a file's subject do not fit together; None if all do."""
+    """Return which parts of a file's reference, system and sets do not fit together; None if all do."""
     system = subject.system
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
         return "signals: there must be as many centres as weights"
@@ -147,7 +147,7 @@ def check_trajectories(subject: Subject) -> str | None:
     for A, B, c, state in zip(*system.exact, trajectories.states, strict=True):
         x, u = weighted_sum(A, trajectories.states), weighted_sum(B, trajectories.inputs)
         if x.offset + u.offset + c != state.offset:
-            return "trajectories: the system does not stay where states and inputs are the offsets, so these are no equilibrium"
+            return "trajectories: the system does not stay where states and inputs are the offsets: no equilibrium"
         for s, weights in enumerate(state.weights):
             earlier = Fraction(0), *weights
             for j, (p, q, r) in enumerate(zip_longest(x.weights[s], u.weights[s], earlier, fillvalue=Fraction(0))):

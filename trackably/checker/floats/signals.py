@@ -140,7 +140,7 @@ class ManyCentres:
 
     @classmethod
     def of(cls, signal: Signal) -> "ManyCentres":
-        """Return z − m for a signal z with the mean m."""
+        """Return z − m for a signal z with mean m, with centres in increasing order."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
         return cls(signal.kernel, centres[order], weights[order])

@@ -350,7 +350,8 @@ class Sum(_Pair):
         left, right = self.left.decays, self.right.decays
         if not (left and right):
             return ()
-        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no kernel depends on the other's
+        # Neither kernel depends on the hyperparameters of the other: its coefficients for these are zero.
+        p, q = (len(part.hyperparameters) for part in (self.left, self.right))
         return (
             *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
             *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),
