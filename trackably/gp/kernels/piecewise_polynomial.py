@@ -1,6 +1,7 @@
 """Piecewise polynomial kernels with compact support, positive definite on a line (one dimension).
 
-C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 2006, eq. (4.21) with D = 1 and the smoothness q.
+C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 2006, eq. (4.21) with D = 1. There, q is
+the smoothness.
 """
 
 import math
