@@ -52,9 +52,9 @@ _TUBE = """check_tube_sound _ _
     {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable"""
 
 _ROUNDING = 1 + Fraction(1, 2**30)
-"""The box P of errors and its contraction (`checker.disturbances`) are made larger by this factor, because Coq's
-intervals round outwards. In return, more powers of A + B K are summed one by one, so that the set of errors does not
-become larger than the certificate's."""
+"""The box P around the disturbances and its contraction (`checker.disturbances`) are made larger by this factor,
+because Coq's intervals round outwards. In return, more powers of A + B K are summed one by one, so that the set of
+errors does not become larger than the certificate's."""
 
 _COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
 """Coq's checker encloses signals by polynomials of degree 10 about the middle of each box, an interval of time. It may

@@ -50,7 +50,7 @@ from trackably.checker.watch import progress, require_room, tick
 
 FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
 ORDERS = ("position", "velocity", "acceleration", "jerk", "snap")
-"""Names of a joint's position and its derivatives, by order."""
+"""Names of a joint's position and of its derivatives; the index is the order."""
 
 Limit = tuple[float, float] | None
 

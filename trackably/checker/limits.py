@@ -33,7 +33,7 @@ TERMS = 64
 """Most terms of a Taylor polynomial."""
 
 DIGITS = 4_000
-"""Most characters of a rational number; Python reads and writes no more than 4,300 at once."""
+"""Most characters of a rational number; Python reads and writes integers of at most 4,300 digits."""
 
 KERNELS, KERNEL_DEPTH = 100, 40
 """Most kernels in the kernel of a signal, and largest depth of its nested sums and products."""

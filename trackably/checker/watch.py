@@ -14,7 +14,7 @@ if sys.platform != "win32":
     from resource import RUSAGE_SELF, getrusage
 
 Report = Callable[[int, int], object]
-"""Receives the number of checked boxes or instants, and their total number."""
+"""A function that is called with the number of boxes or instants checked so far, and their total number."""
 
 _EVERY = 0.05
 """Seconds between two measurements of the memory."""
