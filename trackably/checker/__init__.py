@@ -36,14 +36,14 @@ Extensions. Each is a theorem with its proof, at the head of its module, and say
   - `inverse`:        nonlinear systems x⁺ = f(x, u) that are solved for u;
   - `flatness`:       nonlinear systems whose states and inputs are formulas of shifted signals;
   - `piecewise`:      signals of polynomial pieces;
-  - `redundancy`:     inputs of which several act alike;
-  - `disturbances`:   disturbed systems with a feedback, and noise of what it measures;
+  - `redundancy`:     redundant inputs, of which several have the same effect;
+  - `disturbances`:   disturbed systems with a feedback, and noise of the measured state;
   - `model_error`:    disturbed systems whose matrices lie in a convex hull;
   - `tables`:         states and inputs at steps, shown to keep bounds and dynamics, or to break them;
   - `counterexample`: a time at which a bound is broken;
-  - `joints`:         trajectories of joints, the derivatives of which keep limits, or break them;
+  - `joints`:         trajectories of joints whose derivatives keep limits, or break them;
   - `contradiction`:  bounds and values that no reference satisfies;
-  - `truth`:          how far states are from every signal that explains samples, or that there is none.
+  - `truth`:          how far states are from every signal that explains samples, or that no signal does.
 
 Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
 form, and M, N, x₀ and u₀ (`form.fingerprint` has the canonical form). Certificates and counterexamples with the same
