@@ -217,7 +217,7 @@ class _Learning:
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
-                largest = max([backoff, *self.rounding.values()])
+                largest = max([backoff, *self.rounding.values()]) + found.backoff
                 return Certified(solution, reference, outcome, largest, self.space)
             if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
@@ -249,12 +249,13 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
-        Rough functions, which touch bounds over long times, and functions that miss their bounds get at once the
-        largest back-off for which the objective J rises by no more than the solver's tolerance, the allowed gap. For
-        other functions the back-off grows by steps, smaller ones if J would rise by more than this gap.
+        It is at least twice as large. Rough functions, which touch bounds over long times, and functions that miss
+        their bounds get at once the largest back-off for which the objective J rises by no more than the solver's
+        tolerance, the allowed gap. For other functions the back-off grows by steps, smaller ones if J would rise by
+        more than this gap.
         """
         enough = self._enough(found)
-        if enough > backoff and (found.missed or found.is_rough):
+        if enough >= 2 * backoff and (found.missed or found.is_rough):
             return enough
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 

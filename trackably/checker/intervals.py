@@ -7,11 +7,11 @@ UndefinedError. Functions here also take arrays of intervals (`floats.intervals`
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache, wraps
-from math import lcm
+from math import isfinite, lcm
 from typing import Any, Protocol
 
 from mpmath.ctx_iv import MPIntervalContext
-from mpmath.libmp import to_fixed
+from mpmath.libmp import from_float, to_fixed
 
 from trackably.checker.watch import short, tick
 
@@ -69,11 +69,17 @@ class _Intervals(MPIntervalContext):  # type: ignore[misc]
     """The intervals of mpmath, with a cache for intervals of single numbers, because the same numbers occur often."""
 
     def __init__(self) -> None:
-        self._of_number = lru_cache(maxsize=4096)(super().convert)
+        self._of_number = lru_cache(maxsize=4096)(self._single)
         super().__init__()
 
     def convert(self, x: Any) -> Any:
         return self._of_number(x) if type(x) in (int, float) else super().convert(x)
+
+    def _single(self, x: int | float) -> Any:
+        if type(x) is int or not isfinite(x):
+            return super().convert(x)
+        exact = from_float(x)  # 53 bits are never rounded
+        return self.make_mpf((exact, exact))
 
 
 iv = _Intervals()
@@ -83,7 +89,7 @@ iv._types = (*iv._types, Many)  # mpmath then leaves operations with arrays of i
 
 def exactly(number: Real | float) -> Real:
     """Return the interval of one float64, taken as an exact real number; intervals are returned unchanged."""
-    found: Real = iv.mpf(number)
+    found: Real = iv.convert(number)
     return found
 
 

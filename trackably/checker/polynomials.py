@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import pairwise
+from math import comb, lcm
 from typing import TypeVar
 
 from trackably.checker.intervals import common_denominator
@@ -25,23 +27,37 @@ def stays_between(p: Sequence[Fraction | int], low: Fraction | int, high: Fracti
 def is_nowhere_negative(a: list[int]) -> bool:
     """Return whether Σ a_k x^k ≥ 0 for all x ∈ [0, 1].
 
-    With x = y/(1 + y), (1 + y)ⁿ p(x) = Σ a_k y^k (1 + y)^(n − k). If all coefficients of this polynomial in y ≥ 0 are ≥
-    0, p is nowhere negative. Otherwise [0, 1] is halved; a negative value at an end refutes the claim.
+    With Bernstein coefficients b_k, the sum is Σ b_k C(n, k) x^k (1 − x)^(n − k). If all b_k are ≥ 0, it is nowhere
+    negative. b_0 and b_n are its values at 0 and 1: a negative one refutes the claim. Otherwise [0, 1] is halved.
+
+    With x = y/(1 + y), the b_k C(n, k) are the coefficients in y of (1 + y)ⁿ Σ a_k x^k. All b_k are multiplied by the
+    same positive number, which makes them integers.
     """
-    waiting = [a]
+    if a[0] >= sum(map(abs, a[1:])):
+        return True
+    counts = [comb(len(a) - 1, k) for k in range(len(a))]
+    unit = lcm(*counts)
+    waiting = [[c * (unit // count) for c, count in zip(shift(a[::-1], 1)[::-1], counts, strict=True)]]
     for _ in range(_MOST_CUTS):
         if not waiting:
             return True
         tick()
-        p = waiting.pop()
-        if p[0] < 0 or sum(p) < 0:
+        b = waiting.pop()
+        if b[0] < 0 or b[-1] < 0:
             return False
-        if p[0] >= sum(map(abs, p[1:])) or all(c >= 0 for c in shift(p[::-1], 1)):
-            continue
-        n = len(p) - 1
-        half = [c << (n - k) for k, c in enumerate(p)]  # 2ⁿ p(x/2)
-        waiting += [half, shift(half, 1)]
+        if min(b) < 0:
+            waiting += _halves(b)
     return False
+
+
+def _halves(b: list[int]) -> tuple[list[int], list[int]]:
+    """Return 2ⁿ times the Bernstein coefficients on [0, ½] and on [½, 1], by de Casteljau's algorithm."""
+    left, right = list[int](), list[int]()
+    for k in reversed(range(len(b))):
+        left.append(b[0] << k)
+        right.append(b[-1] << k)
+        b = [one + next_one for one, next_one in pairwise(b)]
+    return left, right[::-1]
 
 
 def shift(p: Sequence[Number], by: Number) -> list[Number]:

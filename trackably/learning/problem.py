@@ -143,7 +143,8 @@ class Solution:
     bound's width, that is left if a program would need too many places; a larger back-off (tightening of the bounds)
     removes it. `alone` is the least J found with hyperparameters alone, infinite if none was sought. `spread` is the
     range of J among functions found from several starts for the same hyperparameters, which may differ if bounded
-    quantities are formulas of the signals.
+    quantities are formulas of the signals; the search then tightened their bounds by up to `backoff`, a part of their
+    width, beyond what the problem demands.
     """
 
     posterior: JointPosterior
@@ -159,6 +160,7 @@ class Solution:
     missed: float = 0.0
     alone: float = np.inf
     spread: float = 0.0
+    backoff: float = 0.0
 
     @property
     def price(self) -> float:

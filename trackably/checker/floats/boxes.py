@@ -167,7 +167,7 @@ def envelope(signal: Signal, start: Real) -> Decay | None:
         distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
         each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))
         sizes, first = abs(Floats.exact(np.array(signal.weights))), np.zeros(1, dtype=np.intp)
-        size, slope = (float(sums(sizes * part, first, len(signal.weights)).high[0]) for part in each)
+        size, slope = (float(sums(sizes * part, first).high[0]) for part in each)
     return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
 
 

@@ -273,13 +273,11 @@ def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
     return Floats(low, high)
 
 
-def sums(of: Floats, firsts: npt.NDArray[np.intp], most: int) -> Floats:
-    """Return the sums of consecutive numbers of the last axis: sum k begins at index firsts[k].
-
-    It has at most `most` numbers, and ends before the next sum begins.
-    """
+def sums(of: Floats, firsts: npt.NDArray[np.intp]) -> Floats:
+    """Return sums of consecutive numbers on the last axis: sum k begins at firsts[k], and ends before the next one."""
+    counts = np.diff(firsts, append=of.low.shape[-1])
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
-    off = size * ((most + 8) * _OPERATION)
+    off = size * ((counts + 8) * _OPERATION)
     low, high = (np.add.reduceat(end, firsts, axis=-1) for end in (of.low, of.high))
     return Floats(low - off, high + off) + Floats.exact(0.0)
 

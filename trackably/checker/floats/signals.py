@@ -14,7 +14,7 @@ centres between a and b. Nothing cancels here that does not cancel in the sum ov
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -32,55 +32,44 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class CentresBefore:
-    """The part of Σ_i c_i κ(t − t_i) whose centres are before a box, for each of B boxes.
-
-    `centres` [s] are in increasing order; the first before[b] of them are before all times of box b. `middles` [s] and
-    half widths `along` [s] are those of the boxes; with time reversed, half widths are negative.
-    """
+    """The part of Σ_i c_i κ(t − t_i) whose centres are before a box; `centres` [s] are in increasing order."""
 
     kernel: Any  # a `Matern`; its formulas accept intervals of mpmath and arrays of intervals alike
     centres: Array
     weights: Array
-    before: Indices
-    middles: Floats
-    along: Floats
 
-    def enclose(self, radii: Floats, n: int) -> Model:
-        """Return Taylor models with n terms in the boxes; `radii` [s] are those of discs in Cauchy's estimate."""
-        last = np.maximum(self.before - 1, 0)
-        at, which = np.unique(last, return_inverse=True)
-        is_any, half = self.before > 0, abs(self.along)
-        time = self.middles - Floats.exact(self.centres[last])
+    def enclose(self, before: Indices, middles: Floats, along: Floats, radii: Floats, n: int) -> Model:
+        """Return Taylor models with n terms in B boxes, with the first before[b] centres for box b.
+
+        `middles` [s] and half widths `along` [s] are those of the boxes; with time reversed, half widths are negative.
+        `radii` [s] are those of discs in Cauchy's estimate.
+        """
+        last, is_any, half = np.maximum(before - 1, 0), before > 0, abs(along)
+        time = middles - Floats.exact(self.centres[last])
         x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any x with finite e^(y − x) is valid
-        moments = [m.choose(is_any, m.at((slice(None), which)), 0.0) for m in self.moments(at)]
-        terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * self.along, n)
+        moments = [m.choose(is_any, m.at((slice(None), last)), 0.0) for m in self.moments]
+        terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * along, n)
         ratio: Any = half / radii
         largest = self.kernel.largest_around([m.at(1) for m in moments], x, self.kernel.rate * radii)
         return Model(terms, largest * geometric_rest(ratio, n))
 
-    def moments(self, at: Indices) -> list[Floats]:
-        """Return the moments m_0, m_1, … at K centres, whose indices `at` increase; each has the shape (2, K).
+    @cached_property
+    def moments(self) -> list[Floats]:
+        """The moments m_0, m_1, … at each of the N centres, of all centres up to this one; each has the shape (2, N).
 
-        The first row has the moments of the weights, the second row those of the absolute weights.
+        The first row has the moments of the weights, the second row those of the absolute weights. They are the same
+        for all boxes, so that what is shown of a box does not depend on which boxes are examined together with it.
         """
-        anchors, counts, used = self.centres[at], np.diff(at, prepend=-1), slice(0, at[-1] + 1)
-        weights, v = self.weights[used], self._distances(np.repeat(anchors, counts), self.centres[used])
-        part = (-v).exp() * Floats.exact(np.stack([weights, np.abs(weights)]))
-        found: list[Floats] = []
-        for k in range(self.kernel.degree + 1):
-            found.append(sums(part, at - counts + 1, int(counts.max())))
-            part = part * v / (k + 1)
-        step = 1  # a moment at anchor k is over all centres after anchor k − step, up to anchor k
-        while step < len(at):
+        own = Floats.exact(np.stack([self.weights, np.abs(self.weights)]))
+        none = Floats.exact(np.zeros(own.low.shape))
+        found, step = [own, *[none] * self.kernel.degree], 1
+        while step < len(self.centres):  # moments at a centre are those of the last `step` centres
             earlier = [m.at((slice(None), slice(-step))) for m in found]
-            moved = _move(earlier, self._distances(anchors[step:], anchors[:-step]))
+            since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
             parts = [(m.at((slice(None), slice(step))), m.at((slice(None), slice(step, None)))) for m in found]
+            moved = _move(earlier, since)
             found = [join([first, others + more]) for (first, others), more in zip(parts, moved, strict=True)]
             step *= 2
-        return found
-
-    def _distances(self, later: Array, earlier: Array) -> Floats:
-        found: Floats = self.kernel.rate * (Floats.exact(later) - Floats.exact(earlier))
         return found
 
 
@@ -138,12 +127,13 @@ class ManyCentres:
     centres: Array
     weights: Array
 
-    @classmethod
-    def of(cls, signal: Signal) -> "ManyCentres":
-        """Return z − m for a signal z with mean m, with centres in increasing order."""
+    @staticmethod
+    @lru_cache(maxsize=16)
+    def of(signal: Signal) -> "ManyCentres":
+        """Return z − m for a signal z with mean m, centres in increasing order. Results are cached (with moments)."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
-        return cls(signal.kernel, centres[order], weights[order])
+        return ManyCentres(signal.kernel, centres[order], weights[order])
 
     @cached_property
     def reach(self) -> tuple[float, Floats]:
@@ -154,7 +144,7 @@ class ManyCentres:
         # The span is rounded up to a power of two, so that many signals with the same kernel share one result.
         _, exponent = np.frexp(self.centres[-1] - self.centres[0])
         distance, decay = reach(self.kernel, float(np.ldexp(1.0, exponent)), _NEGLIGIBLE)
-        weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp), len(self.weights))
+        weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp))
         return distance, weight * decay.size
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
@@ -198,12 +188,15 @@ class ManyCentres:
 
         Centres with indices below `first` are before the box, and centres from the index `stop` on are after it.
         """
-        radii, after = Floats.exact(boxes.radii), len(self.centres) - stop
-        left = CentresBefore(self.kernel, self.centres, self.weights, first, boxes.middles, boxes.halves)
-        # with time reversed, the centres after a box are before it
-        reversed_time = -self.centres[::-1], self.weights[::-1], after, -boxes.middles, -boxes.halves
-        right = CentresBefore(self.kernel, *reversed_time)
-        return left.enclose(radii, n) + right.enclose(radii, n)
+        (left, right), radii = self._one_sided, Floats.exact(boxes.radii)
+        before = left.enclose(first, boxes.middles, boxes.halves, radii, n)
+        return before + right.enclose(len(self.centres) - stop, -boxes.middles, -boxes.halves, radii, n)
+
+    @cached_property
+    def _one_sided(self) -> tuple[CentresBefore, CentresBefore]:
+        """The sums over centres before a box and after it; with time reversed, those after a box are before it."""
+        reversed_time = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1])
+        return CentresBefore(self.kernel, self.centres, self.weights), reversed_time
 
     def _sums(self, boxes: Boxes, of_box: Indices, which: Indices, begins: Indices, n: int) -> Floats:
         """Return the coefficients and remainder bounds of sums over pairs of a box and a centre, of shape (n + 1, K).
@@ -218,9 +211,8 @@ class ManyCentres:
             oddness = self.kernel.oddness(boxes.halves, radii, n).at(of_box)
             kink = Kink(*self._sides(boxes, of_box, centres), oddness)
         each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, kink)
-        most, missed = int(np.diff([*begins, len(of_box)]).max()), abs(weights) * each.missed
-        rows = stack(each.coefficients, of_box.shape) * weights
-        return join([sums(rows, begins, most), sums(missed, begins, most).at(None)], axis=0)
+        rows, missed = stack(each.coefficients, of_box.shape) * weights, abs(weights) * each.missed
+        return join([sums(rows, begins), sums(missed, begins).at(None)], axis=0)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return two masks over pairs of a box and a centre, decided exactly.
