@@ -79,7 +79,7 @@ class Stencil(_Instants):
 
     @cached_property
     def largest_gain(self) -> float:
-        """Σ_d |ρ_d|: an upper bound of the samples' covariance, divided by the variance of the process."""
+        """Σ_d |ρ_d| over all `lags`: an upper bound of the samples' covariance, relative to the process's variance."""
         return sum(abs(rho) for rho, _ in self.lags)
 
     def covariance(self, kernel: Kernel) -> Covariance:
