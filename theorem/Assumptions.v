@@ -1,5 +1,5 @@
 (** What Coq takes on trust here: the axioms of its real numbers, and those of the processor's integers and
-    floating-point numbers. [assumptions.txt] holds the names that this prints, one set for each arithmetic. *)
+    floating-point numbers. [assumptions.txt] holds the names that this file prints, a set for each arithmetic. *)
 
 From Trackably Require Import Checker.
 

@@ -1,8 +1,8 @@
-(** The checker: intervals around everything, computed by [vm_compute]; what it accepts [holds] ([check_sound]).
+(** The checker, in interval arithmetic, computed by [vm_compute]: what it accepts [holds] ([check_sound]).
 
-    On a box of times with middle m, each signal is a Taylor polynomial about m plus a remainder whose coefficient is
-    taken over the whole box. Weighted sums over shifts of these polynomials are formed by exact moments, so that what
-    cancels in an acceleration cancels before anything is rounded. Boxes are halved where that does not decide. *)
+    On a box (an interval of times) with middle m, each signal is a Taylor polynomial about m plus a remainder, with a
+    coefficient that is enclosed over the whole box. Weighted sums of shifted signals are formed by exact moments of the
+    shifts: terms that cancel, as in an acceleration, cancel before rounding. A box that does not decide is halved. *)
 
 From Coq Require Import ZArith QArith Qreals Reals List Bool Lra Lia.
 From Interval Require Import Real.Xreal Float.Basic Float.Sig Interval.Interval Interval.Float Interval.Float_full.
@@ -962,11 +962,11 @@ End Rows.
 
 (** * Certificates *)
 
-(** How to prove a claim: boxes up to [Tail from], or somewhat later, and one estimate for all later times; boxes over one [Period]; boxes
-    over a [Whole] window; one by one, the [Steps] 0 to [last], and one estimate for all later ones. *)
+(** How to prove a claim. [Tail]: boxes up to [from] or somewhat later, and one estimate for all later times. [Period]: boxes over one
+    period. [Whole]: boxes over the window. [Steps]: the steps 0 to [last] one by one, and one estimate for all later steps. *)
 Inductive cover : Set := Tail (from : Q) | Period (period : Q) | Whole | Steps (last : nat).
 
-(** [degree]: of Taylor polynomials; [halvings]: how often boxes may be halved; [cuts]: the same for polynomials. *)
+(** [degree] of Taylor polynomials; [halvings] and [cuts]: how often a box, and the interval of a polynomial, may be halved. *)
 Record proof : Set := { degree : nat; halvings : nat; cuts : nat; by_ : cover }.
 
 Definition rows (c : certificate) : list trajectory :=

@@ -1,6 +1,6 @@
-(** Disturbed systems: how far errors e(k + 1) = F e(k) + d(k) go, whatever the disturbances d(k) of a set do.
+(** Disturbed systems: bounds of the errors e(k + 1) = F e(k) + d(k), for all disturbances d(k) in a set.
 
-    Vectors and matrices are functions of indices, of which the first n count. *)
+    Vectors and matrices are functions of indices; only the first n indices count. *)
 
 From Coq Require Import QArith Qreals Reals List Lra Lia.
 From Trackably Require Import Statement.

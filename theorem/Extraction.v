@@ -1,7 +1,7 @@
 (** The checker as a program: OCaml with the processor's floating-point numbers, of which Coq's kernel has the
-    operations (`coq-core.kernel`), and whole numbers of zarith. Nothing here proves anything: it translates.
+    operations (`coq-core.kernel`), and integers of zarith. This file translates the checker; it proves nothing.
 
-    Extraction also writes out real numbers, which no computation of the checker asks for. *)
+    Extraction also writes out the definitions of real numbers, which no computation of the checker needs. *)
 
 From Coq Require Import Floats Extraction ExtrOcamlBasic ExtrOcamlZBigInt ExtrOcamlNatInt ExtrOCamlInt63 ExtrOCamlFloats.
 From Trackably Require Import Statement Checker.

@@ -1,4 +1,4 @@
-(** Trajectories as data: their sums and multiples, one step later, and whether one of them is 0, in rational numbers. *)
+(** Trajectories as data, in rational numbers: sums, multiples, the trajectory one step later, and whether one is 0. *)
 
 From Coq Require Import Arith QArith Qreals Reals List Lra.
 From Trackably Require Import Statement Jets Polynomials.

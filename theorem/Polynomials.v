@@ -1,11 +1,11 @@
-(** Polynomials as lists of coefficients, of any numbers: real ones for proofs, intervals for computing. *)
+(** Polynomials as lists of coefficients of any type: real numbers for proofs, intervals for computing. *)
 
 From Coq Require Import QArith Qreals Reals List Lra Lia.
 From Trackably Require Import Statement Jets.
 Import ListNotations.
 Open Scope R_scope.
 
-(** Add entry by entry; what is missing counts as 0. *)
+(** Add two lists entry by entry; missing entries of the shorter list count as 0. *)
 Fixpoint longest {A} (add : A -> A -> A) (p q : list A) : list A :=
   match p, q with
   | [], _ => q

@@ -3,7 +3,7 @@
 Reading is strict. An object has exactly the fields of its class, and nothing is converted: strings and truth values are
 no numbers, and NaN and infinities are refused. The name of a kernel in the registry is the field `type`, a formula is
 nested lists, a learned hyperparameter is an object with `learned` and `interval`, and a rational number is a text. If
-a field may have one of several classes, its value is of the class of which it lacks the fewest fields.
+a field may hold one of several classes, the object is read as the class of which it lacks the fewest fields.
 """
 
 import re
@@ -28,7 +28,7 @@ from trackably.systems.formulas import is_float64, to_lists
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
-_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields that are not written with their default value
+_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields that are not written if they have their default
 
 T = TypeVar("T")
 
@@ -58,9 +58,9 @@ def encode(value: object) -> Any:
 
 
 def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each type
-    """Return the same as `encode`, but do not verify that `decode` reads it.
+    """Return the same as `encode`, but do not verify that `decode` reads the result.
 
-    It is meant for certificates, which only the checker reads.
+    This is meant for certificates, which only the checker reads.
     """
     match value:
         case Learned():
@@ -176,7 +176,7 @@ def _read_array(data: Any, where: str) -> Array:
 
 
 def _best(kinds: tuple[Any, ...], data: Any) -> Any:
-    """Return the class of which an object lacks the fewest fields; for other data, the type that is no class."""
+    """Return the class of which an object lacks the fewest fields; for other data, the type that is no dataclass."""
     given = set(data) if isinstance(data, dict) else set[str]()
     some = [kind for kind in kinds if kind is not type(None)]
     return min(some, key=lambda kind: len(_required_fields(kind) - given) if is_dataclass(kind) else bool(given))
@@ -207,7 +207,7 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
 
 
 def _make(make: Callable[..., T], where: str, *given: Any, **named: Any) -> T:
-    """Return what a class or a function makes of its arguments. CodecError: it refuses them."""
+    """Return `make` of the other arguments. CodecError: `make` refuses them, with its reason and the place `where`."""
     try:
         return make(*given, **named)
     except (ValueError, TypeError, ArithmeticError, LookupError) as error:
@@ -222,5 +222,5 @@ def _hints(wanted: Any) -> dict[str, Any]:
 
 
 def _is_left_out(field: Field[Any]) -> bool:
-    """Whether a field with its default value is not written."""
+    """Whether a field is left out of the JSON if it has its default value."""
     return bool(field.metadata.get(LEFT_OUT)) or field.name in _MAY_BE_MISSING

@@ -1,4 +1,4 @@
-"""Write certificates as files for Coq, which state a theorem and prove it by the checker in the folder `theorem/`."""
+"""Write certificates as files for Coq: a theorem, and its proof by the verified checker in the folder `theorem/`."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
@@ -52,11 +52,13 @@ _TUBE = """check_tube_sound _ _
     {{| {0}.head := {head}; {0}.more := {more}; {0}.contraction := {contraction}; {0}.box := {box} |}} trackable"""
 
 _ROUNDING = 1 + Fraction(1, 2**30)
-"""The box and its contraction are made larger by this factor, because Coq's intervals round outwards. More powers of
-A + B K are summed one by one in return, which keeps the errors below those of the certificate."""
+"""The box P around the disturbances and its contraction (`checker.disturbances`) are made larger by this factor,
+because Coq's intervals round outwards. In return, more powers of A + B K are summed one by one, so that the set of
+errors does not become larger than the certificate's."""
 
 _COVER = "check_sound _ {{| {0}.degree := 10; {0}.halvings := 40; {0}.cuts := 14; {0}.by_ := {0}.{1} |}}"
-"""Polynomials of degree 10 about the middle of each box enclose signals; boxes are halved far fewer than 40 times."""
+"""Coq's checker encloses signals by polynomials of degree 10 about the middle of each box, an interval of time. It may
+halve boxes 40 times, far more often than is needed."""
 
 SILENT = """It says nothing about evaluation in float64, distances from true signals, plants that differ from their
 model, or disturbances from the hull of given points. That its numbers are those of the certificate is not proved, but
@@ -65,9 +67,9 @@ can be read."""
 
 @dataclass(frozen=True)
 class Part:
-    """A `definition`, a theorem with its `name` and what it `says`, and the `lemma` that proves it by computation.
+    """A definition, a theorem with its `name` and what it `says`, and the `lemma` that proves it by computation.
 
-    All are texts for Coq.
+    All of these are texts for Coq.
     """
 
     definition: str
@@ -113,8 +115,8 @@ def theorem(file: Path, emulated: bool = False) -> Theorem:
     """State the content of a certificate as a theorem for Coq, with a proof; `SILENT` says what is left out.
 
     For a counterexample, state that the reference is not trackable. `emulated` floating-point numbers are made of
-    integers: slower, but the processor's arithmetic need not be trusted. InputError: the file is of another kind, or
-    Coq's checker does not cover it.
+    integers: proofs are slower, but need not trust the processor's arithmetic. InputError: the file is of another kind,
+    or Coq's checker does not cover its content.
     """
     content = read(file)
     kind = format_of(content)
@@ -139,6 +141,10 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
         raise UnreadableError(
             f"Coq covers linear systems without redundant inputs whose signals are sums of kernels, not {other}"
         )
+    robust = about.robust if isinstance(about, Certificate) else None
+    sets = (subject.state_set, subject.input_set, *((robust.state_set, robust.input_set) if robust else ()))
+    if any(row.moves for bounded in sets for row in bounded.rows):
+        raise UnreadableError("Coq covers constant bounds only, but a bound in this file moves in time")
     equations = (
         f"{{| of_states := {_numbers(a)}; of_inputs := {_numbers(b)}; constant := {_number(c)} |}}"
         for a, b, c in zip(system.A, system.B, system.c, strict=True)
@@ -160,7 +166,6 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
         times=times,
     )
     nominal = Part(definition, name, says, f"{arithmetic}.{lemma}")
-    robust = about.robust if isinstance(about, Certificate) else None
     if robust is None or not isinstance(robust.disturbance, Zonotope):
         return Theorem(subject.fingerprint, (nominal,))
     return Theorem(subject.fingerprint, (nominal, _disturbance(robust, robust.disturbance, arithmetic)))
@@ -200,7 +205,7 @@ def _times(claim: Claim) -> str:
 
 
 def _claim(certificate: Certificate) -> tuple[str, str]:
-    """Return the claimed times, and how they are covered, as Coq terms."""
+    """Return two Coq terms: the claimed times, and how the proof covers them."""
     claim, proof, how = certificate.claim, certificate.proof, "Whole"
     if isinstance(proof, Steps):
         how = f"Steps {proof.last}"

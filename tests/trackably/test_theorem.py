@@ -295,6 +295,13 @@ def test_each_number_of_the_signals_is_written_exactly(name, tmp_path):
 def test_what_coq_does_not_cover_is_refused_in_a_sentence(name, tmp_path):
     with pytest.raises(InputError, match=r"Coq covers linear systems .*, not formulas"):
         theorem(file_of(name))
+    content = json.loads(file_of("example1/joint").read_text())
+    (end,) = content["reference"]["plant"]["state_set"]["upper"]
+    moving = {"breakpoints": [0.0, 1.0], "coefficients": [[end]], "beyond": "rest"}
+    content["reference"]["plant"]["state_set"]["upper"] = [moving]
+    (moves := tmp_path / "moves.json").write_text(json.dumps(content))
+    with pytest.raises(InputError, match="Coq covers constant bounds only, but a bound in this file moves in time"):
+        theorem(moves)
     (table := tmp_path / "table.json").write_text('{"format": "trackably refuted table", "version": 1}')
     with pytest.raises(InputError, match=r"Coq covers certificates .* but this is a 'trackably refuted table'"):
         theorem(table)

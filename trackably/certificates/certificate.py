@@ -14,11 +14,12 @@ from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 from trackably.systems.trajectories import Quantity
 
-# A time outside of a claim counts as its end if it is nearer to it than this part of the time.
+# A time outside of a claim counts as the claim's end if it is nearer to this end than this part of the time. The second
+# number is for polynomial pieces.
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52  # most periods, and most steps, that are counted exactly in float64
-_YEAR = 31_557_600.0  # s
-_NEVER_REACHED = 1e30  # s; explanations do not mention an end of accurate evaluation that is later
+_YEAR = 31_557_600.0  # seconds
+_NEVER_REACHED = 1e30  # seconds; an explanation does not mention the end of accurate evaluation if it is later
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,8 @@ class Certificate:
     def last_time(self) -> float:
         """The largest |t| [s] at which float64 values are proved to be accurate enough.
 
-        If times are moved by whole periods (`moved_back`), periods and steps must be counted exactly. The remaining
-        error is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
+        If times are moved by whole periods, float64 must count the periods and steps exactly. The remaining error of a
+        time is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
         """
         if not isinstance(self.claim, AllPhases) or isinstance(self.proof, Steps):
             return self.evaluated_until
@@ -78,10 +79,7 @@ class Certificate:
 
     @property
     def _limit(self) -> str:
-        """The end of the times at which float64 values are proved to be accurate, in words.
-
-        Empty if it is practically never.
-        """
+        """Up to which time float64 values are proved to be accurate, as a text; empty if this needs no mention."""
         last, years = self.last_time, self.last_time / _YEAR
         if last >= _NEVER_REACHED or self.claim.span[1] <= last:
             return ""
@@ -89,9 +87,9 @@ class Certificate:
 
     @property
     def time_tolerance(self) -> float:
-        """The relative tolerance of times at the ends of the claim, because k T_s is rounded.
+        """The relative tolerance of times at the ends of the claim, because sampled times k T_s are rounded.
 
-        Polynomial pieces may jump at an end, so their proof covers this tolerance too.
+        Polynomial pieces may jump at an end of the claim, so their proof covers the times within this tolerance, too.
         """
         return TIME_TOLERANCE_OF_PIECES if self.reference.pieces else _TIME_TOLERANCE
 
@@ -113,9 +111,9 @@ class Certificate:
         return None
 
     def _from_instants(self, t: Array) -> Array:
-        """Return the distance [s] of each time from the nearest proved instant.
+        """Return the distance [s] of each time t [s] from the nearest instant k T_s.
 
-        Zero if the claim is not about instants only.
+        Return zeros if the claim is about real times, not about instants only.
         """
         if not isinstance(self.proof, Steps):
             return np.zeros(t.shape)

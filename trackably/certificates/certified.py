@@ -4,6 +4,9 @@ The back-off tightens bounds during learning, by a part of their width, so that 
 come with large amplitudes and with weights that cancel. The input of a chain of integrators is a difference of such
 signals, which float64 may not evaluate accurately. If a proof fails for this reason, shorter length scales are
 searched.
+
+A learner of functions learns hyperparameters and the function together; its fallback learns hyperparameters alone. J is
+the objective of a learner: l (minus twice the logarithm of the marginal likelihood) plus the price of the bounds.
 """
 
 from collections.abc import Callable
@@ -34,17 +37,17 @@ from trackably.work import done
 _LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
-# If the error of float64 evaluation is at least this part of a bound's width, the learner's fallback is used at once,
-# because length scales would have to be halved several times until the error is small.
+# If the error of float64 evaluation is at least this part of a bound's width, the learner's fallback (hyperparameters
+# alone) is used at once, because length scales would have to be halved several times until the error is small.
 _HOPELESS = 1.0
-# The fallback is not tried if J exceeds the least l without bounds by at most this, relative to 1 + |l|, because
-# the back-off of any proved reference costs about as much.
+# The fallback is not tried if the objective J exceeds the least objective without bounds, l, by at most this part of
+# 1 + |l|, because the back-off of any proved reference costs about as much.
 _SAME_VALUE = 1e-6
-# After a failed proof, a quantity's back-off is at least its error of evaluation times the first factor, or the second
-# one for rough functions. With a smaller back-off, the proof takes more boxes.
+# After a failed proof, a quantity's back-off is at least its error of float64 evaluation times the first factor, or the
+# second one for rough functions (kinks and many active bounds). With a smaller back-off, the proof takes more boxes.
 _ROOM, _ROUGH_ROOM = 4.0, 8.0
-# The fallback is not tried if J is lower than that of hyperparameters alone by more than this, relative to 1 + |J|,
-# because a smaller back-off gains less than this.
+# The fallback is not tried if the objective J is lower than that of hyperparameters alone by more than this part of
+# 1 + |J|, because a smaller back-off gains less than this.
 _NEARLY = 1e-3
 
 
@@ -114,8 +117,8 @@ def learn_certified(
     fallback = first.fallback
     if fallback is None or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
-    # Hyperparameters alone are searched in the whole space that was given: length scales that are too long for a
-    # function may suit them.
+    # Search hyperparameters alone in the whole space that was given: some of its length scales may be too long for a
+    # learned function only.
     other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
     if not isinstance(found, Certified):
         return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other
@@ -124,7 +127,7 @@ def learn_certified(
 
 
 def _missing(failure: NoSolution | Failure) -> float:
-    """Return the violation of a bound, or the margin that a proof lacks, relative to its width; ∞ if unknown."""
+    """Return the violation of a bound, or the margin that a proof lacks, as a part of the width; ∞ if unknown."""
     match failure:
         case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
@@ -136,7 +139,7 @@ def _missing(failure: NoSolution | Failure) -> float:
 
 
 def _may_cost_more(solution: Solution) -> bool:
-    """Whether a fallback to hyperparameters alone might cost less than this solution, with a smaller back-off.
+    """Whether learning hyperparameters alone, with a smaller back-off, might give a lower objective than this solution.
 
     The answer is no if the learned function costs clearly less than hyperparameters alone, or hardly more than without
     bounds.
@@ -162,11 +165,11 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
 
 @dataclass
 class _Learning:
-    """The data of the learning problem, and counts of the attempts and nonlinear programs so far.
+    """The data of the learning problem, and the numbers of `attempts` and nonlinear programs (`fits`) so far.
 
-    `error` is the last error of evaluation that was too large for a proof, relative to the width of a bound. `alone` is
-    the least J of hyperparameters alone. `rounding` has, by quantity, the least back-off that leaves room for errors of
-    evaluation.
+    `last` is the latest solution. `error` is the last error of float64 evaluation that was too large for a proof,
+    relative to the width of a bound. `alone` is the least objective of hyperparameters alone. `rounding` has, by
+    quantity, the least back-off that leaves room for errors of evaluation.
     """
 
     samples: tuple[Samples, ...]
@@ -191,7 +194,7 @@ class _Learning:
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
 
-        Stop if the proof fails before or after all constrained times.
+        Stop if the proof fails at a time before or after all constrained times.
         """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)
@@ -204,7 +207,7 @@ class _Learning:
             error = max(errors.values())
             is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF
             takes_long = found.is_rough and 3 * backoff < self._enough(found)
-            if (is_broken or takes_long) and error < _LARGEST_BACKOFF:  # no back-off leaves room for more
+            if (is_broken or takes_long) and error < _LARGEST_BACKOFF:  # no back-off leaves room for larger errors
                 backoff = self._larger(backoff, found)
                 found = learner.continued(found, self._problem(goal, backoff))
                 continue
@@ -227,11 +230,11 @@ class _Learning:
                 return outcome
             if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
                 own = self.rounding.get(outcome.quantity, 0.0)
-                if own > backoff:  # a larger back-off of all would not tighten this one
+                if own > backoff:  # a larger back-off of all quantities would not tighten this one
                     self.rounding[outcome.quantity] = min(2 * own, _LARGEST_BACKOFF)
                 else:
                     backoff = self._larger(backoff, found)
-            if isinstance(outcome, Counterexample):  # twice the violation, as half of a back-off tightens
+            if isinstance(outcome, Counterexample):  # twice the violation, as back-offs are halved (`_problem`)
                 backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
@@ -246,9 +249,10 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
-        It at least doubles. Rough functions, which touch bounds over long times, and functions that miss their bounds
-        get at once the largest back-off that J allows. If J would rise by more than the allowed gap, the back-off grows
-        in smaller steps.
+        It is at least twice as large. Rough functions, which touch bounds over long times, and functions that miss
+        their bounds get at once the largest back-off for which the objective J rises by no more than the solver's
+        tolerance, the allowed gap. For other functions the back-off grows by steps, smaller ones if J would rise by
+        more than this gap.
         """
         enough = self._enough(found)
         if enough >= 2 * backoff and (found.missed or found.is_rough):
@@ -256,7 +260,7 @@ class _Learning:
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
-        """Return the back-off that raises J by the allowed gap, to first order."""
+        """Return the back-off that raises the objective J by the allowed gap, to first order; 0.01 at most."""
         rise = found.rise(self.plant.quantities)
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
@@ -280,7 +284,7 @@ class _Learning:
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
         """Return the problem with bounds that are tightened twice, each time by half of the back-off.
 
-        One half is for times between those at which the bounds are imposed, and one for the optimiser's tolerance.
+        One half is for times between those at which the bounds are imposed, the other for the optimiser's tolerance.
         """
         halves = [max(backoff, self.rounding.get(q.name, 0.0)) / 2 for q in self.plant.quantities]
         constraints = tuple(
@@ -319,8 +323,8 @@ def _failure_time(outcome: Failure) -> float:
 def _relative_errors(reference: Reference) -> dict[str, float]:
     """Return the largest errors of float64 evaluation by quantity, relative to the width of its bounds.
 
-    They hold up to as many periods as the proof claims, or up to a multiple of the latest centre's time if there is no
-    period.
+    The errors are those up to as many periods as the proof claims, or up to a multiple of the latest centre's time if
+    there is no period.
     """
     latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
     window = reference.period or latest

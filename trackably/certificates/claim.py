@@ -12,9 +12,9 @@ from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.intervals import ends_within
 
 Written = Claim | Literal["all_times", "all_phases", "recorded"] | tuple[float, float]
-"""How users may write claims: (start, end) [s] is a window, and "recorded" is the window from first to last sample."""
+"""How users may write claims: (start, end) [s] is a window, "recorded" the window from the first sample to the last."""
 
-_ROUNDING = 1e-9  # a time counts as a multiple of the sampling time if it is nearer to it than this part of a step
+_ROUNDING = 1e-9  # a time counts as a multiple of the sampling time if it is nearer to one than this part of a step
 
 
 def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step: float = 0.0) -> Claim:
@@ -47,7 +47,7 @@ def kind_of(claim: Claim) -> str:
 
 
 def times_of(claim: Claim) -> str:
-    """Return the times of a claim in words, those of a window rounded inwards."""
+    """Return the times of a claim in words; the ends of a window are rounded inwards."""
     if isinstance(claim, Window):
         start, end = ends_within(claim.start, claim.end)
         return f"all real t from {start} s to {end} s"

@@ -24,10 +24,11 @@ from trackably.work import done
 _MOST_BOXES, _MOST_BY_CENTRE = 20_000, 8
 # Most halvings of a box, and number of halvings after which the search ends if 7 of 8 boxes without kinks are refused.
 _MOST_HALVINGS, _NARROW_ENOUGH = 60, 4
-# After the first number of halvings, refused boxes are checked again in mpmath, if their number is at most the second.
+# From the first number of halvings on, refused boxes are checked again in mpmath if there are at most as many as the
+# second number.
 _EXACT_FROM, _MOST_EXACT = 12, 16
-# Largest width of the first boxes near centres, in correlation times, for linear quantities and for formulas: in wider
-# boxes most proofs fail, in narrower ones hardly any.
+# Largest width of the first boxes near centres, in correlation times, for linear quantities and for formulas. In wider
+# boxes most proofs fail, in narrower boxes hardly any.
 _WIDTH, _NARROW = 2.0, 0.7
 # A kink is near the middle of a box if its distance from there is less than this part of half the box's width.
 _CENTRAL = 0.5
@@ -85,7 +86,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
 
 
 _Wanted = dict[tuple[float, float], Sequence[Quantity]]
-"""The quantities to be proved from a start to an end [s]."""
+"""The quantities whose bounds are to be proved from a start to an end [s]."""
 
 _Refused = Mapping[Box, Mapping[str, str]]
 """Boxes with the names of the quantities that are not shown to keep their bounds in them, and the reasons."""
@@ -94,9 +95,9 @@ _Refused = Mapping[Box, Mapping[str, str]]
 def _hopeless(
     draft: Draft, reference: Reference, refused: _Refused, halvings: int, smooth: int, kinks: "_Kinks"
 ) -> tuple[str, Box] | None:
-    """Return a quantity and a box for which halving does not help, or would give too many boxes.
+    """Return the name of a quantity and a box for which halving does not help, or would give too many boxes.
 
-    None if it may help. `smooth` is the number of tried boxes without a kink at which they can be divided.
+    Return None if halving may help. `smooth` is the number of tried boxes that have no kink at which to divide them.
     """
     middles = [box.start + (box.end - box.start) / 2 for box in refused]
     margins = Quantities(reference.quantities, [signal.summed for signal in reference.kernel_sums])
@@ -121,8 +122,8 @@ class _Kinks:
 
     Beyond a kink inside a box, a Taylor polynomial has an error that grows with the weight and the time since the kink.
     So boxes are divided at kinks, because halves would have to be very narrow. If the time of a kink is no float64
-    number, it gets a narrow box of its own, from `lower` to `upper`, wide enough for the kink to be in its middle for
-    certain; otherwise both are the time of the kink.
+    number, the kink gets a narrow box of its own, from `lower` to `upper`, wide enough to contain the kink near its
+    middle for certain. Otherwise `lower` and `upper` are the time of the kink.
     """
 
     lower: Array
@@ -144,7 +145,7 @@ class _Kinks:
         return cls(*np.array(sorted(found)).reshape(-1, 3).T)
 
     def are_in(self, box: Box) -> bool:
-        """Whether a kink is inside a box, so that the box can be divided there; not if the box is that of a kink."""
+        """Whether a kink at which the box can be divided is inside it; not if the box is a narrow one around a kink."""
         before, after = np.searchsorted(self._cuts, box.start, side="right"), np.searchsorted(self._cuts, box.end)
         return bool(before < after)
 
@@ -155,8 +156,8 @@ class _Kinks:
     def cuts(self, box: Box) -> list[float]:
         """Return the times [s] at which to divide a box: at the largest kink near its middle, if there is one.
 
-        Otherwise divide it at the kink that is nearest to its middle. If no kink is inside, or the box is that of a
-        kink, it is divided in the middle.
+        Otherwise divide it at the kink that is nearest to its middle. If no kink is inside, or the box is a narrow one
+        around a kink, divide it in the middle.
         """
         start, end = box.start, box.end
         first, last = np.searchsorted(self.upper, start, side="right"), np.searchsorted(self.lower, end)
@@ -172,7 +173,7 @@ class _Kinks:
 def _refusals(draft: Draft, held: Mapping[Box, Sequence[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
     """Return the boxes in which quantities are not shown to keep their bounds, with their names and the reasons.
 
-    `exactly` as for `Draft.refusals`.
+    If `exactly`, boxes that float64 intervals do not decide are checked again in mpmath.
     """
     refused = dict[Box, dict[str, str]]()
     for box, q, why in draft.refusals({box: list(of) for box, of in held.items()}, exactly):
@@ -198,7 +199,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
         split = near & (widths > widest)
-        if not np.any(split):  # discs take longer than widths
+        if not np.any(split):  # only now, as discs take longer to compute than widths
             _, sizes = discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:])
             split = near & ~np.isfinite(sizes)
         if not np.any(split):
@@ -220,10 +221,10 @@ def discs(
     ends: Array,
     terms: int = TERMS,
 ) -> tuple[Array, Array]:
-    """Return the radius [s] of a disc around each box, and the size of the error of Taylor polynomials that follows.
+    """Return the radius [s] of a complex disc around each box, and the size of the Taylor polynomial's error there.
 
-    Of some radii, the one with the smallest error is chosen, for polynomials with `terms` terms. A size is infinite if
-    every disc holds a singularity. Every radius is valid; some only lead to large errors.
+    Of some radii, the one with the smallest error by Cauchy's estimate is chosen, for polynomials with `terms` terms. A
+    size is infinite if every disc holds a singularity. Every radius is valid; some only lead to large errors.
     """
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))

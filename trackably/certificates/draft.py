@@ -39,7 +39,7 @@ LATEST = 1e60
 _PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
 _TIMES = 101  # times of a window at which errors of formulas are estimated
 _SLACK = 1.02  # factor of stated errors, which then also hold after a small change of the reference
-# A draft has no proof yet: its claim stands for one, and is not read.
+# A draft has neither a claim nor a proof yet: these take their places, and are not read.
 _NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)
 _FORMULA_ERROR = 2.0
 """Factor from the errors of formulas at single times to the stated errors, which have to hold in whole boxes."""
@@ -57,7 +57,7 @@ def evaluated_until(reference: Reference, window: float) -> float:
 def _errors_grow(kernel: Kernel, far: float) -> bool:
     """Whether errors grow with time: they do unless each periodic part is multiplied by one that decays fast enough.
 
-    The kernel's sizes at the times `far` [s] and `LATEST` are compared: errors grow if `stretch` more than doubles.
+    The largest |r κ̇| for |r| ≤ `far` [s] and for |r| ≤ `LATEST` are compared: errors grow if it more than doubles.
     """
     if not has_periodic_part(kernel):
         return False
@@ -147,14 +147,14 @@ class Draft:
         return check_sizes(self.certificate, list(self.quantities)) is None
 
     def is_settled(self, start: float) -> bool:
-        """Whether the decay of the kernels keeps all bounds from `start` [s] on, by the checker's first pass."""
+        """Whether the decay of the kernels keeps all bounds from `start` [s] on, as float64 intervals show."""
         return is_settled(self.certificate, list(self.quantities), exactly(start), FIRST_PASS)
 
     def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
         """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.
 
-        `held` has the quantities to check in each box. Those that float64 intervals do not decide are refused without a
-        reason, or if `exactly`, checked again in mpmath, which takes long.
+        `held` has the quantities to check in each box. Quantities that float64 intervals do not decide are refused with
+        an empty reason, or, if `exactly`, checked again in mpmath, which takes long.
         """
         needs = FormulaNeeds.of(self.certificate, list(self.quantities))
         for box, rest in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
@@ -171,7 +171,10 @@ class Draft:
 
 
 def _errors(reference: Reference, until: float, times: Array) -> tuple[list[Quantity], dict[str, float]]:
-    """Return all quantities with their given bounds, and their errors up to `until` [s], as `Draft.of` does."""
+    """Return all quantities with their given bounds, and their rounding errors up to `until` [s], by name.
+
+    Those of formulas are estimated from the values of the signals at some `times` [s].
+    """
     free, known = _linear_errors(reference, until)
     errors = {**known}
     if formulas := [q for q in free if q.combination is None]:
@@ -200,7 +203,7 @@ def _tighten(q: Quantity, by: float) -> Quantity:
 def _errors_of_formulas(
     reference: Reference, needs: FormulaNeeds, formulas: list[Quantity], times: Array
 ) -> dict[str, float]:
-    """Return estimates, from above, of the errors of formulas near some times [s]; infinite if there is none."""
+    """Return over-estimates of the rounding errors of formulas near some times [s]; infinite if none is found."""
     step, signals = reference.plant.sampling_time, [signal.summed for signal in reference.kernel_sums]
     shifted = {name: shifts_of(argument)[0] for q in formulas for name, argument in q.arguments.items()}
     every = {name: signals[s](times + j * step) for name, (s, j) in shifted.items()}
@@ -210,7 +213,7 @@ def _errors_of_formulas(
 def _largest_error(needs: FormulaNeeds, q: Quantity, values: Mapping[str, Array]) -> float:
     """Return the largest error of a formula for those `values` (n,) of its arguments at which it is defined.
 
-    0 if it is defined at none of them.
+    Return 0 if the formula is defined at none of them.
     """
     at: Any = {name: Floats.exact(of) for name, of in values.items()}  # arrays take the place of single intervals
     try:

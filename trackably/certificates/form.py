@@ -1,6 +1,6 @@
-"""Certificates and counterexamples in the form that the checker reads: a claim, its subject, and its proof.
+"""Write certificates and counterexamples as JSON objects that the checker reads.
 
-Rational numbers are texts such as -3/4.
+They have a claim, the reference with its system, and the proof. Rational numbers are texts such as -3/4.
 """
 
 import dataclasses
@@ -42,9 +42,9 @@ def encode_subject(reference: Reference) -> dict[str, Any]:
 
 @lru_cache(maxsize=8)
 def as_subject(reference: Reference) -> Subject:
-    """Return the reference as the checker reads it.
+    """Return the reference, with its system and sets, as the checker reads it.
 
-    It is cached, because errors, boxes and fingerprint of a reference need it.
+    The result is cached, because errors, boxes and fingerprint of a reference need it.
     """
     return subject_of(encode_subject(reference))
 

@@ -23,8 +23,8 @@ _LONGER, _FAR = 1.5, 1e3
 class Goal:
     """What a certified learner has to reach: bounds are imposed at `times`, and `prove` proves the claim.
 
-    If the goal `is_extensible`, the proof covers other times t ≥ 0 too, and `times` is extended if the proof fails
-    there.
+    If the goal `is_extensible`, the proof also covers all other times t ≥ 0, and `times` is extended if the proof fails
+    at one of these.
     """
 
     times: AllPhases | Window

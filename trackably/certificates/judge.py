@@ -82,10 +82,7 @@ def accepted_file(found: Judged) -> bytes:
 
 
 def found_or_raise(outcome: T | NoSolution | Counterexample | Unproved) -> T:
-    """Return the outcome if it is a result, and not a reason for failure.
-
-    NotTrackableError: it is the reason why there is no result, or none that is proved.
-    """
+    """Return the outcome if it is a result. NotTrackableError: it says why there is none, or none that is proved."""
     if isinstance(outcome, NoSolution | Counterexample | Unproved):
         raise NotTrackableError(outcome)
     return outcome
@@ -114,5 +111,5 @@ class NotTrackableError(NoReferenceError):
 
     def _save(self, what: str, kind: type[Counterexample | OutOfReach], path: Path | str) -> None:
         if not isinstance(self.outcome, kind):
-            raise ValueError(f"save_{what}: there is none: {self.outcome.explanation}")
+            raise ValueError(f"save_{what}: the outcome is no {what}: {self.outcome.explanation}")
         write_atomically(new_file(f"save_{what}", path), accepted_file(self.outcome))

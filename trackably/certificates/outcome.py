@@ -70,7 +70,7 @@ class Counterexample:
         return f"Counterexample({self.explanation})"
 
 
-_POSITIVE = "; a lower bound above zero of the states in it would keep it positive"
+_POSITIVE = "; a lower bound above zero of the states on which it depends would keep it positive"
 
 
 @dataclass(frozen=True)
@@ -108,11 +108,11 @@ class Unproved:
 class OutOfReach(NoSolution):
     """No sequence of states and inputs satisfies the bounds and the given values.
 
-    `given` is a value that contradicts those before it, or the bounds that a nonlinear system has to violate; `missing`
+    `given` names a value that contradicts earlier ones, or the bounds that a nonlinear system has to violate; `missing`
     is the least correction of `given` that would be needed, in its unit. If bounds alone contradict each other, `given`
     is empty, and `missing` is the least part of their widths by which all of them would have to be moved. `among` lists
-    the bounds and values of the argument, with their times. `contradiction` is the content of the file that the checker
-    reads.
+    the bounds and values that contradict each other, with their times. `contradiction` is the content of the file in
+    which the checker finds the proof.
     """
 
     given: str
@@ -209,7 +209,7 @@ class InfeasibleTightening(OutOfReach):
 
 @dataclass(frozen=True, repr=False)
 class NotExcluded(NoSolution):
-    """A contradiction that the checker did not accept, so that nothing is known about it."""
+    """It is not shown that no reference exists, as the checker did not accept the contradiction; `reason` says why."""
 
     reason: str
 

@@ -32,9 +32,12 @@ from trackably.systems.trajectories import Quantity
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
 
-_STATED = 0.99  # part of a violation that a counterexample states; the rest is room for the checker's enclosure
-_AT_ENDS = "its limit at a jump is outside; at the ends of a claim both sides count, as k T_s is rounded"
-_MOVES = "; a vehicle has a heading only where it moves: a lower bound of its speed above zero keeps it so"
+_STATED = 0.99  # part of a violation that a counterexample states, so that the checker's enclosure is certainly outside
+_AT_ENDS = (
+    "at an end of the claimed window, its limit at a jump is outside; both sides of the jump count, because sampled "
+    "times k T_s are rounded"
+)
+_MOVES = "; a vehicle has a heading only while it moves: give its speed a lower bound above zero"
 # Most instants that are checked one by one; and two late times, in lengths of the window, when signals are near rest.
 _LATEST_STEP, _AT_REST, _FAR = 100_000, 1e3, 1e6
 # Largest number of doublings, and number of bisections, in the search for an earliest time (`_earliest`).
@@ -92,7 +95,8 @@ def _prove_pieces_for_ever(reference: Reference) -> Outcome:
 def _prove_pieces(problem: "_ProofProblem") -> Outcome:
     """Prove the bounds of polynomial pieces.
 
-    Such a proof has no boxes, so the checker is asked first. Only if it refuses, the worst time is sought in float64.
+    Such a proof has no boxes, so the checker is asked first. Only if it refuses the proof, the time of the smallest
+    margin is sought in float64.
     """
     if not problem.draft.has_sane_sizes:
         return problem.beyond_analysis
@@ -140,9 +144,9 @@ def latest_time(reference: Reference) -> float:
 
 
 def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
-    """Return the earliest time [s] found by doubling the distance from `origin`, then by bisection.
+    """Return about the earliest time [s] at which `holds` is true; None if none is found.
 
-    `holds` must stay true from some time on, as the envelope gets smaller with time. None if it is never true.
+    The distance from `origin` is doubled, then bisected. Once `holds` is true, it must stay true at later times.
     """
     d = bisect_left(range(_DOUBLINGS + 1), True, key=lambda d: holds(origin + step * 2.0**d))
     if d > _DOUBLINGS:
@@ -172,7 +176,8 @@ def _reach(weights: Array, step: float, size: float, slope: float) -> float:
 class _ProofProblem:
     """The data of a proof of a `claim` about a reference.
 
-    Errors of float64 evaluation are bounded up to times far beyond `window` [s]. Raises ValueError as `_refuse_empty`.
+    Errors of float64 evaluation are bounded up to times far beyond `window` [s]. ValueError: the reference has no
+    bounds, or a signal without centres, or polynomial pieces with a nonlinear system.
     """
 
     reference: Reference
@@ -234,7 +239,10 @@ class _ProofProblem:
 
     @cached
     def _at_rest(self) -> list[tuple[list[tuple[int, Array]], float]]:
-        """The weights of the signals in each quantity, linearised at rest, and its margin there, less its error."""
+        """For each quantity, the weights of the signals, linearised at rest, and its margin at rest less its error.
+
+        At rest, all signals are equal to their means.
+        """
         levels, found = [signal.mean for signal in self.reference.kernel_sums], []
         signals = [partial(np.full_like, fill_value=level) for level in levels]
         for q in self.reference.quantities:
@@ -283,9 +291,7 @@ class _ProofProblem:
 
     @property
     def unsettled(self) -> Failure:
-        """Explain why no envelope keeps the bounds: by a counterexample if one is found, else as
-        unproved, with the reason.
-        """
+        """The reason why no decaying envelope keeps the bounds: a counterexample, or `Unproved` if none is found."""
         if not self.draft.has_sane_sizes:
             return self.beyond_analysis
         far = _FAR * self.window
@@ -308,9 +314,8 @@ class _ProofProblem:
     def _failure_among(self, places: Iterable[tuple[Quantity, float]]) -> Failure | None:
         """Return the first counterexample at `places`, or else the first failure; None if there is none.
 
-        A place is a quantity with a time [s] at which it is examined.
-
-        If only instants are to be proved, each time stands for the nearest of them.
+        A place is a quantity with a time [s] at which it is examined. If only instants k T_s are to be proved, the
+        nearest instant takes the place of this time.
         """
         T, first = self.reference.plant.sampling_time, None
         for quantity, time in places:
@@ -327,7 +332,7 @@ class _ProofProblem:
         The value is enclosed, which takes long for many kernels, only if float64 does not show that bounds are kept.
         """
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
-        margin = -math.inf  # so values of pieces are always enclosed, which is quick
+        margin = -math.inf  # for pieces, so that their values are always enclosed, which is quick
         if not self.reference.pieces:
             margin = quantity.margin([of.summed for of in self.reference.kernel_sums], np.array([time])).item()
         if margin > 0 and np.isfinite(reserve):
@@ -339,7 +344,7 @@ class _ProofProblem:
             return Unproved(quantity.name, bounds, (time, time), np.inf, self._advice(str(undefined)))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
-        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may hold
+        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may keep its bound
             failures = [self._failure_at(quantity, t) for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
             return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:
@@ -356,7 +361,7 @@ class _ProofProblem:
         return Unproved(quantity.name, quantity.bounds.at(time), (time, time), reserve - margin, reason)
 
     def _unbounded_error(self, quantity: Quantity) -> Unproved:
-        reason = "float64 evaluation may go wrong: no error is bounded at any time that was examined"
+        reason = "no upper bound of the error of float64 evaluation was found at any time that was examined"
         return Unproved(quantity.name, quantity.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _advice(self, reason: str) -> str:

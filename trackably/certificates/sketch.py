@@ -20,13 +20,13 @@ from trackably.systems.trajectories import Quantities, Signals, Trajectory
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
 _FEW_CENTRES = 100  # if a signal has at most this many, formulas are also examined at each of its centres
-_TRIED = 8  # number of the worst times at which failures are sought
-_REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum; the factor from the reach of one to the next one's
+_TRIED = 8  # number of times with the smallest margins at which violations are sought
+_REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum, and the ratio of successive widths
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """Margins of a quantity at increasing times [s], both of shape (n,)."""
+    """Approximate `margins` of a quantity (distances from its nearest bound) at increasing `times` [s], shapes (n,)."""
 
     times: Array
     margins: Array
@@ -64,12 +64,12 @@ def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantit
     """Return the quantities in float64, and the times [s] at which they are examined first."""
     quantities, of_signals = reference.quantities, reference.kernel_sums
     every = Quantities(quantities, [signal.nearly for signal in of_signals])
-    if not every.is_linear:  # each formula evaluates the signals for itself
+    if not every.is_linear:  # several formulas evaluate the same signals: cache values
         every = Quantities(quantities, EvaluationCache.of(of_signals).signals)
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
     fewest = _FEWEST_POINTS if every.is_linear else _FEWEST_OF_FORMULAS
     count = int(np.clip(_POINTS_PER_CORRELATION_TIME * (end - start) / shortest, fewest, _MOST_POINTS))
-    most = 0 if every.is_linear else _FEW_CENTRES  # formulas of smooth signals may have narrow valleys at these
+    most = 0 if every.is_linear else _FEW_CENTRES  # formulas may have narrow minima at centres
     near_change = [of.centres for of in of_signals if not of.kernel.is_analytic or len(of.centres) <= most]
     centres = np.subtract.outer(np.concatenate([np.empty(0), *near_change]), _shifts(reference)).ravel()
     times = np.unique(np.concatenate([np.linspace(start, end, count), every.breakpoints_in(start, end), centres]))
@@ -88,9 +88,7 @@ def _shifts(reference: Reference) -> Array:
 
 
 def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: float, end: float) -> Array:
-    """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and
-    some times in between.
-    """
+    """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and times in between."""
     breaks = [np.array([start, end])]
     for signal in signals:
         ends, turns = signal.breakpoints, np.zeros(1)
@@ -108,7 +106,7 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:
-    """Return the times [s] of local minima by parabolas through three times, closer together from one to the next."""
+    """Return the times [s] of local minima of `margins`, refined by parabolas through three times closer and closer."""
     inner = margins[:, 1:-1]
     which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))
     lowest, reach = times[at + 1], (times[at + 2] - times[at]) / 2

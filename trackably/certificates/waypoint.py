@@ -23,15 +23,15 @@ from trackably.systems.trajectories import Trajectory
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
 
-_NOTHING = 1e-12  # texts round tolerances up, but ignore an excess of this relative size, which is only rounding
+_NOTHING = 1e-12  # texts round tolerances up, but not for an excess of this relative size, which is a rounding error
 
 
 @dataclass(frozen=True)
 class Waypoint:
     """Required `values` of states and inputs at `time` [s], by name, each up to its tolerance (in its unit).
 
-    Without values, the system has to be at rest then: in an equilibrium, with the input that holds it. The reference
-    determines which equilibrium (`found`).
+    Without values, the system has to be at rest at this time: in an equilibrium, with the input that holds it. The
+    reference determines which equilibrium (`found`).
     """
 
     time: float
@@ -82,7 +82,7 @@ class Waypoint:
         return prove_on_window(at, self.time - half, self.time + half)
 
     def alone(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
-        """Return the set in which coordinates have the required values, up to tolerances, and all others are free."""
+        """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""
         pinned = [(i, self.values[name], self.tolerances[name]) for i, name in enumerate(names) if name in self.values]
         rows = np.eye(len(names))[[i for i, _, _ in pinned]]
         low, high = (np.array([value + sign * by for _, value, by in pinned]) for sign in (-1, 1))
@@ -91,7 +91,7 @@ class Waypoint:
     def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
         """Return the part of the set with the required values, up to tolerances. ValueError: it has no interior.
 
-        Of a set that moves, this is a part of the set at `time`.
+        If the set moves in time, it is taken at `time`.
         """
         bounded, of = bounded.at(self.time), self.alone(bounded, names)
         return Polytope(
@@ -135,5 +135,5 @@ def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[C
 
 
 def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:
-    """Return all states and inputs by name."""
+    """Return all states and inputs, as trajectories that depend on the signals, by name."""
     return dict(zip(plant.names, (*plant.flatness.states, *plant.flatness.inputs), strict=True))

@@ -1,8 +1,9 @@
 """Judge certificates: the checker imports nothing of what learns a reference and proposes its proof.
 
-Theorem. A certificate holds signals z_s(t) = m_s + Σ_i c_si κ_s(t − t_si), a linear system x⁺ = A x + B u + c with
-sampling time T, a state set X and an input set U, both of the form {v : lower ≤ R v ≤ upper}, and, in rational
-numbers, M, N, x₀ and u₀. Every stored float64 stands for exactly one real number, its own value. Let
+Theorem. A certificate holds signals z_s(t) = m_s + Σ_i c_si κ_s(t − t_si) with means m_s, weights c_si, centres t_si
+and kernels κ_s; a linear system x⁺ = A x + B u + c with sampling time T; a state set X and an input set U, both of the
+form {v : lower ≤ R v ≤ upper}; and, in rational numbers, vectors M_sj, N_sj (j = 0, 1, …), x₀ and u₀. Every stored
+float64 stands for exactly one real number, its own value. Let
 x(t) = x₀ + Σ_s Σ_j M_sj z_s(t + j T) and u(t) = u₀ + Σ_s Σ_j N_sj z_s(t + j T).
 If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, x(t) ∈ X and u(t) ∈ U for
   - all_times:  every real t ≥ 0;
@@ -11,60 +12,61 @@ If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, x(t) ∈ X and u
   - instants:   every t = k T, k = 0, 1, 2, …
 So the system follows the states x(k T) with the admissible inputs u(k T). Let E be the number `until` in the field
 `evaluation` of the certificate. At all of these times that are float64 numbers with |t| ≤ E, the distance from each
-bound exceeds the error of evaluating x(t), u(t) and the bound's row in float64. This also holds for times k T that are
-rounded to float64. For all_phases it also holds if a time t or k T is first moved by whole periods, with an error of up
-to 2⁻⁵³ E, to a time with |t| ≤ E.
+bound exceeds the error of evaluating x(t), u(t) and the bound's row in float64. The same holds for times k T that are
+rounded to float64, and for all_phases also if a time t or k T is first moved by whole periods, with an error of up to
+2⁻⁵³ E, to a time with |t| ≤ E.
 
-Proof. Every step is verified here, in interval arithmetic (mpmath iv), step 0 in rational arithmetic; step 2, and R
-and D of step 3, first in arrays of float64 intervals, and in mpmath where these do not decide (the first pass,
-`floats`).
+Proof. Every step is verified here, step 0 in rational arithmetic, the others in interval arithmetic (mpmath iv). Step
+2, and R and D of step 3, are first computed in arrays of float64 intervals (the first pass, `floats`); what these leave
+undecided is decided in mpmath.
   0. x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends (`trajectories`).
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`boxes`).
-  2. In each box each bounded quantity, a weighted sum of shifted signals (`quantities`), is enclosed by a polynomial
-     and a bound of what it misses (`kernels` has the estimate). They lie inside the bound, tightened by the errors of
-     step 5: a polynomial lies in the convex hull of its Bernstein coefficients, on the whole box or on each part.
+  2. In each box, each bounded quantity, a weighted sum of shifted signals (`quantities`), is enclosed by a polynomial
+     and a bound of the polynomial's error (`kernels` has the estimate). The polynomial stays further inside the limits
+     of the quantity than this error and the errors of step 5 together. This is decided by Bernstein coefficients, whose
+     convex hull contains the polynomial, for the whole box or for each of its parts.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`boxes`). Let
      K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀, |e(t)| ≤ R =
      Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum equals Σ_j
      w_j e(t) + Σ_j w_j (e(t + j T) − e(t)), it is also at most |Σ_j w_j| R + T Σ_j j |w_j| D (`tail`).
   4. If all parts of κ have the same period, what holds for one period of t holds for all t (`boxes`).
-  5. The rounding errors are at most the stated errors (`rounding`).
+  5. The rounding errors of evaluation are at most the errors that the certificate states (`rounding`).
 
 Extensions. Each is a theorem with its proof, at the head of its module, and says what it adds:
   - `inverse`:        nonlinear systems x⁺ = f(x, u) that are solved for u;
   - `flatness`:       nonlinear systems whose states and inputs are formulas of shifted signals;
   - `piecewise`:      signals of polynomial pieces;
-  - `redundancy`:     inputs of which several act alike;
-  - `disturbances`:   disturbed systems with a feedback, and noise of what it measures;
+  - `redundancy`:     redundant inputs, of which several have the same effect;
+  - `disturbances`:   disturbed systems with a feedback, and noise of the measured state;
   - `model_error`:    disturbed systems whose matrices lie in a convex hull;
   - `tables`:         states and inputs at steps, shown to keep bounds and dynamics, or to break them;
   - `counterexample`: a time at which a bound is broken;
-  - `joints`:         trajectories of joints, the derivatives of which keep limits, or break them;
+  - `joints`:         trajectories of joints whose derivatives keep limits, or break them;
   - `contradiction`:  bounds and values that no reference satisfies;
-  - `truth`:          how far states are from every signal that explains samples, or that there is none.
+  - `truth`:          how far states are from every signal that explains samples, or that no signal does.
 
 Which reference. The answer names the SHA-256 of all that defines x(t) and u(t): the signals, the system with its flat
 form, and M, N, x₀ and u₀ (`form.fingerprint` has the canonical form). Certificates and counterexamples with the same
-one speak about the same system, x(t) and u(t). It does not pin the sets, the claim, K, W and V, all of which the answer
-states, nor v(t) of redundant inputs, of which only the existence is proved.
+SHA-256 speak about the same system, x(t) and u(t). The SHA-256 does not depend on the sets, the claim, and K, W and V
+of `disturbances`, all of which the answer states, nor on v(t) of `redundancy`, of which only the existence is proved.
 
 Assumptions about rounding. Arithmetic is IEEE's, with subnormal numbers. exp, log, sqrt, sin, cos, atan, atan2 and
 powers are within 4 units in the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any
 order (no fast Fourier transforms), and for nonlinear systems the formulas of u, or those of the flat form. The first
-pass assumes the same of NumPy's arithmetic, exp, log, sqrt, cos, arctan and arctan2, and so do the six digits that are
-printed of x(0). A check that is `exact`, or of a counterexample or polynomial pieces, or without NumPy, or where the
-processor takes subnormal numbers for zero, leaves both out: then nothing but the errors of evaluation rests on these
-assumptions. The answer says which arithmetic it trusted.
+pass, which also computes the six digits that are printed of x(0), assumes the same of NumPy's arithmetic, exp, log,
+sqrt, cos, arctan and arctan2. It is left out if the check is `exact`, or is that of a counterexample or of polynomial
+pieces, if NumPy is missing, or if the processor replaces subnormal numbers by zero. Then nothing but the errors of
+evaluation rests on these assumptions. The answer says which arithmetic it trusted.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
 signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
 numbers of 4,000 characters, texts of 500,000 characters together, 1,000,000 weights of shifted signals in all bounds
 together, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and 30,000 parts of all formulas together,
-nested 100 deep; the formula of an input has up to 10,000. Polynomials of flat forms have up to 5000 terms, with 80
-values of functions. What exceeds them is refused (`limits`). A check is Undecided where it would need a rational number
-of more than 500,000 bits, whole numbers of more than 1,000,000,000 bits together, more than 500,000 breakpoints of
-pieces in one bound, or 700 MB of memory beyond what the process has held before (where the system tells), and after the
-time that it may be given.
+nested 100 deep; the formula of an input has up to 10,000 parts. Polynomials of flat forms have up to 5000 terms, with
+80 values of functions. A file that exceeds a limit is refused (`limits`). A check is Undecided if it would need a
+rational number of more than 500,000 bits, whole numbers of more than 1,000,000,000 bits together, more than 500,000
+breakpoints of pieces in one bound, or 700 MB of memory beyond what the process has held before (if the system tells).
+A check that is given a time limit is Undecided after this time.
 """
 
 from collections.abc import Callable
@@ -122,8 +124,8 @@ __all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Un
 def check(data: object, seconds: float | None = None, report: Report | None = None, exact: bool = False) -> Verdict:
     """Verify the content of a certificate, counterexample, table, trajectory or contradiction, as decoded from JSON.
 
-    A check that takes longer than `seconds` answers Undecided. The progress of the check is reported by calls of
-    `report(done, total)`. An `exact` check does not use float64 intervals.
+    A check that takes longer than `seconds` answers Undecided; None sets no limit. The progress of the check is
+    reported by calls of `report(done, total)`. An `exact` check does not use float64 intervals.
     """
     try:
         with watch(seconds, report):
@@ -131,7 +133,7 @@ def check(data: object, seconds: float | None = None, report: Report | None = No
     except UndecidedError as error:
         return Undecided(str(error))
     except MemoryError:
-        return Undecided("not decided within the memory that there is")
+        return Undecided("not decided: there is not enough memory")
 
 
 def _check(data: object, exact: bool) -> Verdict:
@@ -161,8 +163,9 @@ _Kind = tuple[_Shown, str, Callable[[Any], Any], Callable[[Any], str | None], Ca
 def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
     """Return, for each format of files, what a check of such a file needs.
 
-    This is the answer to a valid file, the name of such files in sentences, and three functions. The first one reads
-    the file, the second one returns why the file shows nothing, or None, and the third one says what the file shows.
+    This is the class of the answer to a valid file, the name of such files in sentences, and three functions. The first
+    one reads the file, the second one returns why the file shows nothing, or None if it is valid, and the third one
+    says what a valid file shows.
     """
     whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
     joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement

@@ -1,4 +1,4 @@
-"""The answers of a check, each with its sentence, and the steps of each proof in order."""
+"""The answers of a check, each with a sentence for the reader, and the steps of each proof in their order."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,7 +44,10 @@ class Contradicted(_Shown):
 
 @dataclass(frozen=True)
 class Failed:
-    """The file can be read but shows nothing; `reason` names the first step that fails."""
+    """The file can be read but shows nothing; `reason` names the first step that fails.
+
+    `kind` is what the file should be, in words: a certificate, counterexample or contradiction.
+    """
 
     reason: str
     kind: str = "certificate"
@@ -77,7 +80,7 @@ class _NotShown:
 
 
 class NotACertificate(_NotShown):
-    """The data cannot be read; `reason` says what it is instead, or names the first part that is wrong."""
+    """The data cannot be read; `reason` says what they are instead, or names the first part that is wrong."""
 
 
 class Undecided(_NotShown):
@@ -91,7 +94,7 @@ def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | 
     """Return why the proof fails, for the first step that does not hold; None if all steps hold.
 
     `first_pass` is the check in float64 intervals; what it leaves undecided is checked in mpmath. Raise
-    UnsolvableError if f cannot be solved for its inputs.
+    UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
     """
     subject, robust = certificate.subject, certificate.robust
     reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
@@ -109,7 +112,7 @@ def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | Non
 def check_counterexample(counterexample: Counterexample) -> str | None:
     """Return why a counterexample refutes nothing; None if it refutes its claim.
 
-    Raise UnsolvableError if f cannot be solved for its inputs.
+    Raise UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
     """
     subject = counterexample.subject
     value: Callable[[Subject, Bound, Fraction], Real | Fraction] = value_of_pieces if subject.pieces else _value
@@ -117,7 +120,7 @@ def check_counterexample(counterexample: Counterexample) -> str | None:
 
 
 def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
-    """Return an interval with the value of a bound's row at t [s], for signals that are sums of kernels."""
+    """Return an interval that contains a bound's row · x(t) or row · u(t) at t [s], if signals are sums of kernels."""
     every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
     return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 

@@ -1,6 +1,7 @@
-"""Steps 1, 2 and 4 of the proof: boxes of time cover the claimed times, and in each box the bounds hold.
+"""Steps 1, 2 and 4 of the proof (`checker`): boxes of time cover the claimed times, and in each box the bounds hold.
 
-A box is an interval of time. If only instants are claimed, each instant before the tail is in a narrow box of its own.
+A box is an interval of time. If only the instants k T are claimed, each of the first instants has a narrow box of its
+own; at all later ones the bounds hold because the kernels decay (`tail`).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,7 +35,8 @@ class Box(NamedTuple):
 class Enclosures:
     """Taylor models over one `box`, whose times are mapped to x ∈ [−1, 1]; `terms` is the number of coefficients.
 
-    `known` holds the models of z_s(t + j T) − m_s by (s, j), so that each model is computed only once.
+    `known` holds the models of z_s(t + j T) − m_s, signal s without its mean, by (s, j), so that each model is computed
+    only once.
     """
 
     subject: Subject
@@ -43,11 +45,11 @@ class Enclosures:
     known: dict[Shifted, Model] = field(default_factory=dict)
 
     def arguments(self, q: Quantity) -> dict[str, Model]:
-        """Return models of the arguments of a quantity, by name."""
+        """Return Taylor models of the linear combinations of signals on which a quantity depends, by name."""
         return {name: self.combination(argument) for name, argument in q.arguments.items()}
 
     def combination(self, argument: LinearCombination) -> Model:
-        """Return a model of a linear combination of signals."""
+        """Return a Taylor model of a linear combination of shifted signals."""
         found = Models(self.terms).number(argument.offset)
         for (s, j), w in terms_of(argument):
             found += self._signal(s, j).times(w)
@@ -62,7 +64,7 @@ class Enclosures:
 
 
 def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
-    """Return a model of Σ_i c_i κ(t + shift − t_i) in a box, with n coefficients; `shift` is in s."""
+    """Return a Taylor model of Σ_i c_i κ(t + shift − t_i) for t in a box, with n coefficients; `shift` is in s."""
     first, last, radius = exactly(box.start), exactly(box.end), exactly(box.radius)
     middle, h = (first + last) / 2, (last - first) / 2
     found = Model([ZERO] * n, signal.far.size)
@@ -84,9 +86,10 @@ class FirstPass:
 
     `boxes` yields each box with the quantities that are left to be proved. `models` yields, for each box, models of
     some shifted signals without their means; it leaves out those that are not finite. `envelope` over-estimates |z − m|
-    and |ż| of a signal after a time. `of_joints` returns the limits and the jumps of joints that are not certain to be
-    kept. `envelope` returns None if nothing is known. `is_sound` says whether the processor's settings make all of this
-    true. `trusted` is a sentence: which arithmetic is trusted.
+    and |ż| of a signal z with mean m at all times after a time; it returns None if it finds no finite bounds.
+    `of_joints` returns the limits and the jumps of joints that are not certain to be kept. `is_sound` says whether the
+    processor's arithmetic is as all of these functions assume. `trusted` is a sentence that says which arithmetic is
+    trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
@@ -136,8 +139,8 @@ def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tup
     """Yield the boxes of a proof in groups.
 
     A group is a mapping from boxes to the quantities that are checked there, the number of Taylor coefficients, the
-    index of the group's first box, and how many boxes all groups have. If only instants are claimed, the index of a box
-    is its step.
+    index of the group's first box, and how many boxes all groups have. If only instants are claimed, the index of the
+    box around k T is k.
     """
     proof, step = certificate.proof, certificate.subject.system.sampling_time
     if isinstance(proof, Steps):
@@ -159,7 +162,7 @@ def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tup
 
 
 def around_instant(k: int, step: float) -> Box:
-    """Return a narrow box that contains k T. Raise UndecidedError if its rounded ends do not enclose k T."""
+    """Return a narrow box that contains k T, for T = `step` [s]; UndecidedError if its rounded ends exclude k T."""
     half = step * 2.0**-40 + k * step * 2.0**-50
     box = Box(k * step - half, k * step + half, half * 2.0**20)
     if not Fraction(box.start) <= k * Fraction(step) <= Fraction(box.end):
@@ -182,16 +185,16 @@ def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quant
 
 
 def stays_inside(model: Model, q: Quantity, box: Box) -> bool:
-    """Whether lower ≤ q ≤ upper in a box for all functions that the model encloses."""
+    """Whether all functions that the model encloses stay between the lower and upper bounds of q in a box."""
     negative = Model([-c for c in model.coefficients], model.missed)
     lows, highs = (limit.over(box.start, box.end) for limit in (q.lower, q.upper))
     return all(is_below(model, p) for p in highs) and all(is_below(negative, [-c for c in p]) for p in lows)
 
 
 def is_below(model: Model, bound: list[Real]) -> bool:
-    """Return whether all functions that the model encloses are at most the polynomial `bound` on [−1, 1].
+    """Return whether all functions that the model encloses are at most a polynomial on [−1, 1].
 
-    This is decided in whole numbers. False may also mean that it is not known.
+    `bound` has the polynomial's coefficients. The decision is made in integers. False may also mean "not known".
     """
     found = in_fixed_point([model.missed, *bound, *model.coefficients])
     if found is None:
@@ -201,14 +204,15 @@ def is_below(model: Model, bound: list[Real]) -> bool:
     both = zip_longest(above, below, fillvalue=(0, 0))
     doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
     p = [c << k for k, c in enumerate(doubled)]  # the polynomial in y ∈ [0, 1], x = 2 y − 1
-    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # covers the intervals' widths, as |x^k| ≤ 1
+    p[0] -= 2 * missed + sum(high - low for low, high in rest)  # widths of intervals count as errors, as |x^k| ≤ 1
     return is_nowhere_negative(p)
 
 
 def check_cover(certificate: Certificate) -> str | None:
     """Return why the boxes do not cover the claimed times; None if they do.
 
-    If all phases are claimed, the boxes have to cover one period, after which all kernels and bounds have to repeat.
+    If the claim is about every real t (all phases), the boxes have to cover one period, after which all kernels and
+    bounds have to repeat.
     """
     proof = certificate.proof
     if isinstance(proof, Steps):

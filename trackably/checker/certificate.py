@@ -1,4 +1,4 @@
-"""The content of a certificate as typed values: the result of reading a file, from which all steps are checked."""
+"""The content of a certificate file as typed values, from which all steps of its proof are checked."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class AllTimes:
 
 @dataclass(frozen=True)
 class AllPhases:
-    """The claim about every real t, for signals that repeat for ever."""
+    """The claim about every real t, for signals that are periodic."""
 
     span = -inf, inf
 
@@ -76,10 +76,10 @@ KINDS: dict[str, type[Claim]] = {
 
 @dataclass(frozen=True)
 class Cover:
-    """The proof of a claim about real times, with `boxes` of time for each bound, by its name.
+    """The proof of a claim about real times, with `boxes` of time for each bound, by the bound's name.
 
-    The boxes of each bound cover the times from `start` to `end` [s]. These times are the window, one period of all
-    kernels, or all times before the tail. In the tail, the bounds hold because the kernels decay. `terms` is the number
+    The boxes of each bound cover the times from `start` to `end` [s]. These times are the claimed window, one period of
+    all kernels, or all times up to `end`, after which the bounds hold because the kernels decay. `terms` is the number
     of terms of the Taylor polynomial in each box. Signals of polynomial pieces need no boxes.
     """
 
@@ -91,17 +91,18 @@ class Cover:
 
 @dataclass(frozen=True)
 class Steps:
-    """The proof of a claim about instants: steps up to `last` are checked one by one, later steps by kernels' decay."""
+    """The proof of a claim about instants k T: those up to k = `last` are checked one by one, later ones by decay."""
 
     last: int
 
 
 Pair = tuple[int, int]
+"""The numbers of two measurements from which a bound of a true signal follows (`TrueSignal`)."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Measured `values` at increasing `times` [s], each with an error of at most `noise`."""
+    """Measured `values` at increasing `times` [s], each with an error of at most `noise` (in the unit of values)."""
 
     times: tuple[float, ...]
     values: tuple[float, ...]
@@ -165,7 +166,7 @@ class TrueSignal:
 class Certificate:
     """A claim about a reference, with its `proof` and all data needed to verify it.
 
-    `errors` has, by the name of each bound, the largest error of float64 evaluation at times up to `until` [s].
+    `errors` has, by the name of each bound, an upper bound of the error of float64 evaluation for |t| ≤ `until` [s].
     `robust` is the claim about the disturbed system; None without this claim. `truth` has the claims about the
     distances of states from true signals.
     """

@@ -1,29 +1,31 @@
 """Contradictions: proofs that no states and inputs of a system keep its bounds and given values together.
 
 Form. {"format": "trackably contradiction", "version": 1, "plant": {"system", "state_set", "input_set"}, "start": t_0,
-"steps": N, "values": [{"step", "name", "lower", "upper"}, …], "missing": d > 0, "proof": …}. The plant is that of
-certificates. A value bounds a state or an input at a step k < N, t_0 + k T [s]. The proof is one of
+"steps": N, "values": [{"step", "name", "lower", "upper"}, …], "missing": d > 0, "proof": …}. The plant is written as in
+certificates. A value bounds a state or an input at one step k < N, the time t_0 + k T [s]. The proof is one of
   - {"kind": "multipliers", "states": [[μ, …], …], "inputs": [[μ, …], …], "values": [μ, …]} for linear systems: a number
     for each step and row of the state set, for each step and row of the input set, and for each value;
-  - {"kind": "boxes", "step": k, "name": …} for nonlinear systems without angles.
+  - {"kind": "boxes", "step": k, "name": …} for nonlinear systems without angles: a step, and a state or an input.
 
 Theorem. If `check` answers Contradicted, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
-rows of both sets at all these steps and all values; not even if the last value is wider by d on both sides, or, without
-values, if each bound is further out by d times the width of its row. An end that moves counts as it is at t_0 + k T; as
-the wider one of both sides, if that is a breakpoint. For nonlinear systems with x_(k+1) = f(x_k, u_k),
-there are none either; and at the step that is named, what is wanted of the state or input is at least d apart.
+rows of both sets at all these steps, and all values. There are none either if the interval of the last value is wider
+by d on both sides, or, without values, if each bound is further out by d times the width of its row. If a bound moves
+in time, its ends at t_0 + k T count; at a breakpoint, the wider ones of those before and after it. For nonlinear
+systems, no such states and inputs with x_(k+1) = f(x_k, u_k) exist. Moreover, at the step that the proof names, the
+largest lower end that is required of the named state or input exceeds the smallest upper end by at least d.
 
 Proof, linear systems (Farkas' lemma, of which only the easy half is needed). Let each row i, of step k, be
 l_i ≤ r_i z_k ≤ h_i with z = (x, u), bounds moved by d, and let μ_i be its multiplier. For all sequences that keep the
-rows, Σ_i μ_i r_i z_k ≤ Σ_i (h_i if μ_i > 0, else l_i) μ_i. Let g_k and e_k be what multiplies x_k and u_k on the left,
-and p_k = g_k + Aᵀ p_(k+1) with p_N = 0. With the dynamics, the left side is
-p_0 x_0 + Σ_k (e_k + Bᵀ p_(k+1)) u_k + Σ_k p_(k+1) c. Whatever multipliers are stored, others are added that make p_0
-zero, of rows of states in the first steps; and those of rows of inputs that make each factor of u_k zero. If the right
-side is then less than Σ_k p_(k+1) c, there are no such sequences. All of this is done in whole numbers.
+rows, Σ_i μ_i r_i z_k ≤ Σ_i (h_i if μ_i > 0, else l_i) μ_i. Let g_k and e_k be the factors of x_k and u_k on the left
+side, and p_k = g_k + Aᵀ p_(k+1) with p_N = 0. With the dynamics, the left side is
+p_0 x_0 + Σ_k (e_k + Bᵀ p_(k+1)) u_k + Σ_k p_(k+1) c. The stored multipliers need not cancel the factors of x_0 and u_k:
+multipliers of rows of states in the first steps are added that make p_0 zero, then multipliers of rows of inputs that
+make each factor of u_k zero. If the right side is then less than Σ_k p_(k+1) c, there are no such sequences. All of
+this is computed in integers.
 
-Proof, nonlinear systems. A box that holds all x_k, u_k which keep rows of single coordinates and values gives, by
-interval arithmetic, a box that holds x_(k+1). Where nothing bounds a state, or f may be undefined, nothing is known;
-nor of ends that move.
+Proof, nonlinear systems. Let a box contain all x_k and u_k that keep the given values and the rows that bound a single
+coordinate. By interval arithmetic of f, it gives a box that contains x_(k+1). f gives no interval for a state if it may
+be undefined, or depends on a state or an input without an interval. Rows whose ends move in time are not used.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -91,7 +93,7 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Gap:
-    """The claim that, at a `step`, no value of the state or input `name` satisfies all that is required of it."""
+    """The claim that, at a `step`, no value of the state or input `name` keeps all bounds and given values."""
 
     step: int
     name: str
@@ -101,7 +103,7 @@ class Gap:
 class Contradiction:
     """Bounds and values that contradict each other over `steps` steps from the time `start` [s] on, with the proof.
 
-    `missing` is d of the theorem, which says how far bounds or values exclude each other.
+    `missing` says how far bounds or values exclude each other: it is d in the module's theorem.
     """
 
     system: System
@@ -147,7 +149,7 @@ def check_contradiction(of: Contradiction) -> str | None:
     if reason := why_no_plant(system, of.state_set, of.input_set):
         return reason
     if any(v.step >= of.steps or v.name not in (*system.states, *system.inputs) for v in of.values):
-        return "values: each must be that of a state or an input, at one of the steps"
+        return "values: each must be that of a state or an input of the system, at one of the steps from 0 to steps - 1"
     if isinstance(system, LinearSystem) and isinstance(proof, Multipliers):
         return _misfit_of_multipliers(of, proof) or _why_not_infeasible(of, system, proof)
     if isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
@@ -166,7 +168,7 @@ def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
 class _Weighted:
     """The inequality lower ≤ row · z_k ≤ upper at a step k, and its multiplier μ; z is x if `of_state`, else u.
 
-    The ends are already moved outwards by d, where the theorem says so.
+    `lower` and `upper` are already moved outwards by d, if the theorem says so.
     """
 
     step: int
@@ -207,28 +209,28 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
     A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
     q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c[0]])
     if of.steps * q.bit_length() > _MOST_BITS:
-        return "proof: too many steps, or too many digits in A, B and c"
+        return "proof: the check would take hours, for too many steps, or too many digits in A, B and c"
     dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps
     p, _, _, scale = _factors(*dynamics, rows)
     if any(p):
         early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
         added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in early])
         if added is None:
-            return "proof: no bounds cancel the remainder of the multipliers in the state at the first step"
+            return "proof: the multipliers leave a factor of the first step's state, and no rows of states cancel it"
         rows += [replace(row, multiplier=factor / scale) for row, factor in zip(early, added, strict=True) if factor]
     p, of_inputs, constant, scale = _factors(*dynamics, rows)
     assert not any(p), "the rows that were added take it away"
     first, count = of.steps * len(of.state_set.rows), len(of.input_set.rows)
     paid = _price(rows[first : first + of.steps * count], count, of_inputs, m)
     if paid is None:
-        return "proof: no bounds cancel the remainder of the multipliers in an input"
+        return "proof: the multipliers leave a factor of an input, and no rows of inputs cancel it"
     if scale * exact_sum(row.most for row in rows if row.multiplier) + paid < constant:
         return None
     return f"value: bounds and values are not shown to contradict each other by {of.missing!r}"
 
 
 def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return what the rows of inputs add to the right side if their multipliers ν cancel the factors e_k of u_k.
+    """Return what multipliers ν of rows of inputs that cancel the factors e_k of u_k add to the proof's right side.
 
     This is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. Return None if no such ν
     exists. `rows` has l_ki ≤ r_i · u_k ≤ h_ki for all rows of the input set, `count` of them for each step; `of_inputs`
@@ -299,22 +301,22 @@ def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
     """Return why it is not shown that a state or an input has no admissible value at the step; None if it is shown."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
-        return "proof: a gap must be that of a state or an input, at one of the steps"
+        return "proof: it must name a state or an input of the system, at one of the steps from 0 to steps - 1"
     k = 0
     for k, box in enumerate(wanted_boxes(of, system)):
         progress(k, gap.step + 1)
         if k == gap.step:
             low, high = box.get(gap.name, (ZERO, ZERO))
             is_far = at_most(exactly(of.missing), low - high)
-            return None if is_far else f"value: the bounds of {gap.name} are not shown to exclude each other"
-    return f"value: step {k}, before the gap, already has no admissible states and inputs"
+            return None if is_far else f"value: bounds of {gap.name} are not shown to exclude each other at step {k}"
+    return f"value: step {k}, before the step that the proof names, already has no admissible states and inputs"
 
 
 def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:
     """Yield, for each step, the lower and the upper end of each state and input that can be bounded, by name.
 
-    They follow from bounds, given values and the box of the step before. Stop after the first step at which a lower end
-    exceeds the upper end.
+    The ends follow from bounds, given values and the box of the step before. Stop after the first step at which a lower
+    end exceeds the upper end.
     """
     sides = ((of.state_set, system.states), (of.input_set, system.inputs))
     bounds = [
@@ -338,7 +340,7 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
 
 
 def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
-    """Yield the interval from lower to upper; if lower > upper, yield both ends as two intervals."""
+    """Yield the interval from lower to upper; if lower > upper, both ends as two intervals that exclude each other."""
     ends = ratio(lower), ratio(upper)
     yield from (between(*ends),) if lower <= upper else ends
 

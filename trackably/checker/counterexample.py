@@ -1,12 +1,13 @@
 """Counterexamples: a reference that breaks a bound at a time that is claimed.
 
 Theorem. A counterexample speaks of the same signals, system and sets as a certificate, and holds a time of the claim
-instead of boxes. If `check` answers Refuted, then at this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c,
-or x(t + T) = f(x(t), u). Of a flat form: x(t) ∉ X, or u(t) ∉ U.
+instead of boxes. If `check` answers Refuted, then at this time x(t) ∉ X, or no u ∈ U has x(t + T) = A x(t) + B u + c
+(for a nonlinear system, x(t + T) = f(x(t), u)). For a flat form (`flatness`), x(t) ∉ X, or u(t) ∉ U.
 
-Proof. States follow from inputs as in step 0; the time is one of the claim; and the value of the bound's row at this
-time, a number, is outside. Of redundant inputs it must also be outside of what the rows of U demand for one λ
-(`redundancy`): that this is necessary needs no lemma.
+Proof. States follow from inputs as in step 0 of `checker`; the time is one of the claim; and the value of the bound's
+row at this time, a number, is outside the bound. If inputs are redundant, the value must also be outside the interval
+that the rows of U, weighted by some λ, demand of it (`redundancy`). Every admissible input satisfies this demand, as it
+is a sum of these rows.
 """
 
 from collections.abc import Callable
@@ -58,14 +59,14 @@ def check_violation(
     try:
         value = value_at(bound, t)
     except UndefinedError as undefined:
-        return f"value: the {bound.name} is not shown to be defined there: {undefined}"
+        return f"value: the {bound.name} is not shown to be defined at the stated time: {undefined}"
     low, high = ends[0] - by, ends[1] + by
     is_outside = at_most(value, low) or at_most(high, value)
     return None if is_outside else f"value: the {bound.name} is not shown to be outside by {counterexample.violation!r}"
 
 
 def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:
-    """Return the interval in which the row of a bound has to stay at t [s]; None if nothing is demanded of the row.
+    """Return the interval in which the row of a bound has to stay at t [s]; None if the sets demand nothing of it.
 
     For a row of inputs of a linear system, the interval follows from all rows of U if inputs are redundant. For every
     other row, it is the interval between the row's own ends at t.

@@ -1,13 +1,15 @@
 """Disturbances, an extension: bounds of the reference leave room for every error of the disturbed system.
 
 Theorem. The certificate of a linear system may also hold a matrix K, a set W, and sets X₀ and U₀ with the rows of X
-and U. Let x_r and u_r be the x(t), and the u(t) or u(t) + v(t), of the certificate. If `check` answers Proved, then
-for each t₀ of the claimed times, each x(0) = x_r(t₀) + e with e ∈ Z, and each sequence of w(k) ∈ W, the system x(k +
-1) = A x(k) + B u(k) + c + w(k) with u(k) = u_r(t₀ + k T) + K (x(k) − x_r(t₀ + k T)) has x(k) ∈ X₀ and u(k) ∈ U₀ for
-all k ≥ 0 with t₀ + k T among these times. Z is the set below; it holds 0 if W does. What rounding adds to a state
-counts as a part of w. With measurement noise, such a certificate also holds a set V. The state is then measured as
-y(k) = x(k) + v(k), and the same holds for each y(0) = x_r(t₀) + e with e ∈ Z, and all sequences of w(k) ∈ W and v(k)
-∈ V, with u(k) = u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
+and U. Let x_r(t) be the x(t) of the certificate, and u_r(t) its u(t), or u(t) + v(t) if inputs are redundant. If
+`check` answers Proved, then for each t₀ of the claimed times, each x(0) = x_r(t₀) + e with e ∈ Z, and each sequence of
+w(k) ∈ W, the system x(k + 1) = A x(k) + B u(k) + c + w(k) with u(k) = u_r(t₀ + k T) + K (x(k) − x_r(t₀ + k T)) has
+x(k) ∈ X₀ and u(k) ∈ U₀ for all k ≥ 0 with t₀ + k T among the claimed times. The set Z of errors is defined in the
+proof; it contains 0 if W does. What rounding adds to a state counts as a part of w.
+
+With measurement noise, the certificate also holds a set V, and the state is measured as y(k) = x(k) + v(k). Then the
+same holds for each y(0) = x_r(t₀) + e with e ∈ Z, and all sequences of w(k) ∈ W and v(k) ∈ V, with u(k) =
+u_r(t₀ + k T) + K (y(k) − x_r(t₀ + k T)).
 
 Proof. Let F = A + B K. The certificate holds whole numbers N, s ≥ 1, a number 0 ≤ α < 1, and sizes p_i ≥ 0 of a box P
 = {x : |x_i| ≤ p_i}. Verified are W ⊆ P, and Fˢ P ⊆ α P: Σ_j |(Fˢ)_ij| p_j ≤ α p_i for all i. Let Y = (1 − α)⁻¹ (P ⊕ F
@@ -18,9 +20,11 @@ X and its bounds l ≤ r x ≤ h in X and l₀ ≤ r x ≤ h₀ in X₀, verifie
 support function h_Z(r) = max {r e : e ∈ Z}, which is Σ_{i<N} h_W(r Fⁱ) + (1 − α)⁻¹ Σ_{i<s} Σ_j |(r Fᴺ⁺ⁱ)_j| p_j; and
 likewise for each row r of U with h_Z(r K). So r x(k) = r x_r + r e(k) and r u(k) = r u_r + r K e(k) keep the bounds
 of X₀ and U₀. Y with W in the place of P is the set of S. V. Raković et al., Invariant approximations of the minimal
-robust positively invariant set, 2005. With V, y(k + 1) = A y(k) + B u(k) + c + w(k) − A v(k) + v(k + 1). So all of
-this is verified with W ⊕ (−A V) ⊕ V in the place of W, for the errors y(k) − x_r. As x = y − v, the bounds of X₀ have
-to be further out, by h_V(−r) above and h_V(r) below. All of it is done in whole numbers over common denominators.
+robust positively invariant set, 2005.
+
+With V, y(k + 1) = A y(k) + B u(k) + c + w(k) − A v(k) + v(k + 1). So all of this is verified with W ⊕ (−A V) ⊕ V in
+the place of W, for the errors y(k) − x_r. As x = y − v, the bounds of X₀ have to be further out than without V: by
+h_V(−r) above and by h_V(r) below. Everything is computed in integers over common denominators.
 """
 
 from collections.abc import Sequence
@@ -97,7 +101,7 @@ class Robust:
     def model_generators(self, system: LinearSystem) -> list[Vector] | str:
         """Return the generators of the set D that a wrong model adds to W, or why there are none."""
         if self.model and not isinstance(self.disturbance, Zonotope):
-            return "W must be a zonotope where the model may be wrong"
+            return "the disturbance set W must be a zonotope, not a hull of points, if there is a model"
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
 
 
@@ -124,7 +128,8 @@ _MOST_BITS = 2_000_000  # with more bits in a power of A + B K, a certificate is
 def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     """Return why the claim about the disturbed system is not shown; None if it is shown, or if there is no claim.
 
-    The reason is that errors may leave Z, or that a bound of X leaves too little room for Z, or a bound of U for K Z.
+    The reason is that errors may leave their set Z, or that a bound of X leaves too little room for Z, or a bound of U
+    for K Z.
     """
     if robust is None:
         return None
@@ -136,7 +141,7 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     if isinstance(errors, str):
         return f"model: {errors}"
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
-        return "disturbance: too many powers of A + B K, or too many digits in them"
+        return "disturbance: the check would take hours, for too many powers of A + B K, or too many digits in them"
     if reason := _not_invariant(robust, errors):
         return f"disturbance: {reason}"
     K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
@@ -147,7 +152,8 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
 def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> bool:
     """Return whether state i of the disturbed system is shown to stay within `room` of the reference.
 
-    This holds if h_Z(±r) + h_V(∓r) ≤ room, where r · x is the state.
+    This holds if h_Z(±r) + h_V(∓r) ≤ room for the row r with x_i = r · x. Here h is the support function of the set Z
+    of errors, or of the noise set V.
     """
     errors, axis = _errors_of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
     if isinstance(errors, str):
@@ -239,7 +245,7 @@ class Errors:
         return above, r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
 
     def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
-        """Return whether h_Z(row) ≤ room."""
+        """Return whether row · e ≤ room for all errors e ∈ Z."""
         above, below = self.support(row)
         return above * room.denominator <= room.numerator * below
 
@@ -253,12 +259,12 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
         return "K must have a row for each input and a column for each state"
     vectors = (*robust.disturbance.vectors, *(robust.noise.vectors if robust.noise else ()))
     if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
-        return "W, V and P must have an entry for each state"
+        return "W, V (set and noise) and P (box) must have an entry for each state"
     if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
         return "X and U must have the dimensions of state and input"
     if not 0 <= robust.contraction < 1:
-        return "the contraction must be at least 0 and less than 1"
-    return "P must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
+        return f"the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
+    return "P (box) must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
 
 
 def _not_invariant(robust: Robust, errors: Errors) -> str | None:
@@ -268,14 +274,14 @@ def _not_invariant(robust: Robust, errors: Errors) -> str | None:
         axis = [int(i == j) for j in range(n)]
         supports = (errors.disturbance.largest(errors.vectors, side) for side in (axis, [-a for a in axis]))
         if Fraction(max(supports), errors.d) > box[i]:
-            return f"W is not inside of P: coordinate {i}"
+            return f"W is not inside of P: coordinate {i} exceeds its size in `box`"
         power = axis
         for _ in range(robust.terms):
             tick()
             power = errors.moved(power)
         reached, allowed = product([abs(x) for x in power], errors.box), Fraction(robust.contraction) * box[i]
         if reached * allowed.denominator > allowed.numerator * errors.q**robust.terms * errors.b:
-            return f"the power of A + B K does not contract P in coordinate {i}"
+            return f"the power `terms` of A + B K does not contract P by the factor `contraction` in coordinate {i}"
     return None
 
 
@@ -294,7 +300,7 @@ def _short(
         back = [-r for r in row]
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
-            return f"disturbance: {name}: row {i} does not move as that of the reference"
+            return f"disturbance: {name}: row {i} does not move as that of the reference, up to constants"
         above, below = above - support_of(V, back), below - support_of(V, row)
         if not (errors.fits(row, above) and errors.fits(back, below)):
             return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"

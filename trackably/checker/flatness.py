@@ -8,14 +8,14 @@ are multiples of 2π which, added to the angles in x(k T), give states that the 
 u(k T). Bounds of an angle are those of x(t) as X gives it.
 
 Proof. f(X, U) and X with every signal one step later are written as quotients of polynomials in the signals and in
-values of functions, by true equalities such as √a² = a and cos(atan2(y, x)) = x/√(x² + y²); they are the same
-quotients, and so equal wherever all parts are defined and the formulas in `positive` are positive (`identities`). Of
-angles, sines and cosines are compared. Where a state that is an angle changes by 2π, f changes by whole multiples of
-2π in states that are angles, and not at all in others: seen from its sums, products with whole numbers, sines and
-cosines (`turns`). All parts are shown to be defined in the boxes and in the tail, together with the last bound:
-divisors, lengths of vectors whose angle is taken, and arguments of log, sqrt and fractional powers, in X, U, f(X, U)
-and X one step later (`needs`, `rounding`). Rounding errors are propagated in each box, from the values that the signals
-have there.
+values of functions, by true equalities such as √a² = a and cos(atan2(y, x)) = x/√(x² + y²). Both sides are shown to be
+the same quotients, and so are equal wherever all parts are defined and the formulas in `positive` are positive
+(`identities`). For states that are angles, sines and cosines of both sides are compared. If a state that is an angle
+changes by 2π, f changes by whole multiples of 2π in states that are angles, and not at all in others; the sums,
+products with whole numbers, sines and cosines in f show this (`turns`). Divisors, lengths of vectors whose angle is
+taken, and arguments of log, sqrt and fractional powers, in X, U, f(X, U) and X one step later, are shown to be as
+needed for all parts to be defined (`needs`, `rounding`), in the boxes of the last bound and in the tail (all times
+after the boxes). Rounding errors are propagated in each box, from the values that the signals have there.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -112,7 +112,7 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
     """Return a table in which all formulas of the flat form, and those of the states one step later, are known.
 
-    They are entered first, so that products of their square roots are recognised when they occur later.
+    All of these formulas are entered first, so that products of their square roots are recognised later.
     """
     values = Values()
     values.positive = [values.of(p) for p in flat.positive]
@@ -122,9 +122,9 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b holds if only one state or input has its formula, and all others may have any values.
+    """Return whether a = b if only one state or input is given by its formula, and all others may have any values.
 
-    Each state and input is tried in turn. The formulas `later`, of states one step later, may have any values, too.
+    Each state and input is tried as the one. The formulas `later`, of states one step later, may have any values, too.
     """
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
@@ -171,7 +171,7 @@ def turns(formula: Formula, angle: str) -> int | None:
 
 
 def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
-    """Return the conditions under which X, U, X one step later and f(X, U) are defined.
+    """Return the conditions under which X, U, X one step later and f(X, U) are defined, for the flat form's X and U.
 
     The rules of `identities` are true under these conditions, too.
     """

@@ -1,7 +1,8 @@
-"""Read the form of files strictly: exactly the known fields, numbers exact in float64, and no conversions.
+"""Read the content of files strictly: exactly the known fields, numbers exact in float64, and no conversions.
 
-A reader takes a value and its place in the file, which its messages name. Readers of objects are built from readers of
-their fields. No name can be mistaken for a part of a sentence, so that printed statements mean what they seem to say.
+A reader is a function of a value and the value's place in the file; its error messages name the place. Readers of
+objects are built from readers of their fields. No name can be mistaken for a part of a sentence, so that printed
+statements mean what they seem to say.
 """
 
 import hashlib
@@ -11,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
 from functools import cache, partial
-from reprlib import repr as short
+from reprlib import Repr
 from typing import Any, NamedTuple, TypeVar
 
 from trackably.checker import certificate as proofs
@@ -87,7 +88,7 @@ from trackably.checker.watch import tick
 T = TypeVar("T")
 U = TypeVar("U")
 Reader = Callable[[object, str], T]
-"""Reads a value found at a place; the place is named in messages."""
+"""Reads a decoded JSON value; the second argument is its place in the file, which error messages name."""
 
 FORMER_NAME = "trackable"
 """The library's former name, in the format of its first certificates, which remain readable."""
@@ -101,12 +102,24 @@ _RATIONAL = re.compile(r"-?[0-9]+(/0*[1-9][0-9]*)?")
 _BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}")
 
 
+class _Short(Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        try:
+            return super().repr_int(x, level)
+        except ValueError:  # Python refuses to write integers of more than 4,300 digits
+            return f"an integer of {x.bit_length()} bits"
+
+
+short = _Short().repr
+"""Returns a value as a short text for messages, whatever its size."""
+
+
 class UnreadableError(ValueError):
     """The data is no file that the checker knows; the message names the first missing, unknown or wrong part."""
 
 
 def format_of(data: object) -> str | None:
-    """Return the format that a file states, a former name replaced by the current one; None if it states none."""
+    """Return the format that a file states, with the library's current name; None if the file states no format."""
     found = data.get("format") if isinstance(data, dict) else None
     if not isinstance(found, str):
         return None
@@ -114,7 +127,7 @@ def format_of(data: object) -> str | None:
 
 
 def from_json(data: bytes) -> object:
-    """Return the decoded JSON in `data`. ValueError: it is no UTF-8, no JSON, contains NaN, or has a key twice."""
+    """Return the decoded JSON in `data`. ValueError: no UTF-8, no JSON, NaN, infinity, or a key twice in an object."""
     try:
         content: object = _DECODER.decode(data.decode())
     except UnicodeDecodeError as error:
@@ -124,24 +137,24 @@ def from_json(data: bytes) -> object:
         got = short(found) if found else "the end of the file"
         raise ValueError(f"expected JSON, got {got} in line {error.lineno}, column {error.colno}") from error
     except RecursionError as error:
-        raise ValueError("JSON nested too deeply") from error
+        raise ValueError("expected JSON that can be read, got JSON nested too deeply") from error
     return content
 
 
 def _refuse_constant(name: str) -> object:
-    raise ValueError(f"{name} is no JSON number")
+    raise ValueError(f"expected JSON, but {name} is no JSON number")
 
 
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found: dict[str, object] = {}
     for key, value in pairs:
         if key in found:
-            raise ValueError(f"key {short(key)} appears twice in one object")
+            raise ValueError(f"expected JSON with different keys, but key {short(key)} appears twice in one object")
         found[key] = value
     return found
 
 
-# The decoder is built only once, because a log has many messages, each of which is decoded on its own.
+# The decoder is built only once, because each of the many messages of a log is decoded separately.
 _DECODER = json.JSONDecoder(parse_constant=_refuse_constant, object_pairs_hook=_unique)
 
 
@@ -157,21 +170,28 @@ def require_short_texts(data: object) -> None:
             elif isinstance(value, dict | list):
                 waiting.append(value)
         if found > TEXTS:
-            raise UnreadableError(f"all its texts together must have no more than {TEXTS} characters")
+            raise UnreadableError(f"all texts of the file together must have no more than {TEXTS} characters")
 
 
-# Objects and lists.
+# Readers of objects and lists.
 
 
 def record(
     make: Callable[..., T], optional: Mapping[str, Reader[Any]] | None = None, /, **readers: Reader[Any]
 ) -> Reader[T]:
-    """Return a reader of objects with the fields `readers` and perhaps `optional` ones; it passes values to `make`."""
+    """Return a reader of objects, which returns `make` of the values of their fields.
+
+    An object must have all fields in `readers`, may have those in `optional`, and must have no others.
+    """
     every = {**readers, **(optional or {})}
 
     def read(value: object, where: str) -> T:
         if not isinstance(value, dict) or not readers.keys() <= value.keys() <= every.keys():
-            raise UnreadableError(f"{where} must be an object with exactly the fields {', '.join(readers)}")
+            raise UnreadableError(
+                f"{where} must be an object with the fields {', '.join(readers)}"
+                f"{' and perhaps ' + ', '.join(optional) if optional else ''}, and no others, got "
+                f"{short([*value] if isinstance(value, dict) else value)}"
+            )
         return make(**{name: reader(value[name], f"{where}.{name}") for name, reader in every.items() if name in value})
 
     return read
@@ -183,7 +203,7 @@ def by_tag(tag: str, readers: Mapping[str, Reader[T]]) -> Reader[T]:
     def read(value: object, where: str) -> T:
         kind = value.get(tag) if isinstance(value, dict) else None
         if not isinstance(value, dict) or not isinstance(kind, str) or kind not in readers:
-            raise UnreadableError(f"{where}.{tag} must be one of {', '.join(readers)}")
+            raise UnreadableError(f"{where}.{tag} must be one of {', '.join(readers)}, got {short(kind)}")
         return readers[kind]({name: inner for name, inner in value.items() if name != tag}, where)
 
     return read
@@ -194,7 +214,7 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
 
     def read(value: object, where: str) -> tuple[T, ...]:
         if not isinstance(value, list) or not (value or empty):
-            raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}")
+            raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}, got {short(value)}")
         if len(value) > most:
             raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
         try:
@@ -210,18 +230,18 @@ def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
 
     def read(value: object, where: str) -> tuple[T, U]:
         if not isinstance(value, list) or len(value) != 2:
-            raise UnreadableError(f"{where} must be a list of two values")
+            raise UnreadableError(f"{where} must be a list of two values, got {short(value)}")
         return first(value[0], f"{where}[0]"), second(value[1], f"{where}[1]")
 
     return read
 
 
 def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
-    """Return a reader of objects, which reads their keys by `a_name` and their values by `reader`."""
+    """Return a reader of objects with any keys, which `a_name` reads, and values, which `reader` reads."""
 
     def read(value: object, where: str) -> dict[str, T]:
         if not isinstance(value, dict):
-            raise UnreadableError(f"{where} must be an object")
+            raise UnreadableError(f"{where} must be an object, got {short(value)}")
         return {a_name(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
 
     return read
@@ -241,7 +261,7 @@ def one_of(known: Iterable[T]) -> Reader[T]:
 
 
 def located(value: object, where: str) -> tuple[object, str]:
-    """Return a value as it is, to be read later, and the place where it was found."""
+    """Return a value unchanged, to be read later, and its place in the file."""
     return value, where
 
 
@@ -251,7 +271,7 @@ def itself(value: object, where: str) -> object:
 
 
 def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Callable[[Mapping[Any, object]], T]:
-    """Return a reader of the content of a file of this version. It raises UnreadableError if the content is invalid.
+    """Return a reader of the content of files of a kind and version. It raises UnreadableError for other content.
 
     `hint` ends the message about a file of another version, and says what to do about it.
     """
@@ -269,7 +289,7 @@ def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Calla
     return read
 
 
-# Numbers and names.
+# Readers of numbers and names.
 
 
 def real_number(value: object, where: str) -> float:
@@ -282,7 +302,7 @@ def real_number(value: object, where: str) -> float:
         or not abs(value) < 2**1023
         or float(value) != value
     ):
-        raise UnreadableError(f"{where} must be a finite number, exact in float64")
+        raise UnreadableError(f"{where} must be a finite number, exact in float64, got {short(value)}")
     return float(value)
 
 
@@ -290,7 +310,7 @@ def positive_number(value: object, where: str) -> float:
     """Read a positive number."""
     number = real_number(value, where)
     if not number > 0:
-        raise UnreadableError(f"{where} must be positive")
+        raise UnreadableError(f"{where} must be positive, got {number!r}")
     return number
 
 
@@ -304,7 +324,9 @@ def whole_number(most: int, least: int = 1) -> Reader[int]:
 
     def read(value: object, where: str) -> int:
         if type(value) is not int or not least <= value <= most:
-            raise UnreadableError(f"{where} must be a whole number, {least} at least and {most} at most")
+            raise UnreadableError(
+                f"{where} must be a whole number, {least} at least and {most} at most, got {short(value)}"
+            )
         return value
 
     return read
@@ -313,7 +335,10 @@ def whole_number(most: int, least: int = 1) -> Reader[int]:
 def rational_number(value: object, where: str) -> Fraction:
     """Read a rational number from a text such as -3/4."""
     if not isinstance(value, str) or len(value) > DIGITS or not _RATIONAL.fullmatch(value):
-        raise UnreadableError(f"{where} must be a rational number, as in -3/4, of {DIGITS} characters at most")
+        raise UnreadableError(
+            f"{where} must be a rational number in a text such as '-3/4', of {DIGITS} characters at most, got "
+            f"{short(value)}"
+        )
     tick()
     numerator, _, denominator = value.partition("/")
     return Fraction(int(numerator), int(denominator or "1"))
@@ -324,15 +349,15 @@ def an_identifier(value: object, where: str) -> str:
     if not isinstance(value, str) or len(value) > 60 or not _IDENTIFIER.fullmatch(value):
         raise UnreadableError(
             f"{where} must be a name: a letter or _, then letters, digits, _ and -, then indices or units in brackets, "
-            "60 characters at most"
+            f"60 characters at most, got {short(value)}"
         )
     return value
 
 
 def a_bound(value: object, where: str) -> str:
-    """Read the name of a bound: a weighted sum of names, such as x-0.5y, or x (2) if two have this sum."""
+    """Read the name of a bound: a weighted sum of names, such as x-0.5y; x (2) is the second bound of x."""
     if not isinstance(value, str) or not _BOUND.fullmatch(value):
-        raise UnreadableError(f"{where} must be the name of a bound, such as x, x-0.5y or x (2)")
+        raise UnreadableError(f"{where} must be the name of a bound, such as x, x-0.5y or x (2), got {short(value)}")
     return value
 
 
@@ -342,11 +367,11 @@ _matrix = many(_vector, COORDINATES)
 _exact_vector = many(rational_number, COORDINATES)
 
 
-# Kernels and formulas, which are nested.
+# Readers of kernels and formulas, which are nested.
 
 
 def a_kernel(value: object, where: str) -> Kernel:
-    """Read a kernel: an object with its type, and with positive hyperparameters, or the two kernels it combines."""
+    """Read a kernel: an object with its type, and either positive hyperparameters, or the two kernels it combines."""
     found = _nested_kernel(KERNEL_DEPTH)(value, where)
     if (count := _count(found)) > KERNELS:
         raise UnreadableError(f"{where} must be made of no more than {KERNELS} kernels, got {count}")
@@ -372,7 +397,10 @@ def _nested_kernel(deepest: int) -> Reader[Kernel]:
 
 
 def a_formula(value: object, where: str, deepest: int = DEPTH) -> Formula:
-    """Read a formula: nested lists [∘, a, b] with ∘ among + - * /, ["^", a, number] and [function, a]."""
+    """Read a formula: a number, a name, or a list of an operator or a function and its operands, which are formulas.
+
+    The lists are [∘, a, b] with ∘ among + - * /, ["^", a, number], [function, a] and ["atan2", y, x].
+    """
     if not isinstance(value, list):
         return Name(an_identifier(value, where)) if isinstance(value, str) else Number(real_number(value, where))
     if not deepest:
@@ -387,10 +415,13 @@ def a_formula(value: object, where: str, deepest: int = DEPTH) -> Formula:
             return Operation(symbol, inner(left), inner(right))
         case [function, argument] if function in FUNCTIONS:
             return Function(function, inner(argument))
-    raise UnreadableError(f"{where} must be a formula: [∘, a, b] with ∘ among + - * / ^, or [f, a] with f a function")
+    raise UnreadableError(
+        f'{where} must be a formula: [∘, a, b] with ∘ among + - * / ^, ["atan2", y, x], or [f, a] with f among '
+        f"{', '.join(FUNCTIONS)}, got {short(value)}"
+    )
 
 
-# What a file speaks about.
+# Readers of the subject of a file: a reference, its system and its sets.
 
 _formulas = many(a_formula, COORDINATES)
 _about = {"states": _names, "inputs": _names, "sampling_time": positive_number}
@@ -411,7 +442,7 @@ def a_system(value: object, where: str) -> System:
 
 
 def _end(value: object, where: str) -> End:
-    """Read an end of a bound: a number, or polynomial pieces if it moves."""
+    """Read an end of a bound: a number, or polynomial pieces if the end moves in time."""
     if not isinstance(value, dict):
         return real_number(value, where)
     found = _pieces_beyond("rest", "period")(value, where)
@@ -435,7 +466,10 @@ def _set_of(end: Reader[End]) -> Reader[Polytope]:
         found = parse(value, where)
         rows, lower, upper = found["rows"], found["lower"], found["upper"]
         if not len(rows) == len(lower) == len(upper):
-            raise UnreadableError(f"{where} must have as many lower and upper bounds as rows")
+            raise UnreadableError(
+                f"{where} must have a lower and an upper bound for each row, got {len(lower)} and {len(upper)} for "
+                f"{len(rows)} rows"
+            )
         return Polytope(tuple(map(Row, rows, lower, upper)), found["dimension"])
 
     return read
@@ -456,7 +490,7 @@ class Plant(NamedTuple):
 
 a_plant = record(Plant, system=a_system, state_set=a_polytope, input_set=a_polytope)
 a_moving_plant = record(Plant, system=a_system, state_set=_moving_set, input_set=_moving_set)
-"""Both read a system with its sets; the bounds of `a_moving_plant` may move in time."""
+"""`a_plant` and `a_moving_plant` read a system with its sets; the bounds of the second may move in time."""
 
 _numbers_of_centres = many(real_number, CENTRES)
 _signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
@@ -504,20 +538,25 @@ _of_linear = {
 def _subject(
     reference: tuple[Any, str], trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
-    """Return the subject of a file. Its fingerprint is made of `reference`: an object in the file, with its place."""
+    """Return the subject of a file: a reference with its system and sets.
+
+    `reference` is the object in the file that describes them, with its place; the fingerprint is made of this object.
+    """
     written, where = reference
     found = _reference(written, where)
     plant: Plant = found["plant"]
     signals, pieces = found["signals"]
     is_linear = isinstance(plant.system, LinearSystem)
     if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
-        raise UnreadableError("linear systems need trajectories, and may have attainable rows; others have neither")
+        raise UnreadableError(
+            "trajectories: linear systems need them, and may have attainable rows; nonlinear systems have neither"
+        )
     known = fingerprint(written["signals"], written["plant"]["system"], trajectories)
     return Subject(signals, *plant, trajectories, attainable, known, pieces)
 
 
 def subject_of(data: Mapping[str, object]) -> Subject:
-    """Return the subject of a file from its content. Raise UnreadableError if there is none."""
+    """Return the subject (reference, system and sets) of a file from its content; UnreadableError if there is none."""
     about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
     return record(_subject, _of_linear, reference=located)(about, "subject")
 
@@ -551,7 +590,7 @@ def _hex(number: Fraction) -> str:
     return f"{number.numerator:x}/{number.denominator:x}"
 
 
-# Certificates.
+# Readers of certificates.
 
 _zonotope = record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True))
 _sets: dict[str, Reader[Zonotope | Hull]] = {
@@ -673,7 +712,7 @@ read_certificate = file_of(
 )
 
 
-# Counterexamples and tables.
+# Readers of counterexamples and tables.
 
 
 def _counterexample(claim: Claim, at: object, quantity: str, violation: float, **about: Any) -> Counterexample:

@@ -15,21 +15,21 @@ FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
 @dataclass(frozen=True, eq=False)
 class Number:
-    """A constant."""
+    """A constant in a formula."""
 
     value: float
 
 
 @dataclass(frozen=True, eq=False)
 class Name:
-    """A state, an input, a state one step later, or a shifted signal."""
+    """The name of a state, an input, a state one step later, or a shifted signal."""
 
     name: str
 
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """left + right, left − right, left · right or left / right."""
+    """The operation left + right, left − right, left · right or left / right; `symbol` says which one."""
 
     symbol: Symbol
     left: "Formula"
@@ -38,7 +38,7 @@ class Operation:
 
 @dataclass(frozen=True, eq=False)
 class Power:
-    """base^exponent."""
+    """The power base^exponent, with a constant exponent."""
 
     base: "Formula"
     exponent: float
@@ -64,7 +64,7 @@ Formula = Number | Name | Operation | Power | Function | Angle
 
 
 class Summand(Protocol):
-    """Values with addition, subtraction and multiplication."""
+    """A type of values that can be added, subtracted and multiplied."""
 
     def __add__(self, other: Self, /) -> Self: ...
     def __sub__(self, other: Self, /) -> Self: ...
@@ -75,7 +75,7 @@ T = TypeVar("T", bound=Summand)
 
 
 class Arithmetic(Protocol[T]):
-    """Operations of formulas other than + − ·; each raises UndefinedError if its result may be undefined."""
+    """Operations on values of type T, besides + − ·; each raises UndefinedError if its result may be undefined."""
 
     def constant(self, value: float, /) -> T: ...
 
@@ -91,9 +91,9 @@ class Arithmetic(Protocol[T]):
 def evaluate(
     formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T], known: dict[Formula, T] | None = None
 ) -> T:
-    """Return the value of a formula for these values of its names. Raise UndefinedError if it may be undefined.
+    """Return the value of a formula from the `values` of its names. Raise UndefinedError if it may be undefined.
 
-    Parts in `known` are not computed again; computed parts are added to it.
+    `known` has the values of some parts, which are not computed again; the values of all other parts are added to it.
     """
     known = {} if known is None else known
     for node in parts(formula):
@@ -156,7 +156,7 @@ def rewritten(
 
 
 def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
-    """Return a formula in which of[operand] takes the place of each operand."""
+    """Return the formula `node` with each operand replaced by of[operand], or kept if `of` does not have it."""
     return type(node)(*(of.get(value, value) for value in vars(node).values())) if operands(node) else node
 
 

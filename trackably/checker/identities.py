@@ -1,14 +1,17 @@
-"""Formulas as quotients of polynomials in names and atoms: values of functions, with what is known about them.
+"""Formulas as quotients of polynomials, which show that two formulas are equal.
+
+The variables of the polynomials stand for names, and for atoms: values of functions such as √a or sin α. The rules are
 
   √a: its square is a. It is q √b for a = q² b with a number q > 0, q for a = q², q √b √c for a = q² b c, and q p for
-    a = q² p² with p > 0.
-  sin, cos: of a sum they follow from those of its terms. Of a term α, sin² α = 1 − cos² α. With v = (x, y) and
-    |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
+    a = q² p² with p > 0. (√b and √c are atoms that exist already.)
+  sin, cos: for a sum, they follow from those of its terms. For a single term α, sin² α = 1 − cos² α. With v = (x, y)
+    and |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
     1/√(1 + w²).
 
-Each rule is a true equality of real numbers wherever both formulas have values and |v| > 0. Every value is kept as a
-quotient whose divisor is a product of divisors that occur in the formula, of roots that occur, or of |v|: so it is not
-zero there. Hence formulas with the same quotient have the same value wherever all their parts are defined.
+Each rule is a true equality of real numbers wherever both sides have values and |v| > 0. Every value is kept as a
+quotient whose divisor is a product of divisors and roots that occur in the formula, and of |v|. So the divisor is not
+zero where all parts of the formula are defined. Hence formulas with the same quotient have the same value wherever all
+their parts are defined.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,10 +24,10 @@ from trackably.checker.formulas import OPERATORS, Angle, Formula, Function, Name
 from trackably.checker.watch import short, tick
 
 Monomial = tuple[tuple[int, int], ...]
-"""Pairs (−i, p) of variables i with their powers p ≥ 1, i ascending: tuples then compare in lexicographic order."""
+"""Pairs (−i, p) of a variable i and its power p ≥ 1, with i ascending; tuples of them compare lexicographically."""
 
 Polynomial = Mapping[Monomial, Fraction]
-"""Coefficients other than zero; {} is zero."""
+"""The coefficients that are not zero, by monomial; {} is the zero polynomial."""
 
 _MOST_TERMS = 5000
 _TOO_LONG = f"a formula has more than {_MOST_TERMS} terms when it is multiplied out"
@@ -56,7 +59,7 @@ def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
 
 
 def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
-    """Return p/q if it is a polynomial; None if it is not."""
+    """Return p/q if it is a polynomial; None if it is not. Raise TooLongError if it has too many terms."""
     rest, found, highest = p, dict[Monomial, Fraction](), max(q)
     while rest:
         m = max(rest)
@@ -103,10 +106,13 @@ class Quotient:
 
     @classmethod
     def of(cls, above: Polynomial, below: Polynomial) -> "Quotient":
-        """Return the quotient, simplified if that is easy. Raise ZeroDivisionError if `below` is zero."""
+        """Return above/below, without common monomials, and divided out if that gives a polynomial.
+
+        Raise ZeroDivisionError if `below` is zero.
+        """
         tick()
         if not below:
-            raise ZeroDivisionError("it divides by zero")
+            raise ZeroDivisionError("a divisor in them is zero")
         common = _common([*above, *below])
         if common:
             above, below = (_without(p, common) for p in (above, below))
@@ -196,7 +202,7 @@ class Values:
     count: int = 0
 
     def of(self, formula: Formula) -> Quotient:
-        """Return the quotient of a formula. Raise TooLongError or ZeroDivisionError if there is none."""
+        """Return the quotient of a formula. TooLongError: too many terms; ZeroDivisionError: a divisor is zero."""
         for node in parts(formula):
             if node not in self.known:
                 self.known[node] = self._of(node)
@@ -222,7 +228,7 @@ class Values:
         return cosine, sine
 
     def reduce(self, value: Quotient) -> Quotient:
-        """Return a quotient with squares of atoms replaced, in reverse order, as atoms may contain earlier atoms."""
+        """Return a quotient with squares of atoms replaced; the last atom first, as it may contain earlier ones."""
         for atom in reversed(self.atoms):
             if atom.square is not None:
                 above, below = (_without_squares(p, atom.number, atom.square) for p in (value.above, value.below))
@@ -316,7 +322,7 @@ def _rational_root(number: Fraction | None) -> Fraction | None:
 def _without_squares(p: Polynomial, i: int, square: Quotient) -> Quotient | None:
     """Replace the square of variable i in p by the quotient `square`, until p is linear in this variable.
 
-    None: p is linear in it already.
+    Return None if p is already linear in variable i.
     """
     powers = powers_of(i, p)
     if max(powers, default=0) < 2:

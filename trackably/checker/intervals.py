@@ -46,11 +46,11 @@ _Comparison = Callable[["Real", "Real | float"], bool | None]
 
 
 class Many:
-    """Many intervals at once, as arrays of float64, with operators as `Real` has them; their comparisons are arrays.
+    """Many intervals at once, as arrays of float64, with the operators of `Real`; comparisons give arrays of booleans.
 
-    `direction(y, x)` returns the angles of vectors (x, y) whose coordinates are exact numbers. `larger` and `dot` are
-    as `max_of` and `dot` below. `choose(condition, one, other)` returns `one` where the condition is certain, and
-    `other` elsewhere.
+    `direction(y, x)` returns the angles of vectors (x, y) whose coordinates are exact numbers. `larger` and `dot` do
+    what the functions `max_of` and `dot` of this module do. `choose(condition, one, other)` returns `one` where the
+    condition is certain, and `other` elsewhere.
     """
 
     exp: Any
@@ -113,7 +113,7 @@ def pi() -> Real:
 
 
 def _of_many(of: Callable[[Real], Real]) -> Callable[[Real], Real]:
-    """Return a function that calls `of`, or for arrays of intervals, their method with the same name."""
+    """Return a function that calls `of` for an interval, and the method with the same name for arrays of intervals."""
 
     @wraps(of)
     def of_any(x: Real) -> Real:
@@ -135,14 +135,14 @@ def exp(x: Real) -> Real:
 
 @_of_many
 def log(x: Real) -> Real:
-    """Return the logarithm of positive numbers."""
+    """Return an interval that contains ln x, for an interval of positive numbers x."""
     found: Real = iv.log(x) * (1 + GUARD) + GUARD
     return found
 
 
 @_of_many
 def sqrt(x: Real) -> Real:
-    """Return the square root of positive numbers."""
+    """Return an interval that contains √x, for an interval of positive numbers x."""
     found: Real = iv.sqrt(x) * (1 + GUARD)
     return found
 
@@ -215,7 +215,7 @@ def select(condition: Any, one: Real, other: Real) -> Real:
 
 
 def lesser(x: Real, y: Real) -> Real:
-    """Return the smaller of two upper bounds."""
+    """Return the interval with the smaller upper end, of two that are used as upper bounds."""
     return x if x.b <= y.b else y
 
 
@@ -229,7 +229,7 @@ def total(numbers: Iterable[Real]) -> Real:
 
 
 def dot(xs: Sequence[Real], ys: Sequence[Real]) -> Real:
-    """Return Σ x_j y_j."""
+    """Return an interval that contains Σ x_j y_j."""
     tick()
     for one in (*xs, *ys):
         if isinstance(one, Many):
@@ -296,14 +296,14 @@ class UndefinedError(ArithmeticError):
 
 
 def require(condition: Any, what: str) -> None:
-    """Raise UndefinedError unless the condition is certain, for all values of an array."""
+    """Raise UndefinedError with the message `what` unless the condition is certain, for all values of an array."""
     if not everywhere(condition):
         raise UndefinedError(what, hasattr(condition, "all") and condition)
 
 
 def require_nonzero(x: Real) -> None:
     """Raise UndefinedError if an interval contains zero."""
-    require(either(x.a > 0, x.b < 0), "what it divides by may be zero")
+    require(either(x.a > 0, x.b < 0), "a divisor may be zero")
 
 
 def require_positive(function: str, x: Real) -> None:
@@ -315,7 +315,7 @@ def require_positive(function: str, x: Real) -> None:
 
 def require_bounds(x: Real) -> Real:
     """Return the interval unchanged. Raise UndefinedError if it is unbounded."""
-    require(abs(x).b < INFINITE.b, "nothing bounds it")
+    require(abs(x).b < INFINITE.b, "a value in it has no bound")
     return x
 
 
@@ -330,7 +330,7 @@ def is_multiplied(exponent: float) -> bool:
 
 
 def whole_power(a: Real, exponent: int) -> Real:
-    """Return a^exponent; the interval may contain zero if the exponent is not negative."""
+    """Return a^exponent by multiplication. Raise UndefinedError if the exponent is negative and a may be zero."""
     if exponent < 0:
         require_nonzero(a)
         return ONE / whole_power(a, -exponent)
@@ -359,7 +359,7 @@ def side(y: Real, x: Real) -> int:
     have another half-plane. Raise UndefinedError if no half-plane is certain.
     """
     certain = [x.a > 0, y.a > 0, y.b < 0]
-    require(either(*certain), "it takes the angle of a vector that may be zero, or may cross the direction of ±π")
+    require(either(*certain), "it takes the angle of a vector that may be zero, or cross the direction of ±π")
     if isinstance(x, Many) or isinstance(y, Many):
         return 0
     steep = abs(y).mid > abs(x).mid or not certain[0]

@@ -3,22 +3,23 @@
 Theorem. A system may be x⁺ = f(x, u), with formulas f and as many inputs as states and signals z_i. Let
 x_i(t) = z_i(t), and let u(t) be the only solution of f(x(t), u) = x(t + T), with the sampling time T. If `check`
 answers Proved, then u(t) exists and is unique, and states and inputs keep their bounds as the theorem for linear
-systems says.
+systems (`checker`) says.
 
-Proof. Each formula is split into f0_i(x) + Σ_j G_ij(x) u_j: a sum or difference term by term, a product or quotient
-by the one factor that contains inputs, which is no denominator. Other f are refused. x⁺ = f0(x) + G(x) u is solved
-for u, by u_j = (x⁺_i − f0_i − Σ known G u)/G_ij for equations with a single unknown and by Cramer's rule for the
-others. Splitting leaves no part of f out: each part without inputs becomes a part of the drift f0 or of a gain G,
-every part of f is in the formula of some input, and every input is in some bound. So where all bounded formulas are
-shown to be defined (no divisor is zero; arguments of log, sqrt and fractional powers are positive), f is defined, and
-u exists and is unique.
+Proof. Each formula is split into f0_i(x) + Σ_j G_ij(x) u_j. A sum or difference is split term by term; a product or
+quotient may have only one factor with inputs, which is split, and no inputs in the denominator. Other f are refused.
+x⁺ = f0(x) + G(x) u is solved for u: equation i with a single unknown u_j by u_j = (x⁺_i − f0_i − Σ_l G_il u_l)/G_ij,
+where the sum is over the inputs u_l that are known already; the remaining equations by Cramer's rule. Splitting leaves
+no part of f out: each part without inputs becomes a part of the drift f0 or of a gain G, every part of f is in the
+formula of some input, and every input is in some bound. So where all bounded formulas are shown to be defined (no
+divisor is zero; arguments of log, sqrt and fractional powers are positive), f is defined, and u exists and is unique.
 
 In boxes, formulas of polynomials are again polynomials with a bound of their error (`models`). In the tail (all times
 after the boxes), by the mean-value theorem, a formula differs from its value at rest by a weighted sum of e(t + j T),
-the differences of the signals from their values at rest. Its weights are the slopes of the formula at some point
-between.
-Rounding errors are propagated from operation to operation where the signals are (`rounding`), as those of flat forms:
-nothing is demanded of f elsewhere in the state set. In the code, None stands for a formula that is zero.
+the differences of the signals from their values at rest. The weights are the slopes of the formula at some point
+between these values and the signals.
+
+Rounding errors are propagated from operation to operation for the values that the signals take (`rounding`), as for
+flat forms. Nothing is demanded of f for other values in the state set. In the code, None stands for a zero formula.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,7 +35,7 @@ _MOST_PARTS = 10_000
 Term = Formula | None
 """A formula, or None for zero, so that terms and products that vanish are left out."""
 _Parts = tuple[Term, dict[str, Term]]
-"""The drift, and the gains of the inputs by their names."""
+"""The drift f0_i of a formula, and its gains G_ij by the names of the inputs u_j."""
 
 
 class UnsolvableError(ValueError):
@@ -42,7 +43,7 @@ class UnsolvableError(ValueError):
 
 
 def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[str]) -> dict[str, Formula]:
-    """Return the solution u of f(x, u) = x⁺ by input, as formulas of the states x and their successors x⁺.
+    """Return the solution u of f(x, u) = x⁺, by the names of inputs, as formulas of the names of x and `successors` x⁺.
 
     Raise UnsolvableError if f is not affine in u, or no such formulas are found.
     """

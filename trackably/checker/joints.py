@@ -1,8 +1,9 @@
-"""Joint trajectories, a theorem of its own: limits of derivatives that hold between the points.
+"""Trajectories of joints: limits of position and derivatives that hold at all times. This is a theorem of its own.
 
 Form. {"format": "trackably joint trajectory", "version": 1, "joints": [{"name", "limits": [[lower, upper] or null, …]},
 …], "trajectory": {"breakpoints": [t_0, …, t_K], "coefficients": [[[c_0, …, c_n], …], …], "beyond": "rest" or "end"},
-"jumps": [d_0, …, d_(R−1)]}. Each joint has R + 1 limits, R ≤ 4: of its position and of the derivatives of its order.
+"jumps": [d_0, …, d_(R−1)]}. Each joint has R + 1 limits, R ≤ 4: of its position and its first R derivatives; null is no
+limit.
 
 Theorem. Each joint is q(t) = Σ_k c_k (t − t_i)^k for t_i ≤ t ≤ t_(i+1), with its own coefficients; every stored float64
 stands for exactly one real number. If `check` answers Proved, then on each piece, closed on both sides, the derivative
@@ -10,16 +11,16 @@ q^(r) stays in its limits, r = 0, …, R. At each breakpoint between two pieces 
 has limits of an order above r. Where the trajectory rests beyond its end, q stays at its last value, and this counts as
 one more piece. So for t_0 ≤ t ≤ t_K, or for all t ≥ t_0, the limits hold of every derivative, and each derivative below
 a joint's highest limited one changes by nothing but the integral of the next one and by these jumps: nothing that is
-limited is infinite between two pieces. Nothing is said about the rounding of who evaluates q.
+limited is infinite between two pieces. Nothing is said about rounding errors of a program that evaluates q.
 
-If `check` answers Refuted of a "trackably broken joint trajectory", which has "broken" instead of nothing, then each of
-its entries is true: {"joint", "order": r, "piece": i, "since": s, "violation": v > 0} says that q^(r) is outside of its
-limits by v at least at t_i + s, on piece i; {"joint", "order": r, "jump": i, "violation"} that q^(r), of a joint with
-limits of an order above r, jumps by more than d_r, namely by v at least, at t_i.
+If `check` answers Refuted of a "trackably broken joint trajectory", which has the additional field "broken", then each
+entry of this field is true. The entry {"joint", "order": r, "piece": i, "since": s, "violation": v > 0} says that
+q^(r) is outside its limits by at least v at t_i + s, on piece i. The entry {"joint", "order": r, "jump": i,
+"violation": v} says that q^(r), of a joint with limits of an order above r, jumps by at least v > d_r at t_i.
 
 Proof. On a piece of width h, q^(r) is Σ_k a_k x^k with a_k = c_(k+r) (k + r)!/k! h^k and 0 ≤ x ≤ 1, a polynomial with
-rational coefficients. It is shown to be nowhere negative beside its limits as the pieces of `piecewise` are; most of
-them are found to be so in float64 first (`floats.joints`). Jumps are compared in rational numbers.
+rational coefficients. The differences between this polynomial and its limits are shown to be nowhere negative, as in
+`piecewise`; for most pieces, float64 intervals show it first (`floats.joints`). Jumps are compared in rational numbers.
 """
 
 import hashlib
@@ -49,7 +50,7 @@ from trackably.checker.watch import progress, require_room, tick
 
 FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
 ORDERS = ("position", "velocity", "acceleration", "jerk", "snap")
-"""Names of a joint's position and its derivatives, by order."""
+"""Names of a joint's position and of its derivatives; the index is the order."""
 
 Limit = tuple[float, float] | None
 
@@ -154,7 +155,7 @@ def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
 
 
 Open = Iterable[tuple[int, int, int]]
-"""Triples of joint, order, and piece or breakpoint that remain to be checked."""
+"""Indices (joint, order, piece) of limits, or (joint, order, breakpoint) of jumps, that remain to be checked."""
 
 
 def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
@@ -179,13 +180,13 @@ def check_joints(
         joint = trajectory.joints[j]
         limit = joint.limits[r]
         if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
-            start, *end = trajectory.breakpoints[i : i + 2]  # what rests in the end has one piece more
+            start, *end = trajectory.breakpoints[i : i + 2]  # rest at the end is a piece without an end
             kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {f'to {end[0]:.9g} s' if end else 'on'}"
             return f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}'
     for j, r, i in jumps:
         if abs(trajectory.jump(j, r, i)) > Fraction(trajectory.jumps[r]):
             at = trajectory.breakpoints[i]
-            return f'jump: the {ORDERS[r]} of "{trajectory.joints[j].name}" jumps at {at!r} s'
+            return f'jump: the {ORDERS[r]} of "{trajectory.joints[j].name}" jumps by more than allowed at {at!r} s'
     return None
 
 
@@ -201,24 +202,24 @@ def check_broken(found: BrokenTrajectory) -> str | None:
     for n, broken in enumerate(found.broken):
         by, where = Fraction(broken.violation), f"broken[{n}]"
         if broken.joint >= len(trajectory.joints) or broken.order > orders:
-            return f"{where}: there is no such joint, or no such order"
+            return f"{where}: there is no joint {broken.joint}, or no limit of order {broken.order}"
         if broken.jump >= 0:
             if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
-                return f"{where}: jumps are not limited at this breakpoint, or not in this order"
+                return f"{where}: jumps of order {broken.order} are not limited at breakpoint {broken.jump}"
             size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
             if not size >= by > Fraction(trajectory.jumps[broken.order]):
-                return f"{where}: nothing is shown to jump by {broken.violation!r} there"
+                return f"{where}: it is not shown to jump by {broken.violation!r} there, or this is allowed"
             continue
         limit, since = trajectory.joints[broken.joint].limits[broken.order], Fraction(broken.since)
         if broken.piece >= pieces or not 0 <= since <= trajectory.width(broken.piece) or limit is None:
-            return f"{where}: there is no such piece, no such time in it, or no limit"
+            return f"{where}: there is no piece {broken.piece}, no time {broken.since!r} s in it, or no limit"
         x = value(trajectory.polynomial(broken.joint, broken.piece, broken.order), since)
         if not max(Fraction(limit[0]) - x, x - Fraction(limit[1])) >= by:
-            return f"{where}: nothing is shown to be broken by {broken.violation!r} there"
+            return f"{where}: the limits are not shown to be broken by {broken.violation!r} there"
     return None
 
 
-# Sentences.
+# Statements about joint trajectories, in words.
 
 
 def joints_statement(trajectory: JointTrajectory) -> str:
@@ -257,7 +258,7 @@ def _limits(joint: Joint) -> str:
     return ", ".join(f"{ORDERS[r]} in {[*limit]}" for r, limit in enumerate(joint.limits) if limit) or "no limits"
 
 
-# Files.
+# Readers of the files of joint trajectories.
 
 
 def _limit(given: object, where: str) -> Limit:
@@ -265,7 +266,7 @@ def _limit(given: object, where: str) -> Limit:
         return None
     low, high = a_pair(real_number, real_number)(given, where)
     if not low <= high:
-        raise UnreadableError(f"{where} must be a lower and an upper limit, or null")
+        raise UnreadableError(f"{where} must be [lower, upper] with lower ≤ upper, or null, got [{low!r}, {high!r}]")
     return low, high
 
 
@@ -274,13 +275,13 @@ def _read(
 ) -> JointTrajectory | BrokenTrajectory:
     ends, rows = trajectory["breakpoints"], trajectory["coefficients"]
     if len(ends) < 2 or not all(a < b for a, b in pairwise(ends)):
-        raise UnreadableError("trajectory.breakpoints must be two numbers at least, each larger than the one before")
+        raise UnreadableError("trajectory.breakpoints must be two or more numbers, each larger than the one before")
     if len(rows) != len(joints) or any(len(row) != len(ends) - 1 for row in rows):
-        raise UnreadableError("trajectory.coefficients must have a row for each joint, and in it one for each piece")
+        raise UnreadableError("trajectory.coefficients must have a list for each joint, and in it one for each piece")
     if any(len(joint.limits) != len(jumps) + 1 for joint in joints) or len({joint.name for joint in joints}) < len(
         rows
     ):
-        raise UnreadableError("joints must have different names, and one limit more than there are jumps")
+        raise UnreadableError("joints must have different names, and each one limit or null more than there are jumps")
     if not any(limit for joint in joints for limit in joint.limits):
         raise UnreadableError("joints must have at least one limit")
     found = JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)

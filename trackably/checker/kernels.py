@@ -1,10 +1,11 @@
-"""Kernels, and step 2 of the proof for a single kernel: its enclosure over a box of time.
+"""Kernels, and step 2 of the proof (`checker`) for a single kernel: its enclosure over a box, an interval of time.
 
-A kernel states its Taylor coefficients, a bound on discs, and its decay, by formulas that hold for intervals of mpmath
-and for arrays of float64 intervals alike.
+A kernel states its Taylor coefficients, a bound of |κ| on complex discs, and its decay, by formulas that hold for
+intervals of mpmath and for arrays of float64 intervals alike.
 
 Theorem. Consider a box with midpoint s and half width h < ρ, and let |κ(z − t_i)| ≤ M for complex |z − s| < ρ. By
-Cauchy's estimate, the error of the first n terms of κ's Taylor series about s is at most M (h/ρ)ⁿ/(1 − h/ρ).
+Cauchy's estimate, the error of the first n terms of the Taylor series of κ(t − t_i) about t = s is at most
+M (h/ρ)ⁿ/(1 − h/ρ) in the box.
 
 Kinks. A kernel may have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch
 κ₊ that holds in the middle of the box is continued over all of the box. At most two errors are added. If a kink at 0 is
@@ -16,10 +17,10 @@ side. A box that contains 0, but whose middle is on another branch, is refused.
 Far centres. Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K,
 where K bounds |κ| at all distances ≥ d (`reach`).
 
-Sums of Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r and all centres before t are of the same form. Let a be a
-time with t_i ≤ a ≤ t, u = t − a and v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k P⁽ᵏ⁾(λu) vᵏ/k!, which
-ends with the degree of P. So Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments m_k = Σ_i c_i
-v_iᵏ/k! e^(−v_i). A single kernel has a = t_i, and the moments 1, 0, …
+Matérn kernels κ(r) = θ₁² P(x) e^(−x) with x = λ r, r ≥ 0. A sum over centres before t has the form of a single kernel.
+Let a be a time with t_i ≤ a ≤ t for all i, u = t − a and v_i = λ (a − t_i). By Taylor's formula, P(λu + v) = Σ_k
+P⁽ᵏ⁾(λu) vᵏ/k!, which ends with the degree of P. So Σ_i c_i κ(t − t_i) = θ₁² e^(−λu) Σ_k m_k P⁽ᵏ⁾(λu), with the moments
+m_k = Σ_i c_i v_iᵏ/k! e^(−v_i). For a single kernel, a = t_i, and the moments are 1, 0, …
 """
 
 from abc import ABC, abstractmethod
@@ -78,7 +79,7 @@ class Sizes(NamedTuple):
 
 
 class Kink(NamedTuple):
-    """Where the distances r + h x with |x| ≤ 1 are: certainly all ≤ 0 (`before`), or certainly all ≥ 0 (`after`).
+    """Whether the differences r + h x with |x| ≤ 1 are certainly all ≤ 0 (`before`), or certainly all ≥ 0 (`after`).
 
     `oddness` is the result of `Kernel.oddness`; None if it is not computed yet.
     """
@@ -89,15 +90,19 @@ class Kink(NamedTuple):
 
 
 class Kernel(ABC):
-    """A stationary kernel κ(r), even in r. If it has a kink at 0, its formulas are those of the branch r ≥ 0."""
+    """A stationary kernel κ(r), even in r.
+
+    Between two kinks, κ is given by one formula, a branch, which is continued beyond the kinks. If κ has a kink at 0,
+    its branches are those for r ≥ 0.
+    """
 
     @abstractmethod
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        """Return n Taylor coefficients in x of κ(r + h x), for the branch of κ that holds at r."""
+        """Return n Taylor coefficients in x of κ(r + h x), for the branch (formula) of κ that holds at r."""
 
     @abstractmethod
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
-        """Over-estimate |κ(z)| for complex |z − r| < radius, on the branch at r; infinite if κ may be singular."""
+        """Over-estimate |κ(z)| for complex |z − r| < radius, on the branch at r; ∞ if it may be singular there."""
 
     @abstractmethod
     def beyond(self, distance: Real) -> Decay:
@@ -110,12 +115,12 @@ class Kernel(ABC):
 
     @abstractmethod
     def sizes(self, farthest: Real) -> Sizes:
-        """Over-estimate the sizes on which the error of float64 evaluation depends, for |r| ≤ farthest."""
+        """Over-estimate the sizes on which the error of float64 evaluation depends, for |r| ≤ farthest [s]."""
 
     @property
     @abstractmethod
     def numbers(self) -> tuple[float, ...]:
-        """All hyperparameters, which must be positive."""
+        """All hyperparameters; they are positive."""
 
     @property
     def has_kink(self) -> bool:
@@ -139,7 +144,7 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a, and at most n coefficients in x of g, where κ(r + h x) = a e^g(x); None if κ has no such form."""
+        """Return a, and at most n coefficients in x of g, for κ(r + h x) = a e^g(x); None if κ has no such form."""
         return None
 
     def model(self, r: Real, h: Real, radius: Real, n: int, kink: Kink | None = None) -> Model:
@@ -161,8 +166,8 @@ class Kernel(ABC):
         return Model(self.taylor(r, h, n), missed)
 
     def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int, oddness: Real | None) -> Real:
-        """Over-estimate the error of the branch at r on the other side of a kink at 0, from r − half to r + half."""
-        # Right on the kink, r ≥ 0 may not be certain. r ≥ −0.01 half suffices: 1.01 half still reaches the end.
+        """Over-estimate |κ − branch at r| on the other side of a kink at 0, for differences within `half` of r."""
+        # If r is the kink itself, r ≥ 0 may not be certain. r ≥ −0.01 half suffices, as `oddness` covers 1.01 half.
         error = select(surely_at_most(-0.01 * half, r), oddness or self.oddness(half, radius, n), INFINITE)
         # `oddness` bounds the odd powers of the branch at 0, which must be the branch at the middle of the box
         return select(surely_at_most(self.jump(ZERO, abs(r)), ZERO), error, INFINITE)
@@ -175,7 +180,7 @@ class Kernel(ABC):
 
 
 def _exponential_series(a: Real, g: list[Real], n: int) -> list[Real]:
-    """Return n coefficients of a e^g."""
+    """Return n Taylor coefficients of a e^g, from those of g."""
     return [a * coefficient for coefficient in exp_series(g, n)]
 
 
@@ -186,7 +191,7 @@ def geometric_rest(ratio: Real, n: int) -> Real:
 
 @dataclass(frozen=True)
 class Elementary(Kernel):
-    """κ(r) = θ₁² φ(r/θ₂, …); every field of the dataclass is a positive number."""
+    """κ(r) = θ₁² φ(r/θ₂, …) with `signal_std` θ₁ and `lengthscale` θ₂ [s]; every field is a positive number."""
 
     signal_std: float
     lengthscale: float
@@ -202,7 +207,7 @@ class Elementary(Kernel):
 
     @property
     def roundings(self) -> Real | int:
-        """An over-estimate of the rounding error of κ's own formula, as a multiple of u κ(0)."""
+        """An over-estimate of the rounding error of κ's own formula, in units of κ(0) times the unit roundoff."""
         return 30
 
     @property
@@ -383,7 +388,7 @@ class RationalQuadratic(Elementary):
 
     @property
     def roundings(self) -> Real:
-        # With q = 1 + r²/(2 α θ₂²): |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) ≤ 2 θ₁²/e, where q = (α + 1)/α.
+        # `decays`: with q = 1 + r²/(2 α θ₂²), |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) is largest, ≤ 2 θ₁²/e, at q = 1 + 1/α.
         return 30 + 6 * self.alpha
 
 
@@ -418,7 +423,7 @@ class Periodic(Elementary):
         return self.variance * exp((largest - 1) / self.length**2)
 
     def beyond(self, distance: Real) -> Decay:
-        # |sin v| e^((cos v − 1)/θ₂²)/θ₂² ≤ e^(−1/2)/θ₂
+        # |κ̇| = θ₁² ω |sin v| e^((cos v − 1)/θ₂²)/θ₂² with v = ωr, which is at most θ₁² ω e^(−1/2)/θ₂
         return Decay(self.variance, self.variance * self.omega * exp(exactly(-0.5)) / self.length)
 
     @property
@@ -466,19 +471,22 @@ class PiecewisePolynomial(Elementary):
         return 35  # products of up to 7 factors 1 − s, Q by Horner's rule, θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
-        """Return whether |r| > θ₂ is certain: then the branch is 0, otherwise it is the polynomial."""
+        """Return whether |r| > θ₂ is certain: then κ is enclosed by its branch 0, otherwise by the polynomial."""
         return abs(r).a > self.length
 
 
 class PiecewisePolynomial2(PiecewisePolynomial):
-    """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1); P'' = 14 y³ (24 y² − 45 y + 20)."""
+    """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1) with s = 1 − y = |r|/θ₂.
+
+    P'' = 14 y³ (24 y² − 45 y + 20).
+    """
 
     p = (0, 0, 0, 0, 0, 14, -21, 8)
     steepest = ONE - (45 - root(105)) / 48
 
 
 class PiecewisePolynomial3(PiecewisePolynomial):
-    """P(y) = 48 y⁷ − 108 y⁸ + 82 y⁹ − 21 y¹⁰, that is (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1).
+    """P(y) = 48 y⁷ − 108 y⁸ + 82 y⁹ − 21 y¹⁰, that is (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) with s = 1 − y = |r|/θ₂.
 
     P'' = 18 y⁵ (112 − 336 y + 328 y² − 105 y³), and the last factor has a single root, 0.760016….
     """
@@ -587,7 +595,7 @@ _DOUBLINGS, _HALVINGS = 10, 15
 class Reach(NamedTuple):
     """A distance [s], and upper bounds of |κ| and |κ̇| at all larger distances.
 
-    The distance is infinite if none was found at which these are small enough.
+    The distance is infinite if none was found at which |κ| is small enough.
     """
 
     distance: float
@@ -599,7 +607,7 @@ def reach(kernel: Kernel, span: float, part: float) -> Reach:
     """Return a small distance beyond which |κ| ≤ `part` · κ(0), with the bounds there.
 
     Some multiples of `span` [s], the time from the first centre to the last, are tried. The distance is infinite if
-    none of these multiples will do.
+    none of them is large enough.
     """
     most, found = kernel.peak.size * part, Reach(float("inf"), Decay(ZERO, ZERO))
     for k in (*range(-4 * _DOUBLINGS, 0, 4), *range(1, 4 * _HALVINGS)):

@@ -1,7 +1,8 @@
 """The largest files that are read, and the largest effort of a check; the theorem names these numbers.
 
-The limits are far beyond the needs of a proof. A file that exceeds one of the first limits is refused before any work.
-A check that exceeds one of the last, `MEMORY` to `BITS_TOGETHER`, is Undecided. The time can be limited in addition.
+The limits are far beyond the needs of a proof. A file that exceeds one of the limits from `BYTES` to `DEPTH` is refused
+before it is checked. A check that exceeds `MEMORY`, `BITS` or `BITS_TOGETHER` is Undecided, and so is one that exceeds
+the time that it is given.
 """
 
 BYTES = 32_000_000
@@ -20,19 +21,19 @@ ROWS = 10_000
 """Most rows of a set, and most attainable rows."""
 
 CENTRES = BOXES = INSTANTS = CELLS = 500_000
-"""Most centres of a signal, boxes of a bound, instants checked one by one, and breakpoints of a bound in a claim."""
+"""Most centres of a signal, boxes of a bound, instants checked one by one, and breakpoints in one bounded quantity."""
 
 COEFFICIENTS = 100
 """Most coefficients of a polynomial piece."""
 
 POWERS = 10_000
-"""Largest N, and largest s: numbers of powers of A + B K in the proof for a disturbed system."""
+"""Most powers of A + B K in the proof for a disturbed system: the largest N, and the largest s, of `disturbances`."""
 
 TERMS = 64
 """Most terms of a Taylor polynomial."""
 
 DIGITS = 4_000
-"""Most characters of a rational number; Python reads and writes no more than 4,300 at once."""
+"""Most characters of a rational number; Python reads and writes integers of at most 4,300 digits."""
 
 KERNELS, KERNEL_DEPTH = 100, 40
 """Most kernels in the kernel of a signal, and largest depth of its nested sums and products."""
@@ -40,7 +41,7 @@ KERNELS, KERNEL_DEPTH = 100, 40
 PARTS, DEPTH = 30_000, 100
 """Most operations, names and numbers in all formulas of a system, and largest depth of nesting of a formula."""
 
-# While a file is checked:
+# Limits of the effort of a check.
 
 MEMORY = 700_000_000
 """Most bytes that a check may use in addition to those that the process held before."""

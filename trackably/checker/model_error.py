@@ -1,18 +1,20 @@
 """A wrong model, an extension of `disturbances`: what the difference to the nominal system adds to its disturbances.
 
-Theorem. The field of a certificate that speaks of disturbances may also hold vertices (A_i, B_i, c_i). If `check`
-answers Proved, then what `disturbances` says of the system x(k + 1) = A x(k) + B u(k) + c + w(k) holds where (A, B,
-c) is, at each step, any point of the convex hull of the vertices, another at each step or not; W is a zonotope then.
+Theorem. The field `disturbance` of a certificate may also hold vertices (A_i, B_i, c_i); W is a zonotope then. If
+`check` answers Proved, then what `disturbances` says of the system x(k + 1) = A x(k) + B u(k) + c + w(k) holds if
+(A, B, c) is, at each step, any point of the convex hull of the vertices. It may be another point at each step.
 
 Proof. Let Ā, B̄, c̄ be those of the certificate, which the reference obeys. Then x(k + 1) = Ā x + B̄ u + c̄ + d + w
-with d = (A − Ā) x + (B − B̄) u + (c − c̄). By induction over the steps, x ∈ X₀ and u ∈ U₀: so d lies in the zonotope
-D below, and the proof of `disturbances` holds with W ⊕ D in the place of W; with noise x is the true state, so that
-D is the same. For each column j of (A, B, c), let d_ij be that of the vertex i less the nominal one, and z_j the
-state, input or 1 that it multiplies. |z_j| ≤ b_j follows from a row of X₀ or U₀ that bounds this state or input
-alone; where all d_ij are zero, nothing has to bound it. Let g be a vector, and λ_i numbers with d_ij = λ_i g + r_i.
-A point of the hull has Σ μ_i d_ij z_j = (Σ μ_i λ_i) z_j g + Σ μ_i z_j r_i, with |(Σ μ_i λ_i) z_j| ≤ b_j max |λ_i|,
-and with the entry l of the rest at most b_j max_i |r_il| in size. So b_j max |λ_i| g and b_j max_i |r_il| along each
-axis l, as generators of D for each column, hold all of it. All of this is done in rational arithmetic.
+with d = (A − Ā) x + (B − B̄) u + (c − c̄). By induction over the steps, x ∈ X₀ and u ∈ U₀. So d lies in the zonotope D
+that is defined below, and the proof of `disturbances` holds with W ⊕ D in the place of W. With measurement noise, x is
+still the true state, so that D is the same.
+
+For each column j of (A, B, c), let d_ij be the column of vertex i minus the nominal column, and z_j the state, input or
+1 that it multiplies. |z_j| ≤ b_j follows from a row of X₀ or U₀ that bounds this state or input alone; if all d_ij are
+zero, nothing has to bound it. Let g be a vector, and λ_i numbers with d_ij = λ_i g + r_i. A point of the hull has
+Σ μ_i d_ij z_j = (Σ μ_i λ_i) z_j g + Σ μ_i z_j r_i. Here |(Σ μ_i λ_i) z_j| ≤ b_j max |λ_i|, and entry l of the second
+sum is at most b_j max_i |r_il| in size. So D has, for each column j, the generators b_j max |λ_i| g, and b_j max_i
+|r_il| along each axis l. All of this is computed in rational arithmetic.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,7 +40,7 @@ class Vertex:
 def of_model_error(
     system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
 ) -> list[Vector] | str:
-    """Return the generators of the set D, or a sentence that says what does not fit or is unbounded."""
+    """Return the generators of the set D (see the module), or a sentence: what does not fit, or has no bound."""
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
@@ -51,7 +53,10 @@ def of_model_error(
             continue
         size = reach[j]
         if size is None:
-            return f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone"
+            return (
+                f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone, which are "
+                "needed because its column differs between vertices and nominal system"
+            )
         found += _around(apart, size)
     return found
 
@@ -63,7 +68,7 @@ def _columns(system: LinearSystem | Vertex) -> Iterator[list[Fraction]]:
 
 
 def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:
-    """Return the largest absolute value of each coordinate, from the rows that bound it alone; None if none does."""
+    """Return the largest |value| of each coordinate, from the rows that bound it alone; None if no row does."""
     found: list[Fraction | None] = [None] * dimension
     for j, low, high in single_bounds(bounded):
         known, size = found[j], max(abs(low), abs(high))

@@ -1,10 +1,10 @@
 """Series, Taylor models and Bernstein's bound: the arithmetic of step 2, of intervals or arrays of intervals.
 
 A Taylor model is a polynomial in x ∈ [−1, 1] with a bound of what it misses. A product may drop high powers: since
-|x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes. Of a quotient, any polynomial q may stand
-for a/b: a/b − q = (a − q b)/b. Likewise a positive polynomial r may stand for √a: √a − r = (a − r²)/(√a + r). What is
-bounded on the right is small if q and r begin with the series of a/b and √a. Others may be expanded: φ(c + d) = Σ_(k
-< n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
+|x^k| ≤ 1, this misses at most the sum of the dropped coefficients' sizes. Any polynomial q may stand for a quotient
+a/b: its error is a/b − q = (a − q b)/b. Likewise a positive polynomial r may stand for √a: √a − r = (a − r²)/(√a + r).
+These errors are small if q and r begin with the series of a/b and √a. Other functions φ are expanded: φ(c + d) =
+Σ_(k < n) φ⁽ᵏ⁾(c) dᵏ/k! + φ⁽ⁿ⁾(ξ) dⁿ/n! with ξ between c and c + d (Lagrange).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -42,7 +42,7 @@ from trackably.checker.intervals import (
 
 
 def exp_series(g: list[Real], n: int) -> list[Real]:
-    """Return n coefficients of f = e^g, from f' = g' f."""
+    """Return n Taylor coefficients of f = e^g from those of g, by f' = g' f."""
     f, slope = [exp(g[0])], [j * coefficient for j, coefficient in enumerate(g[1:], 1)]
     for k in range(1, n):
         f.append(dot(slope[:k], f[max(0, k + 1 - len(g)) : k][::-1]) / k)
@@ -50,7 +50,7 @@ def exp_series(g: list[Real], n: int) -> list[Real]:
 
 
 def power_series(q: list[Real], a: Real, n: int) -> list[Real]:
-    """Return n coefficients of f = q^a, from q f' = a q' f."""
+    """Return n Taylor coefficients of f = q^a from those of q, by q f' = a q' f."""
     f = [exp(a * log(q[0]))]
     for k in range(1, n):
         slope = [(a * j - (k - j)) * q[j] for j in range(1, min(k + 1, len(q)))]
@@ -96,7 +96,7 @@ class Model:
 
     @property
     def is_number(self) -> bool:
-        """Whether the model is an exact constant: only its first coefficient was ever set."""
+        """Whether the model is a constant: all coefficients but the first, and `missed`, are the object ZERO."""
         return self.missed is ZERO and all(c is ZERO for c in self.coefficients[1:])
 
     def __mul__(self, other: "Model") -> "Model":
@@ -179,7 +179,7 @@ class Models:
             return self.number(angle(y.span, x.span))
         s, c = y.coefficients[0].mid, x.coefficients[0].mid
         along = x.times(c) + y.times(s)
-        require(along.span.a > 0, "it takes the angle of a vector that turns too far")
+        require(along.span.a > 0, "it takes the angle of a vector that turns too far at these times")
         turned = self._compose("atan", self.over(y.times(c) - x.times(s), along))
         return self.number(many[0].direction(s, c) if many else angle(s, c)) + turned
 
@@ -190,7 +190,7 @@ class Models:
         span = around(centre, reach)
         require_positive(name, span)
         found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
-        for k in reversed(range(self.terms - 1)):  # the rest of d^k begins with x^k: few terms of the factor matter
+        for k in reversed(range(self.terms - 1)):  # d^k has no powers below x^k, so few terms of its factor matter
             found = _times_powers(found, d)
             found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
         rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
@@ -198,7 +198,7 @@ class Models:
 
 
 def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
-    """Return the numbers as constant models, by name."""
+    """Return constant Taylor models, with this number of `terms`, of the numbers or intervals in `values`, by name."""
     return {name: Models(terms).number(value) for name, value in values.items()}
 
 
@@ -211,12 +211,12 @@ def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
 
 
 def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Sequence[Real]], Real]:
-    """Return the map by ↦ Σ_i φ_i by_i, with the derivatives φ_i of a part of a formula by its operands.
+    """Return the function Σ_i φ_i Δ_i of changes Δ_i of operands, with the derivatives φ_i of a part φ of a formula.
 
-    The operands are in the intervals `at`, and `value` contains φ. For names and numbers the sum is zero. By the
-    mean-value theorem, the sum also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in `by`. For products and
-    quotients this is so because a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise UndefinedError
-    if the part may be undefined.
+    The operands are in the intervals `at`, and `value` contains φ. For names and numbers, which have no operands, the
+    sum is zero. By the mean-value theorem, the sum also contains φ(a′) − φ(a) for operands a′ and a with a′ − a in Δ.
+    For products and quotients this is so because a′ b′ − a b = Δa b′ + a Δb and a′/b′ − a/b = (Δa − (a/b) Δb)/b′. Raise
+    UndefinedError if the part may be undefined.
     """
     slope = ZERO
     match part:
@@ -247,7 +247,7 @@ def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Se
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:
-    """Return a model of functions that differ from the polynomial of `found` by `rest` over a positive divisor."""
+    """Return a model of functions that differ from the polynomial of `found` by `rest` divided by a positive number."""
     return Model(found.coefficients, require_bounds((rest.size + rest.missed) / divisor.a))
 
 

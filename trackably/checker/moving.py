@@ -3,13 +3,14 @@
 Theorem. Each end of a row of X or U may be Σ_j c_ij (t − t_i)^j for t_i ≤ t < t_(i+1): at rest before the first and
 after the last breakpoint, or repeated. If `check` answers Proved, then at each claimed time t a row keeps the ends that
 hold at t; at a breakpoint, those before it and those from it on, if the times just before and just after are claimed.
-A counterexample breaks both. A constant end is the polynomial of degree 0.
+A counterexample at a breakpoint breaks the ends on both sides of it. A constant end is a polynomial of degree 0.
 
-Proof. In a box each polynomial that holds at some time inside of it is compared with the row at all times of the box
-(step 2), closed on both sides: so is each instant, in its narrow box. For all_times the ends are at rest from
-`tail_start` on, and step 3 compares with where they rest; so it is after the last instant that is checked alone. For
-all_phases each end that moves repeats with the period, so that what holds for one period holds for all (step 4).
-Of a disturbed system (`disturbances`), ends of X₀ and U₀ differ by a number for each piece from those of X and U.
+Proof. The row is compared, at all times of a box (closed on both sides), with each polynomial that holds at some time
+inside the box (step 2 of `checker`); likewise in the narrow box around each instant. For all_times, the ends are at
+rest from `tail_start` on, and step 3 compares the row with their constant values; likewise after the last instant that
+is checked one by one. For all_phases, each end that moves repeats with the period, so that what holds for one period
+holds for all (step 4). For a disturbed system (`disturbances`), the ends of X₀ and U₀ differ from those of X and U by
+a constant on each piece.
 """
 
 from bisect import bisect_right
@@ -25,11 +26,11 @@ from trackably.checker.subject import Bound, End, Pieces, Row
 from trackably.checker.watch import UndecidedError, short, tick
 
 Cells = list[tuple[Number, Number]]
-"""The first and the last time of each cell; the last cell is the end alone."""
+"""The first and the last time of each cell, an interval without breakpoints inside; the last cell is the end alone."""
 
 
 def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Number, end: Number) -> Cells[Number]:
-    """Cut the times from start to end where some z(t + shift) changes its polynomial, and return the cells in between.
+    """Cut the times from start to end where some z(t + shift) changes its polynomial; return the intervals in between.
 
     `terms` are triples of a signal z, its breakpoints and its shift; all times are in one unit. Raise UndecidedError if
     there are more than 500,000 breakpoints.
@@ -121,7 +122,7 @@ def limits(bound: Bound, error: float) -> tuple[Limit, Limit]:
 
 
 def hull(bound: Row) -> tuple[Fraction, Fraction]:
-    """Return a number that the lower end never falls below, and one that the upper end never exceeds.
+    """Return a lower bound of the lower end of a row, and an upper bound of its upper end, at all times.
 
     A polynomial in x ∈ [−1, 1] is within Σ_(k > 0) |c_k| of c_0.
     """
@@ -136,7 +137,7 @@ def _reach(end: End, sign: int) -> list[Fraction]:
 
 
 def ends_at(bound: Row, t: Fraction) -> tuple[Fraction, Fraction]:
-    """Return the lower and the upper end at a time [s]; at a breakpoint, the looser value of those on both sides."""
+    """Return the lower and the upper end at a time [s]; at a breakpoint, the looser of the values on its two sides."""
     return min(_values(bound.low, t)), max(_values(bound.high, t))
 
 

@@ -1,17 +1,18 @@
-"""Polynomial pieces, a theorem beside the base: bounds of piecewise polynomial signals, by rational arithmetic.
+"""Polynomial pieces, an extension: bounds of piecewise polynomial signals, by rational arithmetic.
 
-Signals. Instead of sums of kernels, all signals of a linear system may be z_s(t) = Σ_j c_ij (t − t_i)^j for
-t_i ≤ t < t_(i+1); beyond the last piece they are at rest, periodic, or not claimed. Nothing else changes in what is
-proved. They are evaluated in double-double arithmetic, at times that are not rounded; each state or input is rounded to
-float64 once.
+Theorem. Instead of sums of kernels, all signals of a linear system may be z_s(t) = Σ_j c_ij (t − t_i)^j for
+t_i ≤ t < t_(i+1); beyond the first and the last piece they are at rest, periodic, or not claimed. Everything else in
+the theorem of `checker` stays the same, except for evaluation: the signals are evaluated in double-double arithmetic,
+at times that are not rounded, and each state or input is rounded to float64 once.
 
 Proof. Between two breakpoints t_i − j T of its signals, a bounded quantity is one polynomial with rational
 coefficients. In each of these cells, closed on both sides, it is shown to keep its bounds, tightened by the stated
-errors. With x = y/(1 + y), a polynomial p(x) of degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0:
-where all b_k ≥ 0, p is nowhere negative; where some are not, the cell is halved. For all_times the cells reach from 0
-to `tail_start`, where all signals are at rest; for all_phases over one period; for a window from start to end, where a
-signal that ends must be known until the last t + j T. An end of a bound that moves (`moving`) is one more signal, whose
-breakpoints cut cells too. The rounding errors are at most the stated ones. There is no first pass in float64.
+errors. With x = y/(1 + y), a polynomial p(x) of degree n becomes (1 + y)⁻ⁿ Σ b_k y^k, and 0 ≤ x ≤ 1 becomes y ≥ 0.
+If all b_k ≥ 0, p is nowhere negative; otherwise the cell is halved. For all_times, the cells reach from 0 to
+`tail_start`, from which on all signals are at rest; for all_phases, over one period; for a window, from start to end,
+and a signal that ends must be known until the last t + j T. An end of a bound that moves (`moving`) is one more signal,
+whose breakpoints cut cells, too. The rounding errors are shown to be at most the stated ones. No step is checked in
+float64 first.
 
 All float64 numbers are whole multiples of a power of two. So times are counted in units of 2^−e s, and values in such
 units that every polynomial has whole coefficients.
@@ -38,7 +39,7 @@ Parts = tuple[Fraction, list[tuple[Pieces, Fraction, Fraction]]]
 
 @dataclass(frozen=True)
 class WholeSum:
-    """offset + Σ weight · z(t + shift), in units in which all numbers are integers (`whole_sums`).
+    """The sum offset + Σ weight · z(t + shift), in units in which all numbers are integers (`whole_sums`).
 
     `terms` has z, its breakpoints, its polynomials, the shift and the weight of each term.
     """
@@ -62,8 +63,8 @@ def whole_sums(
 ) -> tuple[Cells[int], list[WholeSum], int]:
     """Return the cells between breakpoints of the sums from start to end [s], the sums, and their unit.
 
-    In a cell, all sums are polynomials. Times of cells are whole multiples of a power of two. The sums are multiplied
-    by the unit, a whole number which also makes `number` whole.
+    In a cell, all sums are polynomials. Times of cells are counted in a power of two of seconds, as integers. The sums
+    are multiplied by the unit, an integer that makes all their numbers, and `number`, integers.
     """
     terms = [term for _, of in sums for term in of]
     signals = {id(z): z for z, _, _ in terms}
@@ -134,17 +135,17 @@ _LARGEST, _LARGEST_POWER, _HIGHEST = 1e30, 10**100, 50
 
 
 def check_sizes(certificate: Certificate) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if all numbers will do.
+    """Return why a number may be too large or too small for float64 evaluation; None if all are in range.
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     subject = certificate.subject
-    lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # each once
+    lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # once each
     longest = {times: max([*each, Fraction(1)]) for times, each in lengths.items()}
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
         if largest > _LARGEST or z.degree > _HIGHEST or longest[z.breakpoints] ** z.degree > _LARGEST_POWER:
-            return "sizes: some number of a piece is too large for the analysis of rounding"
+            return "sizes: some number of a piece, or its degree or length, is too large for the analysis of rounding"
     factors = [length for each in lengths.values() for length in each]
     for bound in subject.bounds:
         weights, offset = gross_of(bound.row, functionals(subject, bound.of))
@@ -171,7 +172,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     bounded by Σ_i |r_i x_i| in total, and one rounding of each r_i. Operations of double-double arithmetic have errors
     of at most 8 u² times the sum of the absolute terms: two for each power of the time since a breakpoint, which itself
     has an error of 80 u², and two for each shifted signal, whose weight has an error of u². All of this is to first
-    order, and enlarged by 1 %.
+    order in the unit roundoff u, and enlarged by 1 %.
     """
     largest = [_largest((Fraction(0), [(z, Fraction(0), Fraction(1))]), z.ends[0], z.ends[-1]) for z in subject.pieces]
     shifted = sum(map(len, functionals(subject, "input")[0].weights))
@@ -192,14 +193,14 @@ def _why_uncounted(certificate: Certificate) -> str | None:
     ahead = shifts * Fraction(certificate.subject.system.sampling_time)
     for z in certificate.subject.pieces:
         if z.beyond == "period" and not Fraction(certificate.until) + ahead + abs(z.ends[0]) <= 2**50 * z.period:
-            return "evaluation: there are more periods than float64 can count"
+            return "evaluation: up to the time `until` there are more periods than float64 can count"
     return None
 
 
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
-    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s].
+    """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s], for the row r of a bound and states or inputs x.
 
-    If the row has only one state or input, the row's bounds are used. A later step proves them without these errors.
+    If the row has only one state or input, the row's bounds are used. A later step proves these bounds.
     """
     used = [(r, part) for r, part in zip(bound.row, functionals(subject, bound.of), strict=True) if r]
     if len(used) == 1:
@@ -208,7 +209,7 @@ def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fra
 
 
 def _largest(of: Parts, start: Fraction, end: Fraction) -> Fraction:
-    """Over-estimate the size of a sum from `start` to `end` [s], by the absolute coefficients in each cell."""
+    """Over-estimate the absolute value of a sum from `start` to `end` [s], by the |coefficients| in each cell."""
     cells, (found,), unit = whole_sums([of], start, end)
     return Fraction(max(sum(map(abs, found.polynomial(a, b - a))) for a, b in cells), unit)
 
@@ -231,7 +232,7 @@ def check_pieces(certificate: Certificate) -> str | None:
 
 
 def _claim_gap(certificate: Certificate) -> str | None:
-    """Return why the claim does not follow from the cells; None if it does."""
+    """Return why bounds that hold from the proof's start to its end do not imply the claim; None if they do."""
     proof, pieces = certificate.proof, certificate.subject.pieces
     if isinstance(proof, Steps):
         return "claim: polynomial pieces are proved at all times of a claim, never at sampled instants alone"
@@ -294,7 +295,7 @@ def keeps(
 ) -> bool:
     """Return whether a row is shown to stay between two ends, an `error` away from both, between two times [s].
 
-    The times must be multiples of a power of two.
+    Both times must be integers divided by a power of two, as float64 numbers are.
     """
     moving = (
         (Fraction(0), [(end, Fraction(0), Fraction(1))]) if isinstance(end, Pieces) else (Fraction(end), [])

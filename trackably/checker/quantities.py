@@ -1,4 +1,4 @@
-"""The bounded quantities: formulas of linear combinations of the signals at shifted times, and their values."""
+"""The bounded quantities: weighted sums of formulas in the signals at shifted times t + j T, and their values."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,8 +29,8 @@ ITSELF = "(itself)"  # the argument of a quantity that is a linear combination i
 class LinearCombination:
     """A linear combination of shifted signals: offset + Σ_s Σ_j w_sj (z_s(t + j T) − m_s).
 
-    `weights[s][j]` is w_sj, and `offset` is the value where every z_s is its mean m_s. `gross[s]` and `gross_offset`
-    are sums of the absolute values of the weights and constants, before any terms cancel.
+    `weights[s][j]` is w_sj, and `offset` is the value if every z_s is its mean m_s. `gross[s]` and `gross_offset` are
+    the sums of the absolute values of the weights of z_s, and of the constants, before any terms cancel.
     """
 
     weights: list[list[Fraction]]
@@ -81,7 +81,7 @@ class Quantity:
 def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     """Return all bounded quantities, with their bounds tightened by the `errors`, which are given by bounds' names.
 
-    Raise UnsolvableError if f cannot be solved for the inputs.
+    Raise UnsolvableError if a nonlinear system x⁺ = f(x, u) without a flat form cannot be solved for u.
     """
     system = subject.system
     if isinstance(system, LinearSystem):
@@ -126,7 +126,7 @@ def states_of(subject: Subject) -> list[LinearCombination]:
 
 
 def functionals(subject: Subject, of: Side) -> tuple[Functional, ...]:
-    """Return the states or inputs of a linear system, or the signals of a nonlinear one."""
+    """Return the states or inputs of a linear system, or the signals of a nonlinear one, as sums of shifted signals."""
     trajectories = subject.trajectories
     if trajectories is not None:
         return trajectories.states if of == "state" else trajectories.inputs
@@ -184,7 +184,7 @@ def value_of(q: Quantity, arguments: Mapping[str, Real]) -> Real:
 
 
 def combination_at(subject: Subject, argument: LinearCombination, t: Real, known: dict[Shifted, Real]) -> Real:
-    """Return the linear combination at time t: offset + Σ w c κ(t + j T − t_i).
+    """Return an interval that contains the linear combination at time t: offset + Σ w c κ(t + j T − t_i).
 
     Values of z_s(t + j T) − m_s in `known`, by (s, j), are not computed again; computed ones are added to it.
     """

@@ -8,7 +8,8 @@ Proof. Let the columns of Z span the kernel of B. By Farkas' lemma there is a w 
 for all rows of U if Σ_i λ_i r_i u lies between Σ_i λ_i lower_i and Σ_i λ_i upper_i (ends exchanged where λ_i < 0) for
 all λ with Σ_i λ_i r_i Z = 0. It is enough to know this for the λ of minimal support, because every other λ is a
 conformal sum of these (no cancellation of signs): R. T. Rockafellar, The elementary vectors of a subspace of R^N,
-1969. They are enumerated, and each must follow from an attainable row, in rational arithmetic.
+1969. The λ of minimal support are enumerated. The inequality of each must follow from an attainable row; this is
+verified in rational arithmetic.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,9 +26,9 @@ _MOST = 10_000
 
 
 def check_input_set(subject: Subject) -> str | None:
-    """Return why some u that keeps the attainable rows may have no u + v in U with B v = 0; None if all have one.
+    """Return why some u that keeps the attainable rows may have no v with B v = 0 and u + v ∈ U.
 
-    None also if the file has no attainable rows.
+    Return None if every such u has one, or if the file has no attainable rows.
     """
     if subject.attainable is None or not isinstance(subject.system, LinearSystem):
         return None
@@ -35,7 +36,7 @@ def check_input_set(subject: Subject) -> str | None:
 
 
 def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: tuple[Row, ...]) -> str | None:
-    """Return why some u that keeps the attainable rows may have no u + v in U with B v = 0; None if all have one."""
+    """Return why some u that keeps the attainable rows may have no v with B v = 0 and u + v ∈ U; None if all have."""
     if reason := _why_not_enumerable(system, rows):
         return reason
     for demand in demands(_idle(system), rows):
@@ -46,14 +47,14 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
             for bound in attainable
             if (ends := _scale(demand, bound.row))
         ):
-            return f"input_set: no attainable row implies the inequality that its rows {demand.numbers} add up to"
+            return f"input_set: no attainable row implies the inequality to which its rows {demand.numbers} add up"
     return None
 
 
 def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
     """Return low and high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high, for the `bound`'s row.
 
-    None if the rows of U imply no such bound, or are too many to tell.
+    `rows` are those of U. Return None if they imply no such bounds, or are too many to enumerate.
     """
     if _why_not_enumerable(system, rows):
         return None
@@ -65,7 +66,7 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
 
 
 def has_redundant_inputs(system: LinearSystem) -> bool:
-    """Whether some inputs act alike: columns of B are linearly dependent."""
+    """Whether inputs are redundant, so that some have the same effect: columns of B are linearly dependent."""
     return bool(_idle(system))
 
 
@@ -88,12 +89,12 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
         return "input_set: every row needs a number for each input, and lower ≤ upper"
     idle = _idle(system)
     if sum(comb(len(rows), size) for size in range(1, len(idle) + 2)) > _MOST:
-        return "input_set: there are too many rows for so many redundant inputs"
+        return f"input_set: {len(rows)} rows have too many combinations of up to {len(idle) + 1} rows to check"
     return None
 
 
 def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]:
-    """Yield the conditions on u that follow from the rows' circuits (`_circuits`); `idle` spans the kernel of B."""
+    """Yield the conditions on u that follow from circuits of the `rows` of U (`_circuits`); B v = 0 for v in `idle`."""
     m = len(rows[0].row) if rows else 0
     moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):

@@ -1,4 +1,4 @@
-"""Step 5 of the proof: the rounding errors of float64 evaluation are at most the stated errors.
+"""Step 5 of the proof (`checker`): the rounding errors of float64 evaluation are at most those that the file states.
 
 In formulas, + − · / are assumed to be rounded once, and functions and powers to be off by at most 4 units in the last
 place, which counts as 8 roundings. Before this step, all numbers are shown to have sizes for which this analysis
@@ -35,7 +35,7 @@ from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, fu
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
-_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest cells
+_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest intervals
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
 
@@ -73,7 +73,7 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
 
 
 SignalError = tuple[Real, Real]
-"""Over-estimates of |z| and of |float64 − exact|."""
+"""Over-estimates of |z| and of the error |float64 value of z − z|."""
 
 
 def signal_errors(subject: Subject, until: float) -> list[SignalError]:
@@ -160,7 +160,7 @@ def largest_sums(signal: Signal) -> Decay:
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if all numbers will do.
+    """Return why a number may be too large or too small for float64 evaluation; None if all are in range.
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
@@ -170,19 +170,19 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
     if reason := why_not_sized(certificate, values, factors):
         return reason
     if not all(at_most(signal.kernel.peak.size, 1e100) for signal in signals):
-        return "sizes: some value could overflow in float64 evaluation"
+        return "sizes: some value of a kernel could overflow in float64 evaluation: κ(0) exceeds 1e100"
     return None
 
 
 def why_not_sized(certificate: Certificate, values: Sequence[float], factors: Sequence[Fraction | float]) -> str | None:
-    """Return why a value or a factor may be too large, or a factor too small; None if all will do.
+    """Return why a value or a factor may be too large, or a factor too small; None if all are in range.
 
-    The sampling time is a factor, too; zeros are left out.
+    The sampling time is a factor, too; factors that are zero are left out.
     """
     sizes = [abs(Fraction(factor)) for factor in (certificate.subject.system.sampling_time, *factors) if factor]
     is_large = max(sizes) > 1e30 or max(map(abs, values), default=0.0) > 1e30
     if is_large or min(sizes) < 1e-30 or certificate.until > 1e60:
-        return "sizes: some number is too large or too small for the analysis of rounding"
+        return "sizes: no bounds of rounding for a number over 1e30, a factor below 1e-30, or `until` over 1e60"
     return None
 
 
@@ -203,7 +203,7 @@ _OUTER = 6
 
 @dataclass(frozen=True)
 class FormulaNeeds:
-    """Data for the bounds of rounding errors of formulas.
+    """The data from which rounding errors of formulas are bounded.
 
     `stated` has the errors that the certificate states, by bound; `of_arguments` has the errors of the arguments of
     formulas, by name; `roundings` is the number of roundings of a weighted sum of formulas.
@@ -235,8 +235,8 @@ class FormulaValues:
     def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
         """Return a model of a quantity q from the models of its `arguments`.
 
-        An argument must have the same model in all calls, because computed parts are kept. Raise UndefinedError if a
-        formula in q may be undefined, or if the rounding error of q may exceed the stated error.
+        A name must have the same model in all calls, because the models of computed parts are kept. Raise
+        UndefinedError if a formula in q may be undefined, or if the rounding error of q may exceed the stated error.
         """
         for need in q.needs:
             span = self.track(need.formula, arguments).model.span

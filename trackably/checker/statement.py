@@ -1,4 +1,4 @@
-"""Statements in words and numbers. Names are in quotes; no name contains a quote, a space or a comparison."""
+"""What valid files show, in words and numbers. Names are in quotes; no name has a quote, a space or a comparison."""
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
@@ -17,11 +17,11 @@ from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples, contradiction_of
 
 _RADIUS = 1e-30
-"""Radius [s] of the discs in Cauchy's estimate at t = 0, where nothing is missed: the box is a single time."""
+"""Radius [s] of the discs in Cauchy's estimate at the single time t = 0, at which Taylor series have no error."""
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
-    """Return the statement that a certificate proves, and about which reference."""
+    """Return the statement that a certificate proves, with the identity of its reference."""
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
     inputs = "these inputs"
@@ -42,7 +42,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
 
 
 def refutation(counterexample: Counterexample) -> str:
-    """Return the statement that a counterexample shows, and about which reference."""
+    """Return the statement that a counterexample shows, with the identity of its reference."""
     subject, at = counterexample.subject, f"t = {counterexample.at!r} s"
     bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
     if isinstance(counterexample.claim, Instants):
@@ -55,7 +55,7 @@ def refutation(counterexample: Counterexample) -> str:
 
 
 def table_statement(table: Table) -> str:
-    """Return the statement that a table shows."""
+    """Return the statement that a table of states and inputs at steps proves."""
     system = table.system
     kept, last = bounds_text(system, table.state_set, table.input_set), table.first_step + len(table.states) - 1
     return (
@@ -66,7 +66,7 @@ def table_statement(table: Table) -> str:
 
 
 def table_refutation(refuted: RefutedTable) -> str:
-    """Return the statement that a refuted table shows."""
+    """Return the statement about the bound or the dynamics that a refuted table breaks."""
     table, system = refuted.table, refuted.table.system
     match refuted.part:
         case "states" | "inputs":
@@ -117,7 +117,7 @@ def _names(system: System, bound: Bound) -> tuple[str, ...]:
 
 
 def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
-    """Return a bound, such as -1.0 ≤ "x" ≤ 1.0; τ is the time since a breakpoint of an end that moves."""
+    """Return a bound as text, such as -1.0 ≤ "x" ≤ 1.0; in ends that move, τ is the time since a breakpoint."""
     weighted = [
         f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
     ]
@@ -125,7 +125,7 @@ def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
 
 
 def bounds_text(system: System, state_set: Polytope, input_set: Polytope) -> str:
-    """Return all bounds of states and inputs."""
+    """Return all bounds of states and inputs as text, separated by commas; "no bounds" if there are none."""
     sides = ((system.states, state_set), (system.inputs, input_set))
     return ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
 
@@ -147,7 +147,7 @@ def _dynamics_text(system: System) -> str:
 
 
 def dynamics(system: System) -> str:
-    """Return the equations of a system."""
+    """Return the equations of a system as text, with its numbers or formulas."""
     if isinstance(system, NonlinearSystem):
         return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
     A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
@@ -225,7 +225,7 @@ def no_signal(found: ContradictedSamples) -> str:
 
 
 def _below(number: Fraction) -> float:
-    """Return a float64 that is not larger than a number, which is not negative."""
+    """Return a float64 that is at most a `number` ≥ 0, and close to it."""
     return as_float(number * (1 - Fraction(1, 2**50)))
 
 

@@ -1,4 +1,4 @@
-"""The subject of a file as typed values: a reference, its system and its sets."""
+"""What a file is about, its subject, as typed values: a reference, its system and its sets."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -62,7 +62,7 @@ def why_no_signal(pieces: Pieces) -> str | None:
 
 
 _NEGLIGIBLE = 2.0**-130
-"""Kernels are far where |κ| is at most κ(0) times this number, which is also the guard of each mpmath function."""
+"""A kernel counts as far from a time at which |κ| ≤ κ(0) times this number, the reserve of all mpmath functions."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Signal:
 
     @cached_property
     def pairs(self) -> list[tuple[Real, Real]]:
-        """All (t_i, c_i)."""
+        """All pairs (t_i, c_i) of a centre [s] and its weight, as intervals."""
         return [(exactly(t), exactly(c)) for t, c in zip(self.centres, self.weights, strict=True)]
 
     @cached_property
@@ -89,20 +89,20 @@ class Signal:
     def far(self) -> Decay:
         """Over-estimates of |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)|, if all distances |r_i| are beyond the reach.
 
-        The sums may be over all kernels or some of them.
+        The sums may be over all kernels of the signal, or over some of them.
         """
         weight, (_, decay) = total(abs(c) for _, c in self.pairs), self.reach
         return Decay(weight * decay.size, weight * decay.slope)
 
 
 def is_far(signal: Signal, distance: Real) -> bool:
-    """Return whether kernels at this distance [s] are certainly far."""
+    """Return whether kernels whose centres are at this distance [s] from a time are certainly far (negligible)."""
     return bool(distance.a >= signal.reach.distance)
 
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """x⁺ = A x + B u + c; matrices row by row."""
+    """x⁺ = A x + B u + c, one `sampling_time` [s] later; A and B are given row by row."""
 
     A: tuple[tuple[float, ...], ...]
     B: tuple[tuple[float, ...], ...]
@@ -122,7 +122,7 @@ class LinearSystem:
 class FlatForm:
     """States and inputs as formulas of z_s(t + j T), which are called z1[0], z1[1], …, z2[0], …
 
-    States in `angles` follow f up to whole turns. Formulas in `positive` are claimed to be positive.
+    States in `angles` follow f up to multiples of 2π. Formulas in `positive` are claimed to be positive.
     """
 
     states: tuple[Formula, ...]
@@ -176,7 +176,7 @@ class NonlinearSystem:
 
 
 class OfBound(str):
-    """A sentence that says why a file shows nothing, if a single bound is the cause; `bound` is its name."""
+    """A sentence that says why a file shows nothing, if a single bound is the cause; `bound` is the bound's name."""
 
     bound: str
 
@@ -196,7 +196,7 @@ End = float | Pieces
 
 @dataclass(frozen=True)
 class Row:
-    """low ≤ Σ_i r_i v_i ≤ high, of states or inputs v."""
+    """The bounds low ≤ Σ_i r_i v_i ≤ high of states or inputs v, with `row` r."""
 
     row: tuple[Fraction, ...]
     low: End
@@ -221,7 +221,7 @@ class Row:
 def _constant(end: End) -> float:
     if isinstance(end, Pieces):
         raise UndecidedError(
-            "a bound moves in time, but tables, redundant inputs and disturbances take constant bounds only"
+            "not decided: a bound moves in time, but tables and redundant inputs take constant bounds only"
         )
     return end
 
@@ -235,7 +235,7 @@ class Polytope:
 
 
 def single_bounds(bounded: Polytope) -> Iterator[tuple[int, Fraction, Fraction]]:
-    """Yield each coordinate that a row bounds alone, and its two bounds; rows that move in time are left out."""
+    """Yield the index of each coordinate that a row bounds alone, and its bounds; rows that move are left out."""
     for row in bounded.rows:
         tick()
         used = [(j, r) for j, r in enumerate(row.row) if r]
@@ -275,8 +275,8 @@ class Subject:
 
     Signals are sums of kernels, or polynomial `pieces`.
 
-    `trajectories` are given for linear systems only; `attainable` rows are given only if they bound u in place of the
-    input set. The `fingerprint` is that of signals, system and trajectories (`form`).
+    `trajectories` are given for linear systems only. `attainable` rows are given only if inputs are redundant; they
+    bound u in place of the input set. The `fingerprint` is a SHA-256 of signals, system and trajectories (`form`).
     """
 
     signals: tuple[Signal, ...]
@@ -331,7 +331,7 @@ def weighted_sum_text(row: Sequence[Fraction], names: Sequence[str], digits: int
 
 
 def numbered(names: Iterable[str]) -> Iterator[str]:
-    """Yield names, of which equal ones are numbered: x, y, x (2)."""
+    """Yield the names, with a number after each repetition: x, y, x (2)."""
     counted: dict[str, int] = {}
     for name in names:
         counted[name] = counted.get(name, 0) + 1
@@ -339,7 +339,7 @@ def numbered(names: Iterable[str]) -> Iterator[str]:
 
 
 def as_float(number: Fraction) -> float:
-    """The nearest float64; infinite beyond the largest."""
+    """Return the float64 nearest to a number; ±infinity if the number is beyond the largest float64."""
     try:
         return float(number)
     except OverflowError:

@@ -1,9 +1,10 @@
-"""Tables, a theorem of its own: states and inputs at steps, without a formula between them.
+"""Tables of states x(k) and inputs u(k) at steps k, without formulas for times in between. A theorem of its own.
 
 Theorem. If `check` answers Proved of a table, then at each step the rows of X and U are kept, and |x(k + 1) − f(x(k),
 u(k))| is at most the tolerance for each state. Nothing is said about times between the steps, nor about a flat form.
-If it answers Refuted of a refuted table, then at the step that it names, one of these is broken by at least what it
-names. Both are verified number by number, in rational arithmetic for linear systems.
+If `check` answers Refuted of a refuted table, then at the step that the file names, a row of X or U is broken by at
+least the stated violation, or |x(k + 1) − f(x(k), u(k))| exceeds the tolerance by at least this number for a state.
+Both are verified number by number, in rational arithmetic for linear systems, otherwise in interval arithmetic.
 """
 
 from collections.abc import Sequence
@@ -24,7 +25,10 @@ Part = Literal["states", "inputs", "dynamics"]
 
 @dataclass(frozen=True)
 class Table:
-    """States and inputs at the steps from `first_step` on; the last state may have no input."""
+    """States and inputs at the steps from `first_step` on, row by row; the last state may have no input.
+
+    `tolerance` is the largest allowed difference between a state and f of the state and the input before it.
+    """
 
     first_step: int
     states: tuple[tuple[float, ...], ...]
@@ -76,19 +80,19 @@ def _misfit(table: Table) -> str | None:
     """Return which parts do not fit together; None if all do."""
     sides = ((table.system.states, table.states), (table.system.inputs, table.inputs))
     if len(table.inputs) not in (len(table.states), len(table.states) - 1) or len(table.states) < 2:
-        return "shapes: there must be two states at least, and an input for each but the last, which may have one"
+        return "shapes: a table needs two states at least, and an input for each state (but perhaps not for the last)"
     if any(len(row) != len(names) for names, values in sides for row in values):
         return "shapes: every step needs a number for each state, or for each input"
     return why_no_plant(table.system, table.state_set, table.input_set)
 
 
 def _rows(table: Table) -> dict[Part, int]:
-    """Return the number of steps of each part; the dynamics have none at the last state."""
+    """Return the number of steps of each part: one for each state, input, or pair of successive states."""
     return {"states": len(table.states), "inputs": len(table.inputs), "dynamics": len(table.states) - 1}
 
 
 def check_refuted_table(refuted: RefutedTable) -> str | None:
-    """Return why no violation is shown at the named step; None if it is."""
+    """Return why the named violation is not shown; None if it is shown."""
     table, row = refuted.table, refuted.step - refuted.table.first_step
     if reason := _misfit(table):
         return reason
@@ -100,7 +104,7 @@ def check_refuted_table(refuted: RefutedTable) -> str | None:
         return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
     if at_most(Fraction(refuted.violation), found[refuted.index]):
         return None
-    return f"value: nothing is shown to be broken by {refuted.violation!r} there"
+    return f"value: at step {refuted.step} nothing is shown to be broken by {refuted.violation!r} there"
 
 
 def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:

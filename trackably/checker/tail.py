@@ -1,6 +1,7 @@
-"""Step 3 of the proof: bounds of the quantities for all times after the cover, when the signals decay.
+"""Step 3 of the proof (`checker`): the quantities keep their bounds at all times after the boxes, as signals decay.
 
-Formulas are bounded by the mean-value theorem, with their slopes (forward differentiation) over all their values.
+Formulas are bounded by the mean-value theorem: their slopes, by forward differentiation, are enclosed for all values
+that the signals may have at these times.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +32,7 @@ from trackably.checker.subject import OfBound, Signal, is_far
 def check_tail(
     certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
 ) -> str | None:
-    """Return a sentence about the first quantity that may leave its bounds after the boxes or instants; None if none.
+    """Return a sentence about the first quantity that may leave its bounds after the boxes or instants, or None.
 
     If the envelopes of the `first_pass` do not show this, they are computed in mpmath. An envelope is an upper bound of
     |z − m| and |ż| at all later times.
@@ -70,7 +71,7 @@ def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, 
 
 
 def envelope(signal: Signal, start: Real) -> Decay:
-    """Over-estimate |z − m| and |ż| for all times after `start`."""
+    """Over-estimate |z − m| and |ż| of a signal z with mean m, for all times after `start` [s]."""
     size, slope = signal.far
     for t, c in signal.pairs:
         if is_far(signal, start - t):
@@ -81,7 +82,7 @@ def envelope(signal: Signal, start: Real) -> Decay:
 
 
 def _limits(needs: FormulaNeeds, q: Quantity, envelopes: list[Decay], step: Real) -> tuple[Real, Real]:
-    """Return the middle and the radius of an interval that contains q, if the `envelopes` bound |z − m| and |ż|.
+    """Return the middle and the radius of an interval that contains q, where the `envelopes` bound |z − m| and |ż|.
 
     A formula is bounded by the mean-value theorem, with its slopes over all values of its arguments.
     """
@@ -118,7 +119,7 @@ def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step:
 
 
 def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | int, Real]:
-    """Return the slopes of the formula: by each argument alone, and by all arguments of one signal s together.
+    """Return intervals for the slopes of q in a box: by each argument, and by all arguments of one signal s together.
 
     Each argument is one shifted signal with the weight 1. So if a signal changes by the same amount at all times, all
     its arguments change by this amount.

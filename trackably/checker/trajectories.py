@@ -1,6 +1,6 @@
-"""Step 0 of the proof: the states of a linear system follow from its inputs, in rational arithmetic.
+"""Step 0 of the proof (`checker`): the states of a linear system follow from its inputs, in rational arithmetic.
 
-Before that, matrices, formulas, trajectories, sets and names are shown to belong to one system.
+Before this step, matrices, formulas, trajectories, sets and names are shown to fit together.
 """
 
 from fractions import Fraction
@@ -26,7 +26,7 @@ from trackably.checker.watch import tick
 
 
 def check_shapes(subject: Subject) -> str | None:
-    """Return which parts of a file's subject do not fit together; None if all do."""
+    """Return which parts of a file's reference, system and sets do not fit together; None if all do."""
     system = subject.system
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
         return "signals: there must be as many centres as weights"
@@ -47,14 +47,14 @@ def why_no_system(system: System) -> str | None:
     n, m = len(system.states), len(system.inputs)
     known = {*system.states, *system.inputs}
     if len(known) != n + m:
-        return "names: states and inputs must all be called differently"
+        return "names: states and inputs must all have different names"
     if isinstance(system, LinearSystem):
         if [[len(row) for row in matrix] for matrix in (system.A, system.B, (system.c,))] == [[n] * n, [m] * n, [n]]:
             return None
-        return "shapes: A, B and c do not fit the numbers of states and inputs"
+        return f"shapes: A, B and c do not fit {n} states and {m} inputs"
     flat = system.flat
     if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
-        return "shapes: as many formulas as states are needed; a flat form needs one for each state and each input"
+        return "shapes: as many formulas f as states are needed; a flat form needs one for each state and each input"
     if unknown := {name for formula in system.f for name in names(formula)} - known:
         return f"names: f must hold states and inputs only, but holds {min(unknown)}"
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
@@ -63,10 +63,10 @@ def why_no_system(system: System) -> str | None:
 def why_no_plant(
     system: System, state_set: Polytope, input_set: Polytope, attainable: tuple[Row, ...] = ()
 ) -> str | None:
-    """Return what does not fit together in a system and its sets; None where everything does."""
+    """Return what does not fit together in a system and its sets; None if everything fits."""
     n, m = len(system.states), len(system.inputs)
     if (state_set.dimension, input_set.dimension) != (n, m):
-        return "shapes: the sets must have the dimensions of state and input"
+        return f"shapes: the sets must have the dimensions of state and input, {n} and {m}"
     if not _fit(state_set.rows, n) or not _fit((*input_set.rows, *attainable), m):
         return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
     return why_no_system(system)
@@ -88,11 +88,11 @@ def _fit(rows: tuple[Row, ...], dimension: int) -> bool:
 
 
 def check_names(certificate: Certificate) -> str | None:
-    """Return why evaluation errors or covers do not have the names of the bounds; None if they do."""
+    """Return why the evaluation errors or the boxes are not given once for each bound, by name; None if they are."""
     proof, bounded = certificate.proof, sorted(bound.name for bound in certificate.subject.bounds)
     covers = bounded if isinstance(proof, Steps) or certificate.subject.pieces else sorted(proof.boxes)
     if not bounded:
-        return "names: nothing is bounded"
+        return "names: nothing is bounded, so there is nothing to prove"
     if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != bounded or covers != bounded:
         return "names: evaluation errors and covers must have the names of the bounds, each once"
     return None
@@ -136,7 +136,8 @@ def _misfit_of_flat_form(subject: Subject, flat: FlatForm) -> str | None:
 def check_trajectories(subject: Subject) -> str | None:
     """Return why x(t + T) = A x(t) + B u(t) + c does not hold for all signals; None if it does.
 
-    For a flat form it is x(t + T) = f(x(t), u(t)). Any other nonlinear f is solved for u, and needs no verification.
+    For a flat form, the equation is x(t + T) = f(x(t), u(t)). A nonlinear system without a flat form is solved for u,
+    so that the equation holds.
     """
     system, trajectories = subject.system, subject.trajectories
     if isinstance(system, NonlinearSystem) and system.flat is not None:
@@ -146,7 +147,7 @@ def check_trajectories(subject: Subject) -> str | None:
     for A, B, c, state in zip(*system.exact, trajectories.states, strict=True):
         x, u = weighted_sum(A, trajectories.states), weighted_sum(B, trajectories.inputs)
         if x.offset + u.offset + c != state.offset:
-            return "trajectories: the system does not stay where its state and input are the offsets: no equilibrium"
+            return "trajectories: the system does not stay where states and inputs are the offsets: no equilibrium"
         for s, weights in enumerate(state.weights):
             earlier = Fraction(0), *weights
             for j, (p, q, r) in enumerate(zip_longest(x.weights[s], u.weights[s], earlier, fillvalue=Fraction(0))):

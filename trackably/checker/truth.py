@@ -1,34 +1,38 @@
 """The true signal, an extension: how far a reference is from every signal that explains the samples.
 
-Class. A certificate of a linear system may list samples y_i of a state at t_i, and v_j of its rate at s_j, and
-numbers ē, ē′, L, M, of which L or M, and what belongs to rates, may be left out. Its class holds all f with |f(t_i)
-− y_i| ≤ ē for all i, |f′(s_j) − v_j| ≤ ē′ for all j, |f(s) − f(t)| ≤ L |s − t| and |f′(s) − f′(t)| ≤ M |s − t| for
-all s and t.
+Class. A certificate of a linear system may list samples y_i of a state at t_i, samples v_j of the state's rate at s_j,
+and numbers ē, ē′, L, M. L or M may be left out, and so may the rates with ē′. This class holds all functions f with
+|f(t_i) − y_i| ≤ ē for all i, |f′(s_j) − v_j| ≤ ē′ for all j, |f(s) − f(t)| ≤ L |s − t| and |f′(s) − f′(t)| ≤ M |s − t|
+for all s and t.
 
-Theorem. If `check` answers Proved, then |x_r(t) − f(t)| ≤ ε_k for each f of the class and each real t of the cell k,
-from ends_k to ends_(k+1), with x_r the state's x(t) of the certificate. If it answers Contradicted for the
-contradiction of a class, then no f is in it, and none where only ē, or only M (or L where that is what is used), is
-larger by less than what the answer says.
+Theorem. Let x_r(t) be this state in the x(t) of the certificate. If `check` answers Proved, then |x_r(t) − f(t)| ≤ ε_k
+for each f of the class and each real t of the cell k, from ends_k to ends_(k+1). If `check` answers Contradicted for
+the contradiction of a class, then the class is empty. It stays empty if only ē, or only M (or L, if the contradiction
+uses L), grows by less than the answer says.
 
 Proof. At a time τ, let Σ μ_i = 1 and Σ μ_i t_i + Σ ν_j = τ. Then f(τ) − Σ μ_i f(t_i) − Σ ν_j f′(s_j) = ∫ κ f″ with
 κ(s) = max(τ − s, 0) − Σ μ_i max(t_i − s, 0) − Σ_(s_j > s) ν_j, by Taylor's formula with integral remainder, as straight
-lines give zero. So f(τ) is at most Σ μ_i y_i + Σ ν_j v_j + Σ |μ_i| ē + Σ |ν_j| ē′ + M ∫ |κ|; likewise below. In a cell
-each side names two measurements i, j, and bounds f at its times t
+lines give zero. So f(τ) is at most Σ μ_i y_i + Σ ν_j v_j + Σ |μ_i| ē + Σ |ν_j| ē′ + M ∫ |κ|, and at least the same with
+minus signs before ē, ē′ and M. In a cell, the upper and the lower side each name two measurements i, j, which bound f
+at the times t of the cell
   - by L: f is at most y_i + ē + L |t − t_i|, where j = i;
   - by μ_i = (t_j − t)/(t_j − t_i) and μ_j = 1 − μ_i, where j is another sample: ∫ |κ| is |t − t_i| |t − t_j| / 2;
   - by μ_i = 1 and ν_j = t − t_i, where j is a rate: ∫ |κ| is |∫ |τ − s_j| dτ|, τ from t_i to t.
-No time that a side names is inside of the cell, so that all signs stay, and the sides are quadratic polynomials there,
-found from three times in rational arithmetic. x_r is enclosed by a Taylor model, as in step 2 of the base, and both
-differences are at most ε_k. Of a contradiction, let Σ μ_i = 0 and Σ μ_i t_i + Σ ν_j = 0. In the same way, Σ μ_i f(t_i)
-+ Σ ν_j f′(s_j) = ∫ κ f″ with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ
-|ν_j| ē′ ≤ M ∫ |κ|, of which the opposite is verified in rational arithmetic. Where only Σ μ_i = 0 and no ν_j is given,
-it is ≤ L ∫ |Σ_(t_i > s) μ_i| ds.
+No time of a named measurement is inside the cell. So all signs stay the same, and each side is a quadratic polynomial
+in the cell, which is found from its values at three times, in rational arithmetic. x_r is enclosed by a Taylor model,
+as in step 2 of `checker`. The upper side minus x_r, and x_r minus the lower side, are shown to be at most ε_k.
+
+For a contradiction, let Σ μ_i = 0 and Σ μ_i t_i + Σ ν_j = 0. In the same way, Σ μ_i f(t_i) + Σ ν_j f′(s_j) = ∫ κ f″
+with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ |ν_j| ē′ ≤ M ∫ |κ| if
+f is in the class; the opposite is verified in rational arithmetic. If only Σ μ_i = 0 holds and no ν_j is given, the
+left side is at most L ∫ |Σ_(t_i > s) μ_i| ds.
 
 Derived. A certificate may also list times τ with multipliers μ_i of samples and ν_j of rates that bound f(τ) as above.
-Sides may take the middle of both for a sample, and half of their distance for its noise.
+A side may use the middle of the two bounds as a sample at τ, with half of their distance as its noise.
 
-Plant. Where the certificate speaks of disturbances, it may also say δ: in their theorem, |x(k) − f(t₀ + k T)| ≤ δ
-for all t₀ + k T in the cells, as ε_k + h_Z(±r) + h_V(∓r) ≤ δ for all cells and the row r of the state.
+Plant. If the certificate speaks of disturbances, it may also state a number δ. Then, in the theorem of `disturbances`,
+|x(k) − f(t₀ + k T)| ≤ δ for this state and all t₀ + k T in the cells. What is verified is ε_k + h_Z(±r) + h_V(∓r) ≤ δ
+for all cells, with the row r that selects the state, and the support functions of Z and V.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -48,7 +52,7 @@ from trackably.checker.subject import LinearSystem, Subject
 from trackably.checker.watch import progress, short, tick
 
 CONTRADICTION, VERSION = "trackably contradicted samples", 1
-_DEGREE = 3  # degree of the compared polynomials; higher terms of a model, small in small cells, count as missed
+_DEGREE = 3  # degree of the compared polynomials; higher terms of a model, small in small cells, count as its error
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ read_contradicted = file_of(
 def check_truth(
     subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass
 ) -> str | None:
-    """Return which distance of a state from its true signals is not shown; None if all are."""
+    """Return which stated distance of a state from its true signals is not shown; None if all are shown."""
     for truth in truths:
         if reason := _misfit(subject, truth, robust):
             return f"truth: {reason}"
@@ -84,40 +88,40 @@ def check_truth(
             error = exactly(truth.errors[k])
             for side in sides:
                 if side is None:
-                    return f"truth: a side of cell {k} has a form that the theorem does not cover"
+                    return f"truth: the measurements that a side of cell {k} names give no bound in this cell"
                 if not is_below(side, [error]):
-                    return f'truth: "{truth.state}" may be further from the signal in cell {k}'
+                    return f'truth: "{truth.state}" may be further than the stated error from the signal in cell {k}'
     return None
 
 
 def _misfit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> str | None:
     system, count = subject.system, len(truth.errors)
     if subject.pieces or not isinstance(system, LinearSystem) or truth.state not in system.states:
-        return "it must be of a state of a linear system, whose signals are sums of kernels"
+        return "it must be about a state of a linear system, with signals that are sums of kernels"
     if not len(truth.ends) - 1 == len(truth.radii) == len(truth.upper) == len(truth.lower) == count:
-        return "there must be a radius, two sides and an error for each cell"
+        return "each cell needs an end, a radius, an upper and a lower side, and an error"
     if any(not start < end for start, end in pairwise(truth.ends)):
-        return "cells must be in order"
+        return "the ends of cells must increase"
     if reason := _misfit_of_class(truth.of):
         return reason
     if truth.plant is not None:
         room = Fraction(truth.plant) - Fraction(truth.error)
         if robust is None or not keeps_near(system, robust, system.states.index(truth.state), room):
-            return "the plant may be further from the signal"
+            return "under disturbance the plant may be further than `plant` from the signal"
     return None
 
 
 def _misfit_of_class(of: SignalClass) -> str | None:
     for measured in filter(None, (of.samples, of.rates)):
         if len(measured.times) != len(measured.values) or any(a >= b for a, b in pairwise(measured.times)):
-            return "measurements must have rising times, and a value for each"
+            return "measurements must have increasing times, and a value for each time"
     return None
 
 
 def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator[tuple[Model | None, Model | None]]:
-    """Yield, for each cell, models of the upper side minus the reference, and of the reference minus the lower side.
+    """Yield, for each cell, models of the upper side minus the state, and of the state minus the lower side.
 
-    None for a side that is invalid.
+    A side is a bound of all signals of the class in the cell. None takes the place of the model of an invalid side.
     """
     state, every = states_of(subject)[subject.system.states.index(truth.state)], places(truth)
     boxes = [Box(*ends, radius) for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)]
@@ -143,7 +147,7 @@ Place = tuple[Fraction, Fraction, Fraction]
 
 
 def places(truth: TrueSignal) -> dict[int, Place]:
-    """Return the points at which signals are known, by their numbers: samples, and derived points."""
+    """Return the points at which signals are known, by their numbers: samples, and `derived` points."""
     samples, found = truth.of.samples, dict[int, Place]()
     for i, (t, y) in enumerate(zip(samples.times, samples.values, strict=True)):
         found[i] = Fraction(t), Fraction(y), Fraction(samples.noise)
@@ -168,7 +172,7 @@ _Weighted = list[tuple[Fraction, Place]]
 def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
     """Return the upper bound of all signals of a class at a `derived` time; the lower one for `sign` −1.
 
-    None if its multipliers show no bound.
+    Return None if the multipliers show no bound.
     """
     n, points, rates = len(of.samples.times), _Weighted(), _Weighted()
     for i, m in derived.upper if sign > 0 else derived.lower:
@@ -179,7 +183,7 @@ def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
 
 
 def _bound(of: SignalClass, t: Fraction, points: _Weighted, rates: _Weighted, sign: int) -> Fraction | None:
-    """Return Σ μ y + Σ ν v ± (Σ |μ| ē + Σ |ν| ē′ + M ∫ |κ|) for a time t; None if multipliers do not fit it."""
+    """Return the bound Σ μ y + Σ ν v ± (Σ |μ| ē + Σ |ν| ē′ + M ∫ |κ|) of f(t); None if multipliers do not fit t."""
     M, used = of.second_derivative, [*points, *rates]
     here, jumps = [(Fraction(1), t), *((-m, t_i) for m, (t_i, _, _) in points)], [(-m, s) for m, (s, _, _) in rates]
     left = exact_sum(m for m, _ in here), exact_sum([*(m * t for m, t in here), *(m for m, _ in jumps)])
@@ -227,13 +231,13 @@ def check_contradicted(found: ContradictedSamples) -> str | None:
 def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
     """Return by how much samples contradict the class of signals, with the sensitivities to its bounds; or why not.
 
-    The sensitivities are Σ |μ_i| (to the noise; 0 with multipliers ν) and ∫ |κ| (to the bound of slope or second
-    derivative, whose name comes last).
+    With the symbols of the module, the sensitivities are Σ |μ_i| (to the noise; 0 if there are multipliers ν_j) and
+    ∫ |κ| (to the bound of slope or second derivative). The name of this bound comes last.
     """
     of, mu, nu = found.of, found.samples, found.rates
     rates = of.rates or Measured((), (), 0.0)
     if len(mu) != len(of.samples.times) or len(nu) != len(rates.times):
-        return "there must be a multiplier for each measurement"
+        return "there must be one multiplier for each measurement, sample or rate"
     if reason := _misfit_of_class(of):
         return reason
     pairs = [(m, Fraction(t)) for m, t in zip(mu, of.samples.times, strict=True) if m]
@@ -252,7 +256,7 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
         return "multipliers must cancel every straight line, or every constant if only the slope is bounded"
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
-        return "the samples are not shown to contradict the class"
+        return "the samples are not shown to contradict the class: their excess over its bounds is not positive"
     return excess, Fraction(0) if jumps else sizes[0], size, name
 
 

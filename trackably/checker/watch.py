@@ -14,14 +14,14 @@ if sys.platform != "win32":
     from resource import RUSAGE_SELF, getrusage
 
 Report = Callable[[int, int], object]
-"""Receives the number of checked boxes or instants, and their total number."""
+"""A function that is called with the number of boxes or instants checked so far, and their total number."""
 
 _EVERY = 0.05
 """Seconds between two measurements of the memory."""
 
 
 class UndecidedError(Exception):
-    """The check ends at a limit, which the message names."""
+    """The check ends at a limit of time, memory or length of numbers, which the message names."""
 
 
 @dataclass
@@ -79,7 +79,7 @@ def short(number: Fraction) -> Fraction:
     """Return the number unchanged. Raise UndecidedError if it is too long for further operations."""
     tick()
     if max(number.numerator.bit_length(), number.denominator.bit_length()) > BITS:
-        raise UndecidedError(f"not decided with rational numbers of {BITS} bits")
+        raise UndecidedError(f"not decided: exact arithmetic would need rational numbers of more than {BITS} bits")
     return number
 
 
@@ -99,7 +99,7 @@ def _peak() -> float:
 
 
 _PATIENCE, _BETWEEN = 3.0, 0.25
-"""Seconds before the first line, and between two lines."""
+"""Seconds from the start to the first line of progress, and between two lines."""
 
 
 class ProgressLine:

@@ -1,11 +1,11 @@
-"""Draws from a normal distribution between bounds, by exact Hamiltonian Monte Carlo.
+"""Draws from a normal distribution truncated by bounds, by exact Hamiltonian Monte Carlo.
 
 A. Pakman and L. Paninski: Exact Hamiltonian Monte Carlo for truncated multivariate Gaussians. Journal of Computational
 and Graphical Statistics 23 (2014), 518–542. A particle at w gets a random velocity v, moves along w cos t + v sin t for
-some time, and is reflected by the bounds; its position at the end is the next draw. All of this is in closed form:
-nothing is rejected, and the truncated distribution is invariant, up to rounding. In the paper the time is always π/2.
-Here it is random, between π/4 and 3π/4, because a reflected particle whose period is the fixed time would return to its
-start (R. M. Neal, MCMC using Hamiltonian dynamics, 2011, warns of this for all such methods).
+some time, and is reflected by the bounds; its position at the end is the next draw. The motion is known in closed form:
+nothing is rejected, and the truncated distribution is invariant, up to rounding. In the paper, the time of a move is
+always π/2. Here it is random, between π/4 and 3π/4, because a reflected particle whose period is the fixed time would
+return to its start (R. M. Neal, MCMC using Hamiltonian dynamics, 2011, warns of this for Hamiltonian methods).
 
 Chains start at the shortest vector between the bounds, the most likely admissible value of a standard normal
 distribution. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems
@@ -23,15 +23,15 @@ import scipy
 
 from trackably.arrays import Array
 
-_MOST_STEPS = 30  # steps of the solver for each wall (a bound in the program), before it gives up
-_HELD = 1e-9  # a bound that is violated by no more than this counts as satisfied
+_MOST_STEPS = 30  # steps of the solver for each wall (a bound that is in the program), before it gives up
+_HELD = 1e-9  # standard deviations: a bound that is violated by no more than this counts as satisfied
 
 
 def least_norm(normals: Array, offsets: Array) -> Array | None:
     """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
 
-    The result satisfies all rows up to 1e-9. None if there is no such w, or if it is not found in float64. Only
-    violated rows are added to the program.
+    The result satisfies all rows up to 1e-9. Return None if there is no such w, or if it is not found in float64. The
+    program grows by one row at a time, the one that the last w violates most.
     """
     w, walls = np.zeros(normals.shape[1]), list[int]()
     while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
@@ -110,7 +110,7 @@ class BoundedNormal:
     def draws(self, count: int, seed: int) -> Array:
         """Return `count` draws, shape (count, r).
 
-        A seed gives the same draws every time, and a larger count only adds to them.
+        A seed gives the same draws every time; a larger count gives the same draws and more.
 
         They come from 50 independent chains in turn, after 25 moves of each: two draws depend on each other only if
         their indices differ by a multiple of 50. Raises NoRoom.
@@ -125,9 +125,7 @@ class BoundedNormal:
         return np.concatenate(kept)[:count]
 
     def _move(self, w: Array, v: Array, left: Array) -> Array:
-        """Return the positions of particles that start at w with velocities v, both (P, r),
-        after the times `left` (P,).
-        """
+        """Return the positions after times `left` (P,) of particles that start at w with velocities v, both (P, r)."""
         arrived_at, which = np.empty_like(w), np.arange(len(w))
         for _ in range(_MOST_REFLECTIONS):
             free, wall = self._next_wall(w, v)
@@ -138,15 +136,15 @@ class BoundedNormal:
                 return arrived_at
             which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
             v = v[~arrives]
-            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the reflection
+            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the velocity after the reflection
         raise NoRoom(
             f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
         )
 
     def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
-        """Return the time at which each particle leaves the region, infinity if never, and the wall
-        (index of the bound) that it crosses, both of shape (P,).
+        """Return the time at which each particle leaves the region (∞ if never), and the index of the bound, its wall.
 
+        Both have the shape (P,). With h = n · w and ḣ = n · v for the normal n and the offset g of a wall,
         h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
         reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
         beyond, and it leaves now.

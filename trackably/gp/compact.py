@@ -19,9 +19,9 @@ import numpy as np
 from trackably.gp.factors.low_rank import interpolation, nodes
 from trackably.gp.signal import KernelSum
 
-_FEWEST = 64  # kernels: a sum of fewer is not changed, as its rounding errors are small
+_FEWEST = 64  # kernels: a sum of fewer kernels is not changed, as its rounding errors are small
 _LEAST, _GROWTH = 2.0, 1.125  # points per correlation time that are tried first, and the factor to the next number
-_ROUNDINGS = 8.0  # largest difference of values, in units of ε Σ_i |c_i| κ(0); bounds of rounding errors are larger
+_ROUNDINGS = 8.0  # largest change of a value, in units of ε Σ_i |c_i| κ(0); the bounds of rounding errors are larger
 _BEYOND = 2.0  # correlation times before the first centre and after the last at which functions are compared
 _EPS = float(np.finfo(float).eps)
 
@@ -29,8 +29,8 @@ _EPS = float(np.finfo(float).eps)
 def compact(signal: KernelSum) -> KernelSum:
     """Return the function as a sum of at most half as many kernels, or unchanged if so few do not suffice.
 
-    They suffice if values differ by at most a few roundings of Σ_i |c_i| κ(0); the given sum itself may be off by as
-    much. Values are compared at many times, which is no proof. Later proofs are about the returned function.
+    Few kernels suffice if values change by at most a few roundings of Σ_i |c_i| κ(0), an error that the given sum may
+    have, too. Values are compared at many times, which is no proof. Later proofs are about the returned function.
     """
     centres, kernel = signal.centres, signal.kernel
     if len(centres) < _FEWEST or not kernel.is_analytic or not np.ptp(centres):
@@ -47,7 +47,7 @@ def compact(signal: KernelSum) -> KernelSum:
 
 
 def _counts(span: float, most: int) -> Iterator[int]:
-    """Yield the numbers of points that are tried, for a span in correlation times."""
+    """Yield the numbers of points to try, up to `most`; `span` is that of the centres, in correlation times."""
     count = max(_FEWEST // 4, math.ceil(min(_LEAST * span, most + 1.0)))
     while count <= most:
         yield count

@@ -1,10 +1,12 @@
-"""Factorise K + V in the fastest way that is exact up to rounding.
+"""Factorise K + V, the covariance of samples with noise, in the fastest way that is exact up to rounding.
 
 - `Fourier`: few cosines and sines make a kernel whose spectral density decays fast, such as the squared exponential.
   It is 6 times as fast as `Dense` for 300 samples, 10 times for 1,000: most references are learned with it.
-- `Quasiseparable` by tails: covariances with later samples pass through a small state, for Matérn kernels and sums of
-  them. Time is linear: 7 times as fast as `Dense` for 1,000 samples, 30 times for 3,000, the only way for 100,000.
-- `Quasiseparable` without tails: only neighbours covary where a kernel decays within a small part of the samples' span.
+- `Quasiseparable` by tails (polynomials times e^(−λ|r|)): covariances with later samples pass through a small state.
+  This is for Matérn kernels and sums of them. The time is linear in the number of samples: 7 times as fast as `Dense`
+  for 1,000 samples, 30 times for 3,000, the only way for 100,000.
+- `Quasiseparable` without tails: only samples in neighbouring blocks covary, if a kernel decays within a small part of
+  the samples' span.
 - `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a periodic one. It is 30
   times as fast as `Dense` for 1,500 samples.
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
@@ -33,20 +35,20 @@ from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; a factorisation holds two of this size
-_WITHIN_A_LAG = 1.0  # tails are used if λ times the longest lag is no larger: numbers grow by e at most within a lag
+_WITHIN_A_LAG = 1.0  # tails are used if λ times the longest lag is at most this: numbers grow by e at most within a lag
 _BLOCK = 64  # smallest number of samples in a block with tails
 _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are not used
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
 _COST_OF_LOOKING = 5e5  # nanoseconds: if `Fourier` costs less, no other way is looked for, as that takes as long
-_AGREEMENT = 3e-9  # largest relative difference from `Dense`: below the promised 1e-8, as it is only estimated
-_LOOSENED = 1e3  # the factor by which the agreement is loosened where a dense matrix would be too large
+_AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
+_LOOSENED = 1e3  # factor by which `_AGREEMENT` is loosened if a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
 
 
 def noise_variance(prior: Prior, samples: Samples) -> Array:
-    """Return σ_n² ϱ_i² of each sample i, shape (n,)."""
+    """Return the variance σ_n² ϱ_i² of the noise of each sample i, with relative noise ϱ_i; the shape is (n,)."""
     return np.asarray(prior.noise_std**2 * samples.relative_variance)
 
 
@@ -69,14 +71,14 @@ class Candidate(NamedTuple):
 def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
     """Factorise K + V, where K is the covariance of the samples; None if K + V is not positive definite in float64.
 
-    Raises ValueError as `candidates` does.
+    ValueError: the samples are too many, or too many of several kinds (`candidates`).
     """
     found = (each.compute() for each in sorted(candidates(prior, samples), key=lambda each: each.cost))
     return next((factor for factor in found if factor is not None), None)
 
 
 def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
-    """Factorise K + V as a dense matrix; None as in `factorise`."""
+    """Factorise K + V as a dense matrix; None if it is not positive definite in float64."""
     return Dense.of(samples.entries(prior.kernel), noise_variance(prior, samples))
 
 
@@ -108,8 +110,8 @@ def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
 def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Candidate]:
     """Yield the factorisations that use structure of K.
 
-    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). Where a dense matrix
-    is possible, they have to stay below `_AGREEMENT`.
+    Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). If a dense matrix is
+    possible, these changes have to stay below `_AGREEMENT`.
     """
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
@@ -155,7 +157,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         return
     covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
     if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
-        # A basis serves about ten factorisations.
+        # A basis is computed once for about ten factorisations.
         cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5
         known = samples.relative_noise, prior.noise_std**2
         yield Candidate(cost, lambda: LowRank.of(bases.of(count), covariance, *known))

@@ -21,7 +21,7 @@ Interval = tuple[float, float]
 class Scales:
     """Scales of `count` samples: the signal's `amplitude`, and the `span` and smallest `spacing` [s] of the times.
 
-    A learned time over which the signal changes (a length scale) is sought above the `shortest` [s].
+    A learned length scale (a time over which the signal changes) is sought above the `shortest` [s].
     """
 
     amplitude: float
@@ -32,7 +32,7 @@ class Scales:
 
 
 class Search(NamedTuple):
-    """The interval in which a hyperparameter is sought, and the interval in which searches start.
+    """The `bounds` between which a hyperparameter is sought, and the interval `starts` in which searches start.
 
     If `starts` is None, searches start in the middle half of the bounds (of their logarithms).
     """
@@ -62,7 +62,7 @@ class Learned(float):
 
 
 class Hyperparameter:
-    """A positive field of a frozen dataclass, known or learned; `search` chooses the interval if none is given."""
+    """A positive field of a frozen dataclass, known or learned; `search` gives the interval if the user gives none."""
 
     def __init__(self, search: Callable[[Scales], Search]) -> None:
         self.search = search
@@ -91,11 +91,11 @@ class Hyperparameter:
 
 
 def hyperparameter(given: Any) -> float:
-    """Return a number, a pair or None in stored form: a float if it is known, a `Learned` if it is learned.
+    """Return what a user gives as it is stored: a number (known) as a float, a pair or None (learned) as a `Learned`.
 
-    ValueError, which says what is expected, if the given value is not valid.
+    ValueError: the given value is none of these; the message says what is expected.
     """
-    if type(given) in (Learned, float) and 0 < given < math.inf:  # a short way, as optimisers ask thousands of times
+    if type(given) in (Learned, float) and 0 < given < math.inf:  # a fast path: optimisers ask thousands of times
         return given  # type: ignore[no-any-return]
     match given:
         case None:
@@ -189,9 +189,9 @@ def fraction_of_period(_: Scales) -> Search:
 def repetition(scales: Scales) -> Search:
     """Return where to search for a time [s] after which the signal repeats.
 
-    The longest period is the span of the samples. The shortest has three samples, as one with two may be an alias; it
-    is at most half the span.
-    The likelihood has local minima in the whole interval, so searches start in all of it.
+    The longest period is the span of the samples. The shortest period contains three samples, because a period with two
+    may be an alias; it is at most half the span. The likelihood has local minima in the whole interval, so searches
+    start in all of it.
     """
     whole = scales.span * min(0.5, 3 / max(scales.count - 1, 1)), scales.span
     return Search(whole, whole)

@@ -80,7 +80,7 @@ class JointPrior(Parametrized):
             part.with_hyperparameters({name: values[self.name_of(process, name)] for name in part.learned})
             for process, part in self._named
         )
-        vars(moved).update(learned=self.learned, places=self.places)  # an optimiser need not compute names at each step
+        vars(moved).update(learned=self.learned, places=self.places)  # optimisers need not compute them at each step
         return moved
 
     def with_parts(self, parts: Iterable[Prior]) -> Self:
@@ -128,7 +128,7 @@ class JointPosterior:
 
     @cached
     def signals(self) -> tuple[KernelSum, ...]:
-        """The posterior means as functions of time."""
+        """The posterior means of the processes as functions of time."""
         return tuple(part.signal for part in self.parts)
 
     def negative_log_marginal_likelihood(self) -> tuple[float, Array]:
@@ -152,7 +152,7 @@ class JointPosterior:
         return total
 
     def with_likeliest_means(self, between: Sequence[tuple[float, float] | None]) -> "JointPosterior":
-        """Return the posterior with each prior mean at its most likely value in its interval; None keeps a mean."""
+        """Return the posterior with each prior mean at its most likely value in an interval; None keeps the mean."""
         pairs = zip(self.parts, between, strict=True)
         parts = tuple(part.with_likeliest_mean(*ends) if ends else part for part, ends in pairs)
         moved = JointPosterior(self.prior.with_parts(part.prior for part in parts), self.samples)
@@ -167,8 +167,9 @@ class JointPosterior:
         return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
     def jets(self, process: int, t: Array, order: int) -> Array:
-        """Return the mean of one process with its time derivatives, and their ∂/∂ln θ of all learned hyperparameters,
-        as `Posterior.jets` does; the shape is (1 + p, order + 1, *t.shape).
+        """Return the mean of one process, then its ∂/∂ln θ_j of all p learned hyperparameters, at times t [s].
+
+        Each comes with its time derivatives up to `order`; the shape is (1 + p, order + 1, *t.shape).
         """
         own = self.parts[process].jets(t, order)
         found = np.zeros((1 + len(self.prior.learned), *own.shape[1:]))
@@ -177,7 +178,7 @@ class JointPosterior:
         return found
 
 
-# The common period of kernels. If there is one, constraints on one period hold for all times.
+# The common period of kernels. If there is one, constraints that hold during one period hold at all times.
 
 
 def common_period(kernels: Sequence[Kernel]) -> float | None:

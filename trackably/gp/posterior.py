@@ -29,9 +29,9 @@ class Posterior:
     """A Gaussian process given samples.
 
     Weights, variance, likelihood with its gradient, and the gradient of the mean all use one factorisation of K + σ_n²
-    I. Raises IllConditioned, on first use, if it does not exist. If there is a `base`, this function is the prior mean;
-    it has the kernel and the mean of the prior, whose hyperparameters are then known. Otherwise the prior mean is the
-    constant of the prior.
+    I; they raise IllConditioned if this matrix is not positive definite in float64. If there is a `base`, this function
+    is the prior mean; it has the kernel and the mean of the prior, whose hyperparameters are then known. Otherwise the
+    prior mean is the constant of the prior.
     """
 
     prior: Prior
@@ -53,7 +53,10 @@ class Posterior:
         return self.signal(t)
 
     def variance(self, t: Array) -> Array:
-        """Return the variance of the noiseless signal at t [s]: κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), not below zero."""
+        """Return the variance κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t) of the signal without noise at t [s], at least 0.
+
+        k(t) are the covariances of the signal at t and the samples.
+        """
         return self.variance_of(np.ones(1), 0.0, t)
 
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
@@ -62,7 +65,10 @@ class Posterior:
         return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
 
     def jets(self, t: Array, order: int) -> Array:
-        """Return m⁺ and its ∂/∂ln θ_j, with time derivatives up to `order`, with shape (1 + p, order + 1, *t.shape)."""
+        """Return the mean m⁺, then its ∂/∂ln θ_j, at t [s], each with its time derivatives up to `order`.
+
+        The shape is (1 + p, order + 1, *t.shape), with p learned hyperparameters.
+        """
         width = (order + 1) * self._weights_and_gradient.size
         return in_blocks(partial(self._jets, order), np.asarray(t, dtype=float), width)
 
@@ -89,14 +95,15 @@ class Posterior:
     def information(self) -> Array:
         """Return (∂_i A c)ᵀ A⁻¹ (∂_j A c), shape (p, p), an approximate Hessian of l in ln θ.
 
-        If A is linear in the hyperparameters, it is the mean of the Hessian of l and its expected value (the average
-        information of Gilmour, Thompson and Cullis). It is positive semi-definite, and costs no more than ∂c/∂ln θ.
+        A is K + σ_n² I, and c are the weights. If A is linear in the hyperparameters, the result is the mean of the
+        Hessian of l and its expected value (the average information of Gilmour, Thompson and Cullis). It is positive
+        semi-definite, and costs no more than ∂c/∂ln θ.
         """
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
 
     def covariance_with(self, rows: RowKernel) -> Array:
-        """Return the covariance of rows and the n samples; the shape is (rows, n)."""
+        """Return the covariance of rows (linear functionals of the process) and the n samples, shape (rows, n)."""
         return self.samples.stencil.combine(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
@@ -129,14 +136,15 @@ class Posterior:
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν for fixed `multipliers` ν and `weights` w: (p,).
 
-        If w (n,) are the samples' weights that belong to ν, this is the cost of a function, its norm plus its misfit.
+        A is K + σ_n² I. If w (n,) are the samples' weights that belong to ν, the expression is the cost of a function:
+        its norm plus its misfit.
         """
         by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         by_kernel += rows.among_gradient(multipliers)
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
     def _form_gradient(self, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w for fixed weights w; the shape is (p,)."""
+        """Return ∂/∂ln θ of wᵀ (K + σ_n² I) w for fixed weights w; the shape is (p,)."""
         by_kernel = self._factored.gradient_times(weights) @ weights
         by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
@@ -145,16 +153,16 @@ class Posterior:
     def information_about_mean(self) -> float:
         """dᵀ A⁻¹ d, half the second derivative of l by the prior mean m, with A = K + σ_n² I.
 
-        A process that rests at m has the samples o + d m, with o for m = 0.
+        A process that is constant at m has the samples o + d m, without noise.
         """
         weighted, d = self._of_level
         return float(weighted @ d)
 
     @property
     def _of_level(self) -> tuple[Array, Array]:
-        """A⁻¹ d and d, each of shape (n,), where o + d m are the samples of a process that rests at m.
+        """A⁻¹ d and d, each of shape (n,), where o + d m are the samples of a process that is constant at m.
 
-        Raises IllConditioned.
+        Raises IllConditioned if A = K + σ_n² I is not positive definite in float64.
         """
         stencil = self.samples.stencil
         d = np.broadcast_to(np.asarray(stencil.at_rest(1.0)) - stencil.at_rest(0.0), self.samples.values.shape)
@@ -163,10 +171,9 @@ class Posterior:
     def with_likeliest_mean(self, lower: float, upper: float) -> Self:
         """Return the posterior whose prior mean has the least l of all means from `lower` to `upper`.
 
-        Hyperparameters stay the same.
-
-        l is quadratic in the mean: without limits the minimum is dᵀA⁻¹(y − o) / dᵀA⁻¹d, where o + d m are the samples
-        of a process that rests at m. If samples do not depend on this level, or A cannot be factored, the mean is kept.
+        Hyperparameters stay the same. l is quadratic in the mean: without limits the minimum is
+        dᵀA⁻¹(y − o) / dᵀA⁻¹d, where o + d m are the samples of a process that is constant at m. If the samples do not
+        depend on m, or A = K + σ_n² I cannot be factored, the mean is kept.
         """
         try:
             weighted, d = self._of_level
@@ -182,7 +189,7 @@ class Posterior:
 
     @property
     def _value(self) -> tuple[float, float]:
-        """l(θ), and ∂/∂ln σ_n of the part of l that comes from the samples' `scatter`."""
+        """l(θ), and ∂/∂ln σ_n of its part from the residuals of samples that were replaced (`Samples.scatter`)."""
         value = self._factored.log_determinant + float(self.weights.dot(self._residual))
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
         return value + len(self.samples) * _LOG_TAU + beside, by_log_noise
@@ -209,7 +216,7 @@ class Posterior:
         jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
-        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise moves the weights only
+        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise changes only weights
         sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
         return np.asarray(sums)
 
@@ -230,14 +237,14 @@ class Posterior:
 
     @cached
     def _weights_and_gradient(self) -> Array:
-        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c of the learned hyperparameters, at the centres; the shape is (1 + p, m)."""
+        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c, A = K + σ_n² I, for learned θ_j, at the m centres; the shape is (1 + p, m)."""
         moved, _ = self._moved_weights
         together = np.concatenate([self.weights[None], -moved.T])
         return self.samples.stencil.spread(self._factored.weights_at_centres(together))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
-        """A⁻¹ ∂A c and ∂A c of the learned hyperparameters; the shapes are (n, p) and (p, n)."""
+        """A⁻¹ ∂A c and ∂A c for the learned hyperparameters, A = K + σ_n² I; the shapes are (n, p) and (p, n)."""
         by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
         by_theta = np.vstack([self._factored.gradient_times(self.weights), by_noise])[self.prior.places]
         return self._factored.solve(by_theta.T), by_theta

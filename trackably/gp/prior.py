@@ -41,9 +41,7 @@ class Prior(Parametrized):
         return np.array([i for i, name in enumerate(self.hyperparameters) if name in self.learned], dtype=np.intp)
 
     def search(self, name: str, scales: Scales) -> Search:
-        """Return the search interval of a hyperparameter: the given one, or one chosen from the
-        `scales` of the samples.
-        """
+        """Return the search interval of a hyperparameter: the user's, or one chosen from the samples' `scales`."""
         value = self.hyperparameters[name]
         if isinstance(value, Learned) and value.interval:
             return Search(value.interval)

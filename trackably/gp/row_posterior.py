@@ -1,6 +1,6 @@
 """The posterior of rows (linear functionals, such as values and derivatives at single times) given samples.
 
-It has their mean and covariance, and the function that belongs to given Lagrange multipliers, one for each row.
+It has the mean and the covariance of the rows, and the function for given Lagrange multipliers, one for each row.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ from trackably.gp.signal import KernelSum
 
 @dataclass(frozen=True)
 class RowPosterior:
-    """The posterior of n `rows` (linear functionals of the processes).
+    """The posterior of n `rows` (linear functionals L_a of the processes), with covariance K⁺.
 
-    Raises IllConditioned as the `posterior` does.
+    Raises IllConditioned, on first use, if the covariance of the samples cannot be factored.
     """
 
     posterior: JointPosterior
@@ -65,13 +65,13 @@ class RowPosterior:
 
     @cached
     def system(self) -> RowSystem | None:
-        """Equations with K⁺ in a form that is faster than the `covariance`; None if there is no such form."""
+        """A form of K⁺ that solves equations faster than the dense `covariance`; None if there is none."""
         if not has_system(self.posterior, len(self.rows)):
             return None
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
 
     def _cross(self, multipliers: Array) -> list[Array]:
-        """Return (L κ(·, S))ᵀ ν of each process."""
+        """Return (L κ(·, S))ᵀ ν of each process: the covariances of Σ_a ν_a L_a with the samples S."""
         return [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
 
     @cached

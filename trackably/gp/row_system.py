@@ -1,8 +1,9 @@
-"""Solve equations with the posterior covariance of rows, in a time that is linear in the number of samples and rows.
+"""Solve equations with the posterior covariance K⁺ of rows, in a time linear in the number of samples and rows.
 
-A row with noise of variance D_a is one more sample. So (K⁺ + D)⁻¹ is the block of the rows in the inverse of the
-covariance of samples with noise V and rows with noise D. For Matérn kernels and sums of them, this matrix is
-quasiseparable: a row is a sum of values within a few steps, and rows are sorted by their first time.
+A row is a linear functional L_a of a process g: a weighted sum of its values at a few times (`rows`). A row with noise
+of variance D_a is like one more sample. So (K⁺ + D)⁻¹ is the block of the rows in the inverse of the covariance of
+samples with noise V and rows with noise D. For Matérn kernels and sums of them, this covariance is quasiseparable, as
+the times of a row are close together, and rows are sorted by their first times.
 """
 
 from collections.abc import Callable
@@ -40,9 +41,9 @@ class RowSystem:
 
     @classmethod
     def of(cls, part: Posterior, terms: Terms, count: int) -> Self | None:
-        """Return the system of `count` rows with these terms.
+        """Return the system of `count` rows with these `terms`.
 
-        None if the kernel is no sum of decays, or if it decays too fast within a row.
+        Return None if the kernel is no sum of polynomials times e^(−λ|r|), or if it decays too fast within a row.
         """
         n, kernel, of_samples = len(part.samples), part.prior.kernel, terms_of(part.samples)
         every, count = Terms.joined([of_samples, terms], [0, n]), n + count
@@ -64,11 +65,11 @@ class RowSystem:
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
     def cross(self, multipliers: Array) -> Array:
-        """Return (L κ(·, S))ᵀ ν, the covariance of Σ_a ν_a L_a g with each sample; the shape is (n,)."""
+        """Return the covariance of Σ_a ν_a L_a g with each sample S_i, for `multipliers` ν (r,); the shape is (n,)."""
         return np.asarray(times(self.blocks, self._spread(multipliers))[0, self.samples])
 
     def product(self, multipliers: Array) -> Array:
-        """Return K⁺ ν; the shape is (r,)."""
+        """Return K⁺ ν, the posterior covariance of the rows times the `multipliers` ν; the shape is (r,)."""
         both = self._spread(multipliers)
         both[self.samples] = -self.part.solve(times(self.blocks, both)[0, self.samples])
         return np.asarray(times(self.blocks, both)[0, self.rows])

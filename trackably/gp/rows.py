@@ -30,7 +30,7 @@ class Terms:
     def joined(cls, parts: Sequence["Terms"], starts: Sequence[int] | None = None) -> Self:
         """Return the terms of all parts.
 
-        The rows of part i are numbered from `starts[i]`, or from zero if there is none.
+        The rows of part i are numbered from `starts[i]` on, or from zero on if `starts` is None.
         """
         shifts = [0] * len(parts) if starts is None else starts
         rows = [part.of_row + start for part, start in zip(parts, shifts, strict=True)]
@@ -113,7 +113,7 @@ class Rows:
         return type(self)(self.offsets[chosen], tuple(terms.renumber(places) for terms in self.terms))
 
     def values(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
-        """Return q (n,) for given signals, one for each process."""
+        """Return the values q_a of the rows, shape (n,), for given signals, one for each process."""
         parts = (terms.summed(g(terms.times), len(self)) for g, terms in zip(signals, self.terms, strict=True))
         return np.asarray(sum(parts, self.offsets))
 
@@ -170,24 +170,22 @@ class Direct:
 
     @property
     def centres(self) -> Terms:
-        """The times and weights of a sum of kernels that is κ(·, L_a), up to a small residual."""
+        """The times and weights of sums of kernels that are equal to κ(·, L_a), row by row."""
         return self.terms
 
     def among(self) -> Array:
-        """Return L_a L_b κ; the shape is (count, count)."""
+        """Return the prior covariances L_a L_b κ of the rows; the shape is (count, count)."""
         return self.terms.summed(self.across(self.terms.times).T, self.count)
 
     def across(self, t: Array) -> Array:
-        """Return L_a κ(·, t) for times t [s] of shape (n,); the shape is (count, n)."""
+        """Return the covariances L_a κ(·, t) of the rows with values at times t [s], (n,); the shape is (count, n)."""
         return in_blocks(self._across, t, len(self.terms.times))
 
     def _across(self, t: Array) -> Array:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
     def among_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ of νᵀ (L L κ) ν for multipliers ν (count,): one entry for each
-        hyperparameter of the kernel.
-        """
+        """Return ∂/∂ln θ_j of νᵀ (L L κ) ν for multipliers ν (count,) and all hyperparameters of the kernel."""
         own = self._weigh(multipliers)
         return self._form_gradient(*own, *own)
 
@@ -222,7 +220,7 @@ class Taylor:
 
     @cached
     def centres(self) -> Terms:
-        """Terms that have the same first moments as the rows, but at times further apart, so that weights stay small.
+        """Terms with the same first moments as the rows, but at times further apart, so that their weights stay small.
 
         With h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the reference.
         Nodes k H [s] have weights with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes.
@@ -241,7 +239,7 @@ class Taylor:
 
     def among(self) -> Array:
         jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
-        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # κ⁽ⁿ⁺ᵐ⁾ at n, a, b, m
+        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # [n, a, b, m]: κ⁽ⁿ⁺ᵐ⁾ of rows a, b
         by_first = np.einsum("nabm,bm->nab", by_sum, self.moments * _SIGNS[: self._order + 1])
         return np.asarray(np.einsum("nab,an->ab", by_first, self.moments))
 

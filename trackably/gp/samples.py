@@ -26,9 +26,9 @@ _FEWEST = 10  # samples: with fewer, there is no usual spacing
 class ResidualStatistics:
     """Residuals that carry information about the noise only: `count` of them, each normal with standard deviation σ_n.
 
-    They remain when many samples are replaced by fewer. `squares` is the sum of their squares, in the squared unit of
-    the samples. `log_scale` is a constant in −2 ln p: the logarithms of the relative variances that the replacement
-    changed. ValueError: a number is negative or not finite.
+    Such residuals remain if many samples are replaced by fewer. `squares` is the sum of their squares, in the squared
+    unit of the samples. `log_scale` is a constant in −2 ln p, where p is their density: the logarithms of the relative
+    variances that the replacement changed. ValueError: a number is not finite, or `count` or `squares` is negative.
     """
 
     count: int = 0
@@ -121,9 +121,9 @@ class Samples:
         if isinstance(self.stencil, Stencils):
             if len(self.stencil.of) != len(self.times) or np.any(np.diff(self.times) < 0):
                 raise ValueError(
-                    "samples: those of several kinds must be sorted by time, and stencil.of must have an entry for each"
+                    "samples: those of several kinds must be sorted by time, with an entry of stencil.of for each"
                 )
-            self.by_name("")  # no time is repeated within one kind
+            self.by_name("")  # refuses times that are repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():
             i = bad[0]
             what = "repeats" if self.times[i + 1] == self.times[i] else "lies before"
@@ -144,8 +144,7 @@ class Samples:
 
     @property
     def gaps(self) -> list[tuple[float, float]]:
-        """The intervals (start, end) [s] without samples that are over 10 times longer than the
-        median spacing, in order.
+        """The intervals (start, end) [s] without samples that are over 10 times longer than the median spacing.
 
         There are no gaps among fewer than 10 samples.
         """
@@ -157,9 +156,9 @@ class Samples:
 
     @property
     def of_level(self) -> Samples:
-        """The samples of the first kind that measures the level of the process.
+        """The samples of the first kind that measures the level of the process (not only its changes).
 
-        If there is only one kind, or if no kind does, these are all samples.
+        If there is only one kind, or if no kind measures the level, these are all samples.
         """
         kinds = self.by_name("").values()
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
@@ -171,17 +170,14 @@ class Samples:
 
     @cached_property
     def ladder(self) -> Ladder:
-        """Values of cosines and sines at the sample times, from which covariances of periodic signals are made; cached,
-        as they do not depend on hyperparameters.
+        """Cosines and sines at the sample times, of which `Fourier` makes covariances; cached, as they do not depend on
+        hyperparameters.
         """
         return Ladder(self.times, self.relative_noise)
 
     @cached_property
     def scatter(self) -> ResidualStatistics:
-        """What the samples that were replaced by these still tell about the noise.
-
-        It is empty if no samples were replaced.
-        """
+        """The residuals of all samples that were replaced by these; empty if no samples were replaced."""
         return sum(self.scatters, ResidualStatistics())
 
     def mean_square(self, off: Array) -> float:
@@ -202,7 +198,7 @@ class Samples:
 
     @cached_property
     def centres(self) -> Array:
-        """The instants [s] of the process on which the samples depend; cached."""
+        """The times [s] at which the samples depend on the process (`Stencil.centres`); cached."""
         return self.stencil.centres(self.times)
 
     def entries(self, kernel: Kernel) -> Entries:

@@ -12,22 +12,22 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
-_FEW = 2**16  # terms: for more, `nearly` does not use the faster, less accurate kernel values
-_MANY_OF_MOMENTS = 2**18  # terms: for fewer, moments of all centres take longer than the sum
-_NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that its times lie close together
+_FEW = 2**16  # terms (times times centres): for more, `nearly` does not use the faster, less accurate kernel values
+_MANY_OF_MOMENTS = 2**18  # terms (times times centres): for fewer, moments of all centres take longer than the sum
+_NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that the times of a block lie close together
 
 
 # Evaluate functions of many times block by block, in bounded memory.
 
-_WHOLE = 2**16  # numbers for which one call is faster than several
-_BLOCK = 2**15  # numbers that stay in the cache: larger arrays are fetched from memory for each operation
+_WHOLE = 2**16  # numbers in all: up to this many, one call is faster than several
+_BLOCK = 2**15  # numbers in a block, which stay in the cache: larger arrays are fetched from memory for each operation
 
 
 def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: int | None = None) -> Array:
     """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
 
-    The function must treat each time separately; it needs `width` numbers of memory for each. It is called only once if
-    it needs at most `most` numbers in all; by default, if these are so few that one call is faster than several.
+    The function must treat each time separately; it needs memory for `width` numbers for each time. It is called only
+    once if it needs at most `most` numbers in all; by default, if these are so few that one call is fastest.
     """
     if t.size * width <= (most or _WHOLE):
         return function(t)
@@ -62,7 +62,7 @@ class KernelSum:
     def of_terms(cls, kernel: Kernel, mean: float, centres: Array, weights: Array) -> Self:
         """Return m + Σ_i c_i κ(t − t_i); terms whose centres agree up to rounding are merged.
 
-        Such terms occur if samples have regular times, and each depends on the process at several times.
+        Such terms occur if samples have regular times, and each sample depends on the process at several times.
         """
         order = np.argsort(centres, kind="stable")
         in_order = centres[order]
@@ -83,7 +83,7 @@ class KernelSum:
         return np.asarray(self.jet(t, 0)[0])
 
     def nearly(self, t: Array) -> Array:
-        """Return m⁺(t), less accurately by a few roundings if that is faster. Use it for searches only."""
+        """Return m⁺(t), with a few more rounding errors than `jet` if that is faster. Use it for searches only."""
         if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
             return np.asarray(self.jet(t, 0)[0])
         return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)
@@ -159,7 +159,7 @@ class CachedSum(KernelSum):
 
 @dataclass(frozen=True)
 class EvaluationCache:
-    """The `signals` of a posterior or function, with cached values."""
+    """The `signals` of a posterior or a learned function, which cache their values."""
 
     signals: tuple[CachedSum, ...]
 

@@ -1,4 +1,4 @@
-"""The measurement stencil: a sample is a weighted sum of values of the process at shifted times."""
+"""Stencils: how samples depend on the process. A sample is a weighted sum of its values at shifted times."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Covariance, Entries, places, weighted_sum
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
-_CANCELLED = 1e-9  # relative to the largest weight: a smaller sum of weights is rounding, and the stencil a difference
+_CANCELLED = 1e-9  # relative to the largest weight: smaller sums of weights count as 0, and the stencil as a difference
 
 
 class _Instants:
@@ -22,7 +22,7 @@ class _Instants:
     """
 
     def measured(self: Any, process: Callable[[Array], Array], t: Array) -> Array:
-        """Return the measured signal of a process at the times t [s] of samples; an array of the same shape as t."""
+        """Return the values y(t) that are measured of a process g at times t [s]; an array of the same shape as t."""
         return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
     def centres(self: Any, t: Array) -> Array:
@@ -62,7 +62,7 @@ class Stencil(_Instants):
         return self.offset + sum(self.weights) * level
 
     def only(self, _: object) -> "Stencil":
-        """Return the stencil of some of the samples: this one, as all samples have the same stencil."""
+        """Return the stencil of some of the samples: this stencil, as all samples have the same one."""
         return self
 
     @property
@@ -79,7 +79,7 @@ class Stencil(_Instants):
 
     @cached_property
     def largest_gain(self) -> float:
-        """Σ_d |ρ_d|: an upper bound of the samples' covariance, divided by the variance of the process."""
+        """Σ_d |ρ_d| over all `lags`: an upper bound of the samples' covariance, relative to the process's variance."""
         return sum(abs(rho) for rho, _ in self.lags)
 
     def covariance(self, kernel: Kernel) -> Covariance:
@@ -134,12 +134,12 @@ class Stencils(_Instants):
 
     @cached_property
     def places(self) -> npt.NDArray[np.intp]:
-        """The index of the part that measures each sample, shape (n,)."""
+        """The index of the stencil, among `parts`, that measures each sample; the shape is (n,)."""
         return np.array(self.of)
 
     @cached_property
     def weights(self) -> Array:
-        """w_j of each sample; the shape is (J, n)."""
+        """The weights w_0, w_1, … of each sample; the shape is (J, n)."""
         longest = max(len(part.weights) for part in self.parts)
         padded = [[*part.weights, *[0.0] * (longest - len(part.weights))] for part in self.parts]
         return np.asarray(np.array(padded).T[:, self.places])

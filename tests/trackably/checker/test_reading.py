@@ -49,6 +49,13 @@ def test_a_kernel_nested_without_end_is_refused():
     assert isinstance(check(changed(data, "reference.signals.0.kernel", kernel)), NotACertificate)
 
 
+@pytest.mark.parametrize("path", ["version", "claim.tail_start", "reference.signals.0.mean", "trajectories.states"])
+def test_an_integer_that_python_does_not_write_is_refused_in_words(path):
+    found = check(changed(file_of("scalar"), path, 10**5000))
+    assert isinstance(found, NotACertificate)
+    assert "an integer of 16610 bits" in found.reason
+
+
 def test_rationals_are_read_exactly():
     """However many digits they have, and whether or not they are reduced."""
     long = 3**8000

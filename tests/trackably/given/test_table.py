@@ -71,7 +71,7 @@ def test_formulas_that_may_not_be_defined():
     plant = ConstrainedSystem(system, Polytope.box([-1], [1]), Polytope.box([-1], [1]))
     found = certify_table(Table([[1.0], [0.0], [0.0]], [[0.0], [0.0]]), plant, 1e-9)
     assert isinstance(found, Unproved)
-    assert "divides by may be zero" in found.explanation
+    assert "a divisor may be zero" in found.explanation
 
 
 def answered(plant, off, tolerance, folder):

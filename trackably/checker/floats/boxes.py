@@ -1,6 +1,6 @@
-"""The first pass: find the boxes in which quantities certainly stay inside their bounds, in float64.
+"""The first pass of a check: find the boxes in which quantities certainly stay inside their bounds, in float64.
 
-An instant is checked as a narrow box around it.
+A box is an interval of time. An instant is checked as a narrow box around it.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -62,9 +62,10 @@ def _left(
     kept: Mask,
     models: Model,
 ) -> Iterator[tuple[Box, list[Quantity]]]:
-    """Yield boxes with the quantities that are left; what is not `kept` is decided in whole numbers, box by box.
+    """Yield boxes with the quantities that are left to be proved.
 
-    `found_at` has the index of a quantity's model in a box; those that may be undefined there have none.
+    A quantity that is not `kept` is tried again in integers, box by box. `found_at` has the index of a quantity's model
+    in a box; a quantity that may be undefined there has no index.
     """
     for box in boxes:
         left = []
@@ -91,8 +92,8 @@ def _enclosed(
 ) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
     """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
 
-    Groups are small enough to be processed at once if each box takes as many models of signals as are `wanted`, and
-    that many `others`.
+    Groups are small enough to be processed at once if each box takes a model for each of the `wanted` signals, and
+    `others` further models.
     """
     shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
     signals, step = {s: ManyCentres.of(subject.signals[s]) for s in shifts}, Fraction(subject.system.sampling_time)
@@ -109,12 +110,12 @@ def _enclosed(
 
 
 def _at(models: Any, index: slice | Indices) -> Model:
-    """Return the models of some boxes, by the index of these in the last axis of the arrays."""
+    """Return the models of some boxes; `index` selects these boxes in the last axis of the arrays."""
     return Model([c.at((..., index)) for c in models.coefficients], models.missed.at(index))
 
 
 def _joined(models: Any) -> Model:
-    """Return models whose coefficients after the first are one array (n − 1, B): sums then take fewer operations."""
+    """Return models of B boxes with all coefficients but the first in one array (n − 1, B): fewer operations."""
     first, *others = models.coefficients
     rest: Any = stack(others, first.low.shape)
     return Model([first, rest], models.missed)
@@ -127,10 +128,10 @@ def _needs(q: Quantity) -> list[Shifted]:
 def _models_of(
     needs: FormulaNeeds, subject: Subject, q: Quantity, known: Mapping[Shifted, Any], where: Indices, n: int
 ) -> tuple[Indices, Floats]:
-    """Return those of the indices `where` of boxes in which q is certainly defined, and its models there, (n + 1, B).
+    """Return the indices, among `where`, of the B boxes in which q is certainly defined, and its models, (n + 1, B).
 
-    The last row has the bounds of the remainders. `known` has models of shifted signals in all boxes, with n
-    coefficients.
+    The first n rows have the coefficients, and the last row the bounds of the remainders. `known` has models of shifted
+    signals in all boxes, with n coefficients.
     """
     is_sum = q.combination is not None and not q.needs and bool(_needs(q))
     while len(where):
@@ -147,7 +148,7 @@ def _models_of(
 
 
 def _end(constant: Real | None, count: int) -> Floats:
-    """Return a constant end of a bound for `count` boxes; NaN, which bounds nothing, for one that may move in them."""
+    """Return the `constant` end of a bound for `count` boxes; NaN, which shows nothing, if the end moves (None)."""
     return Floats.exact(np.full(count, np.nan)) if constant is None else stack([constant], (count,)).at(0)
 
 
@@ -161,7 +162,7 @@ def _model(models: Model, b: int) -> Model | None:
 
 
 def envelope(signal: Signal, start: Real) -> Decay | None:
-    """Over-estimate |z − m| and |ż| for all times after `start`; None if they are not finite."""
+    """Over-estimate |z − m| and |ż| of a signal z with mean m, for all times after `start` [s]; None if not finite."""
     with np.errstate(all="ignore"):
         distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
         each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))

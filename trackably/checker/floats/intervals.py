@@ -1,10 +1,10 @@
-"""Arrays of float64 intervals: every result contains the real numbers it stands for, whatever is rounded.
+"""Arrays of float64 intervals: every result contains the real numbers that it stands for, despite all rounding.
 
 Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt,
 cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards
-by more than it can be off: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a
-function 2⁻⁵⁰ of it, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is False: minima, maxima
-and all operations hand it on.
+by more than its error: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function
+at most 2⁻⁵⁰ of the computed number, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is
+False; all operations, also minima and maxima, give NaN again.
 
 A polynomial lies in the convex hull of its Bernstein coefficients: `stay_between` tests many polynomials at once.
 """
@@ -29,16 +29,16 @@ _MOST_SUMMED = 16
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
 """By how much ends are moved outwards: relative to results of + − · /, relative to values of functions, and absolutely.
 
-The last is far more than what products and functions lose by underflow; sums lose nothing.
+`_TINY` is far more than what products and functions lose by underflow; sums lose nothing.
 """
 
 _LEAST = np.full((), _TINY)
-"""Least radius of an interval, so that no error that underflows is multiplied by a large factor."""
+"""Least radius of an interval: with smaller ones, an error that underflows could be multiplied by a large factor."""
 
 
 @dataclass(frozen=True, eq=False)
 class Floats(Many):
-    """Arrays of intervals; the arrays `low` and `high` have their ends, and broadcast as in NumPy.
+    """Arrays of intervals with the ends `low` and `high`, which broadcast as NumPy's arrays do.
 
     Operands may also be numbers and intervals of mpmath.
     """
@@ -81,9 +81,9 @@ class Floats(Many):
 
     @cached_property
     def _around(self) -> tuple[Array, Array, Array, Array, Array]:
-        """For each interval: a number m near its middle, |m|, r, b, and a bound of r + 2⁻⁴⁸ b.
+        """For each interval: a number m near its middle, |m|, r, b, and an upper bound of r + 2⁻⁴⁸ b.
 
-        Here r bounds the distances of the interval's numbers from m, and b bounds their absolute values.
+        Here r is an upper bound of |x − m|, and b one of |x|, for all x in the interval.
         """
         middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
         radius = _LEAST
@@ -200,7 +200,7 @@ class Floats(Many):
         """Return the cosine. It decreases on [0, π], which contains the distance to the nearest multiple of 2π."""
         turn, middle = 2 * np.pi, (self.low + self.high) / 2
         angle = np.abs(middle - turn * np.rint(middle / turn))
-        # 2π is off by 2.45e-16 at most, once in each turn, and every operation above by 2⁻⁵² of |middle| at most.
+        # float64's 2π is off by at most 2.45e-16 in each turn, and every operation above by at most 2⁻⁵² |middle|.
         off = ((self.high - self.low) / 2 + 2.0**-49 * (np.abs(middle) + 1)) * (1 + _OPERATION)
         low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
         return _outwards(low, high, 2.0**-46, 2.0**-50)
@@ -274,7 +274,7 @@ def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
 
 
 def sums(of: Floats, firsts: npt.NDArray[np.intp]) -> Floats:
-    """Return the sums of runs of numbers along the last axis: run k begins at firsts[k], and ends before the next."""
+    """Return sums of consecutive numbers on the last axis: sum k begins at firsts[k], and ends before the next one."""
     counts = np.diff(firsts, append=of.low.shape[-1])
     size = np.add.reduceat(np.maximum(np.abs(of.low), np.abs(of.high)), firsts, axis=-1)
     off = size * ((counts + 8) * _OPERATION)
@@ -293,7 +293,7 @@ def bernstein_on_unit(polynomials: Floats) -> Floats:
 
 
 def _product(matrix: Floats, columns: Floats) -> Floats:
-    """Return the product of a matrix and many columns, shape (n, B)."""
+    """Return the product of a matrix (n, n) and B columns, as an array (n, B)."""
     every = range(len(columns.low))
     found: Floats = Floats.dot([matrix.at((slice(None), k, None)) for k in every], [columns.at(k) for k in every])
     return found

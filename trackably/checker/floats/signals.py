@@ -1,14 +1,14 @@
 """Step 2 of the proof in float64: Taylor models of a shifted signal in many boxes of time at once.
 
-The mathematics is that of `kernels`, by the same formulas. Centres are near a box or far from it. For the far ones
-|Σ_i c_i κ(t + s − t_i)| ≤ Σ_i |c_i| sup_{|r| ≥ d} |κ(r)| at all times of the box, where d is less than their distances.
-Whether a kink is inside a box is decided in rational arithmetic.
+The mathematics is that of `kernels`, by the same formulas. A signal at the shift s is Σ_i c_i κ(t + s − t_i). Centres
+are near a box or far from it. For the far ones, |Σ_i c_i κ(t + s − t_i)| ≤ Σ_i |c_i| sup_{|r| ≥ d} |κ(r)| at all times
+of the box, where d is less than their distances. Whether a kink is inside a box is decided in rational arithmetic.
 
-Of a Matérn kernel, no centre outside of a box is expanded. What a single centre adds is a polynomial times e^(−λt),
-and so is the sum over all centres before a box, or after it: it takes a few moments instead of all centres, is
-expanded in their place, and Σ |c_i| M bounds it on the disc. The moments at b ≥ a follow from those at a: with d = λ
-(b − a), they are e^(−d) Σ_j m_j d^(k−j)/(k−j)!, and the centres between a and b are added. Nothing cancels here that
-does not cancel in the sum over centres: no other factor is negative.
+For a Matérn kernel, only centres inside a box are expanded one by one. The kernel of a centre before the box is a
+polynomial times e^(−λt), and so is the sum over all of these centres; likewise after the box. Such a sum takes a few
+moments m_k (`kernels`) instead of all centres, and is expanded in their place; Σ |c_i| M bounds it on the disc. The
+moments at b ≥ a follow from those at a: with d = λ (b − a), they are e^(−d) Σ_j m_j d^(k−j)/(k−j)!, plus those of the
+centres between a and b. Nothing cancels here that does not cancel in the sum over centres: only c_i may be negative.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class CentresBefore:
         """
         last, is_any, half = np.maximum(before - 1, 0), before > 0, abs(along)
         time = middles - Floats.exact(self.centres[last])
-        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any x with finite e^(y − x) will do
+        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any x with finite e^(y − x) is valid
         moments = [m.choose(is_any, m.at((slice(None), last)), 0.0) for m in self.moments]
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * along, n)
         ratio: Any = half / radii
@@ -55,7 +55,7 @@ class CentresBefore:
 
     @cached_property
     def moments(self) -> list[Floats]:
-        """The moments m_0, m_1, … at each of the N centres, of all centres up to it; each has the shape (2, N).
+        """The moments m_0, m_1, … at each of the N centres, of all centres up to this one; each has the shape (2, N).
 
         The first row has the moments of the weights, the second row those of the absolute weights. They are the same
         for all boxes, so that what is shown of a box does not depend on which boxes are examined together with it.
@@ -63,7 +63,7 @@ class CentresBefore:
         own = Floats.exact(np.stack([self.weights, np.abs(self.weights)]))
         none = Floats.exact(np.zeros(own.low.shape))
         found, step = [own, *[none] * self.kernel.degree], 1
-        while step < len(self.centres):  # each moment is that of the last `step` centres
+        while step < len(self.centres):  # moments at a centre are those of the last `step` centres
             tick()
             earlier = [m.at((slice(None), slice(-step))) for m in found]
             since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
@@ -75,7 +75,7 @@ class CentresBefore:
 
 
 def _move(moments: list[Floats], d: Floats) -> list[Floats]:
-    """Return the moments of the same centres at anchors that are later by the time d/λ (see the module)."""
+    """Return the moments of the same centres about times that are later by d/λ [s] (see the module)."""
     powers: list[Any] = [ONE]
     for k in range(1, len(moments)):
         powers.append(powers[-1] * d / k)
@@ -87,7 +87,7 @@ _PAIRS = 4096
 """Pairs of a box and a centre that are enclosed at once, so that they fit the cache."""
 
 _NEGLIGIBLE = 2.0**-60
-"""Centres are far where |κ| is at most κ(0) times this number; the reserve for rounding is larger."""
+"""A centre is far from times at which |κ| is at most κ(0) times this number; the reserve for rounding is larger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +131,7 @@ class ManyCentres:
     @staticmethod
     @lru_cache(maxsize=8)
     def of(signal: Signal) -> "ManyCentres":
-        """Return z − m for a signal z with the mean m. Results are cached, with what is known of all centres."""
+        """Return z − m for a signal z with mean m, centres in increasing order. Results are cached (with moments)."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
         return ManyCentres(signal.kernel, centres[order], weights[order])

@@ -12,7 +12,7 @@ from trackably.gp.factors.factorisation import LOWER, Entries, Factorisation, di
 
 @dataclass(frozen=True)
 class Dense(Factorisation):
-    """A = L Lᵀ with the stored entries of the lower triangular `factor` L, and of the `gradient` ∂K/∂ln θ_j, (p, N)."""
+    """A = L Lᵀ with the N stored entries of the triangular `factor` L, and of the `gradient` ∂K/∂ln θ_j, (p, N)."""
 
     factor: Array
     gradient: Array

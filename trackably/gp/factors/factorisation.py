@@ -81,7 +81,7 @@ def products(matrices: Array, c: Array) -> Array:
         return np.asarray(matrices.take(_storage_index(len(c)), axis=1) @ c)
     found = np.zeros((len(matrices), len(c)))
     for product, entries in zip(found, matrices, strict=True):
-        lower, _ = scipy.linalg.lapack.dtfttr(len(c), entries, uplo=LOWER)  # in Fortran order; undefined above
+        lower, _ = scipy.linalg.lapack.dtfttr(len(c), entries, uplo=LOWER)  # undefined above the diagonal
         scipy.linalg.blas.dsymv(1.0, lower, c, y=product, overwrite_y=True, lower=True)
     return found
 
@@ -109,7 +109,7 @@ class Factorisation(ABC):
     @property
     @abstractmethod
     def log_determinant(self) -> float:
-        """ln|A|."""
+        """The logarithm of the determinant, ln|A|."""
 
     @abstractmethod
     def solve(self, right: Array) -> Array:
@@ -137,7 +137,7 @@ class Factorisation(ABC):
 
 # Covariance matrices of samples with their derivatives, each entry once, computed in parts that stay in the cache.
 
-_PART = 2**13  # entries in a part
+_PART = 2**13  # entries that are computed at once
 
 
 def gram(n: int, entries: Entries) -> tuple[Array, Array]:

@@ -26,8 +26,8 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
 from trackably.gp.kernels.base import SpectralDensity
 
-_STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling
-_LOWEST = -13  # the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches too
+_STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling of the reach
+_LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
 _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
 
@@ -49,9 +49,7 @@ class Waves(NamedTuple):
 
 
 class Rung(NamedTuple):
-    """An entry of the ladder of periods: its index `place`, and the number of waves that a
-    density needs with this period.
-    """
+    """An entry of the ladder of periods: its index `place`, and the number of `waves` that a density needs for it."""
 
     place: int
     waves: int
@@ -75,11 +73,14 @@ class Ladder:
 
     @cached_property
     def log_relative_noise(self) -> float:
-        """Σ_i ln ϱ_i."""
+        """Σ_i ln ϱ_i, with the relative noise ϱ_i of sample i."""
         return float(np.sum(np.log(self.relative_noise)))
 
     def rung(self, density: SpectralDensity, most: float) -> Rung | None:
-        """Return the rung of the shortest sufficient period; None if it is too long or takes more than `most` waves."""
+        """Return the rung of the shortest period that suffices for a density.
+
+        Return None if this period is too long, or takes more than `most` waves.
+        """
         waves_at_least = density.limit * (self.span + density.reach) / math.pi
         if not (waves_at_least < most and density.reach < _LONGEST * self.span):
             return None

@@ -19,10 +19,10 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 #
 # L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2, 3 and 5.
 
-ROUNDING = 4 * float(np.finfo(float).eps)  # relative to the largest covariance: smaller differences are not resolved
-_CHECKED = 7 / 8  # coefficients that are above rounding level must lie within this first part of all coefficients
+ROUNDING = 4 * float(np.finfo(float).eps)  # part of the largest covariance: smaller differences are not resolved
+_CHECKED = 7 / 8  # coefficients above rounding level must all be among this first part of the coefficients
 _CACHE_SIZE = 4  # bases that are kept: an optimiser's iterates alternate between a few numbers of points
-_ON_NODE = 1e-200  # of the interval: a time closer to a node counts as this node, as a division would overflow
+_ON_NODE = 1e-200  # part of the interval: a time this close to a node counts as the node, or a division would overflow
 
 
 def nodes(first: float, last: float, count: int) -> Array:
@@ -97,7 +97,7 @@ class Bases:
         rows = np.concatenate([value[None], gradient])
         sizes = np.abs(coefficients(rows)) > ROUNDING * np.max(np.abs(rows), axis=(1, 2), keepdims=True)
         degree = max(np.flatnonzero(sizes.any(axis=(0, 1))).tolist(), default=most)
-        # Frequencies beyond the last coefficient are aliased onto the last ones, so these do not count as resolved.
+        # Frequencies beyond the last coefficient are aliased onto the last ones, which so do not count as resolved.
         count = _round_up(degree + 2)
         return count if count <= most and degree < _CHECKED * most else None
 

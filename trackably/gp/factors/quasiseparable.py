@@ -1,4 +1,4 @@
-"""Samples in blocks, whose covariances with later blocks pass through a small state: quasiseparable matrices.
+"""Quasiseparable matrices: samples are in blocks, and their covariances with later blocks pass through a small state.
 
 The covariance of block i with a later block k is
 
@@ -11,8 +11,8 @@ Two kinds of covariances have this form:
 - covariances that are lost in rounding beyond some distance. If no block is shorter than this distance, only
   neighbouring blocks are correlated. The state is the covariance with each sample of the next block, and Φ is zero.
 
-Rows are sums of values at several instants, as samples by a stencil are. They need both kinds: the covariance of two
-rows is a polynomial times e^(−λ|r|) only where all instants of one row lie after those of the other. So the state also
+Rows are weighted sums of values at several instants, as samples are. They need both kinds: the covariance of two rows
+is a polynomial times e^(−λ|r|) only if all instants of one row lie after those of the other. So the state also
 has the covariances with those rows of the next block that begin before the last instant of this block.
 
 Time and memory are linear in the number of samples. As in a dense Cholesky factorisation, only covariances of samples
@@ -47,14 +47,14 @@ def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
 
 
 class Cut(NamedTuple):
-    """Blocks of `rows` with covariances that pass through `tails`; without tails, only neighbours covary."""
+    """Blocks of `rows` with covariances that pass through `tails`; without tails, only neighbouring blocks covary."""
 
     rows: list[slice]
     tails: Sequence[Decay]
 
     @property
     def cost(self) -> float:
-        """About the time [ns] that a factorisation takes."""
+        """An estimate of the time [ns] that a factorisation takes."""
         own = np.array([row.stop - row.start for row in self.rows], dtype=float)
         after = np.zeros(len(own)) if self.tails else np.append(own[1:], 0.0)
         return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))
@@ -85,7 +85,7 @@ class Block(NamedTuple):
         return np.asarray(found)
 
     def from_samples(self, values: Array) -> Array:
-        """Return Pᵀ v for one number v of each sample, (b, …)."""
+        """Return Pᵀ v for values v at the samples, (b, …)."""
         return np.concatenate([self.by_tails.T @ values, values[: self.near]])
 
     def moved(self, state: Array) -> Array:
@@ -100,8 +100,8 @@ class Block(NamedTuple):
 def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
     """Return the covariances of rows in the blocks of a cut.
 
-    Rows have `terms`, at least one each, and are in the order of their first times. The `covariance` of two instants
-    comes with as many ∂/∂ln θ_j as the tails.
+    Rows have `terms`, at least one each, and are in the order of their first times. `covariance` gives that of two
+    instants, with as many ∂/∂ln θ_j as the tails have.
     """
     stops = [row.stop for row in cut.rows]
     t, weights = terms.by_row(stops[-1])
@@ -144,8 +144,8 @@ def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[
 class Factor(NamedTuple):
     """The Cholesky factor of S, the covariance of a block's samples given all earlier ones, and the `gain` X = S⁻¹ Bᵀ.
 
-    B is the covariance of the state after the block with its samples, given all earlier ones. Xᵀ takes into the state
-    what earlier samples do not explain.
+    B is the covariance of the state after the block with the block's samples, given all earlier ones. Xᵀ takes into the
+    state the part of the block's samples that earlier samples do not explain.
     """
 
     cholesky: Array
@@ -171,9 +171,9 @@ class Quasiseparable(Factorisation):
 
     @classmethod
     def of(cls, blocks: list[Block], noise_variance: Array) -> Self | None:
-        """Factorise the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
+        """Factorise A, the covariance in these blocks plus noise, (n,); None if A is not positive definite."""
         factors = list[Factor]()
-        explained = np.zeros((len(blocks[0].move),) * 2)  # F, the part of the covariance that earlier samples explain
+        explained = np.zeros((len(blocks[0].move),) * 2)  # the state's covariance that earlier samples explain
         for block in blocks:
             seen = block.at_samples(explained)
             left = block.own[0] - block.at_samples(seen.T)

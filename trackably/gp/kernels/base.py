@@ -20,11 +20,11 @@ from numpy.polynomial import Polynomial
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Parametrized, Scales, Search
 
-# Jets are arrays of a function of time and its derivatives. These functions differentiate jets and multiply them.
+# Jets: arrays of the values of a function and of its derivatives by time. How to differentiate and multiply them.
 
 
 def lengthscale_gradient(jet: Array, r: Array) -> Array:
-    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾ for a κ that depends on time through r/ℓ only, from a jet that is one order longer.
+    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾, for a κ that depends on r/ℓ only, from a `jet` of κ that is one order longer.
 
     With ∂κ/∂ln ℓ = −r κ̇, the n-th time derivative of ∂κ/∂ln ℓ is −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
     """
@@ -35,12 +35,12 @@ def lengthscale_gradient(jet: Array, r: Array) -> Array:
 
 
 def leibniz(f: Array, g: Array) -> Array:
-    """Return jets of f g from jets (p, order + 1, …) of f and g: (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
+    """Return the derivatives of f g from those of f and g, (p, order + 1, …): (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
 
     Either f or g may be a single jet, with p = 1.
     """
     if f.shape[1] == 1:
-        return np.asarray(f * g)  # for values alone, which are needed most
+        return np.asarray(f * g)  # values without derivatives: the most frequent case
     product = np.zeros(np.broadcast_shapes(f.shape, g.shape))
     for n in range(f.shape[1]):
         for j in range(n + 1):
@@ -92,9 +92,10 @@ class Decay:
         return found * np.exp(-x)
 
     def derivatives(self, order: int) -> list[Array]:
-        """Return the coefficients of P, λ (d/dx − 1) P, …, one for each derivative up to `order` by r > 0.
+        """Return the coefficients of P, λ (d/dx − 1) P, …, up to the derivative of this `order` by r > 0.
 
-        The first function is P e^(−x), and its derivatives are the other polynomials times e^(−x).
+        P = Σ_j a_j x^j is the polynomial in the first row. The function is P e^(−x), and its derivatives are the other
+        polynomials times e^(−x).
         """
         found = [Polynomial(self.coefficients[0])]
         for _ in range(order):
@@ -133,7 +134,7 @@ def sum_by_moments(
 def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times: Array) -> Array:
     """Return the sums over the centres that lie strictly before each of the `times`, one row for each derivative.
 
-    `factors` has the coefficients of the derivatives, and `at` has the centres in increasing order.
+    `factors` has the coefficients of the derivatives (`Decay.derivatives`), and `at` the centres in increasing order.
     """
     moments = np.zeros((decay.size, len(at)))
     moments[0] = weights
@@ -244,8 +245,9 @@ class Kernel(Parametrized):
         return True
 
     def extent(self, exponent: float) -> float:
-        """Return a distance [s] beyond which κ and its derivatives are zero, or polynomials times less than
-        e^(−`exponent`); infinite if there is none.
+        """Return a distance [s] beyond which κ and its derivatives are 0, or at most polynomials times e^(−`exponent`).
+
+        It is infinite if there is none.
         """
         return math.inf
 
@@ -256,9 +258,7 @@ class Kernel(Parametrized):
 
     @property
     def negligible_distance(self) -> float:
-        """A distance [s] beyond which κ and its derivatives are lost in rounding, below 2⁻⁶⁰
-        times their largest values.
-        """
+        """A distance [s] beyond which κ and its derivatives are below 2⁻⁶⁰ times their largest values: negligible."""
         return self.extent(_NEGLIGIBLE)
 
     @property
@@ -278,7 +278,7 @@ class Kernel(Parametrized):
         return float(np.sqrt(jet[0] / np.abs(jet[2])))
 
     def value(self, r: Array) -> Array:
-        """Return κ(r), less accurately than `jet` by a few roundings if that is faster. Only for searches."""
+        """Return κ(r), with a few more rounding errors than `jet` if that is faster. Use it for searches only."""
         return np.asarray(self.jet(r, 0)[0])
 
     def __call__(self, r: Array) -> Array:
@@ -294,7 +294,7 @@ class Kernel(Parametrized):
 
 @dataclasses.dataclass(frozen=True)
 class _Pair(Kernel):
-    """Two kernels; their hyperparameters are named left.… and right.…. TypeError: a part is no kernel."""
+    """Two kernels. Their hyperparameters are named left.NAME and right.NAME. TypeError: a part is no kernel."""
 
     left: Kernel
     right: Kernel
@@ -350,7 +350,8 @@ class Sum(_Pair):
         left, right = self.left.decays, self.right.decays
         if not (left and right):
             return ()
-        p, q = (len(part.hyperparameters) for part in (self.left, self.right))  # no part depends on the other's
+        # Neither kernel depends on the hyperparameters of the other: its coefficients for these are zero.
+        p, q = (len(part.hyperparameters) for part in (self.left, self.right))
         return (
             *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
             *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),

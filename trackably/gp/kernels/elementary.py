@@ -14,7 +14,7 @@ from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, as_text, duration
 from trackably.gp.kernels.base import Kernel, lengthscale_gradient
 
-# Polynomials at arrays of times, without an array for each operation.
+# Values of polynomials at arrays of times, computed with few temporary arrays.
 
 
 def horner(coefficients: Sequence[float], x: Array) -> Array:
@@ -46,9 +46,7 @@ class Elementary(Kernel):
         return {name: values[name] for name in _fields(type(self))}
 
     def __new__(cls, *given: object, **named: object) -> Self:
-        """Refuse unknown hyperparameters here, because Python's own message would name the base
-        class that has the fields.
-        """
+        """Refuse unknown hyperparameters. Python's own message would name the base class that has the fields."""
         known = _fields(cls)
         if named and (unknown := next((name for name in named if name not in known), None)):
             raise TypeError(f"{cls.__name__} has no hyperparameter {unknown!r}; it has {', '.join(known)}")
@@ -83,7 +81,7 @@ class Radial(Elementary):
 
     @abstractmethod
     def correlation(self, s: Array, order: int) -> Array:
-        """Return φ and its derivatives up to `order` at s, in length scales; the shape is (order + 1, *s.shape)."""
+        """Return φ and its derivatives up to `order` at s = r/θ₂; the shape is (order + 1, *s.shape)."""
 
     def jet(self, r: Array, order: int) -> Array:
         return self._in_time(self.correlation(r / float(self.lengthscale), order))

@@ -63,8 +63,8 @@ class Matern32(Matern):
 
     The mean has two continuous derivatives, and a third one that jumps at samples.
 
-    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), which is negative for x > 1: ζ = θ₂/√3. At 0, where the third
-    derivative jumps, the jet has the midpoint, 0.
+    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), which is negative for x > 1: `decay_distance` ζ = θ₂/√3. At 0,
+    where the third derivative jumps, the jet has the midpoint, 0.
     """
 
     rate = math.sqrt(3)
@@ -78,8 +78,8 @@ class Matern32(Matern):
 class Matern52(Matern):
     """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
 
-    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), which is negative beyond the golden ratio: ζ = θ₂ (1 +
-    √5)/(2√5).
+    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), which is negative beyond the golden ratio: the
+    `decay_distance` ζ is θ₂ (1 + √5)/(2√5).
     """
 
     rate = math.sqrt(5)
@@ -94,7 +94,7 @@ class Matern72(Matern):
     """φ(s) = (1 + x + 2x²/5 + x³/15) e^(−x), x = √7 |s|: the mean has six continuous derivatives, its jerk is bounded.
 
     |φ'| ∝ (3x + 3x² + x³) e^(−x) has the slope (3 + 3x − x³) e^(−x), negative from the root of x³ = 3x + 3 on, which is
-    w + 1/w with w³ = (3 + √5)/2 (Cardano): ζ = θ₂ (w + 1/w)/√7.
+    w + 1/w with w³ = (3 + √5)/2 (Cardano): `decay_distance` ζ = θ₂ (w + 1/w)/√7.
     """
 
     rate = math.sqrt(7)

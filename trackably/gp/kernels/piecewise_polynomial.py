@@ -1,6 +1,7 @@
 """Piecewise polynomial kernels with compact support, positive definite on a line (one dimension).
 
-C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 2006, eq. (4.21) with D = 1.
+C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 2006, eq. (4.21) with D = 1. There, q is
+the smoothness.
 """
 
 import math
@@ -18,8 +19,8 @@ class _PiecewisePolynomial(Radial):
     """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero elsewhere, with s = r/θ₂, the `power` p and the `polynomial` Q.
 
     Instants θ₂ or more apart are uncorrelated: a signal of this kernel equals its prior mean when θ₂ has passed since
-    its last centre. It comes to rest after a finite time. κ and κ̇ are zero from there on; they need not decrease
-    strictly (Assumptions 3 and 4 of the paper).
+    its last centre, so it comes to rest after a finite time. For |r| ≥ θ₂, κ and κ̇ are zero, and so do not decrease
+    strictly as Assumptions 3 and 4 of the paper demand. Bounds at later times do not need this.
 
     n < p derivatives turn (1 − s)ᵖ Q into (1 − s)ᵖ⁻ⁿ Q_n with Q_(n+1) = (1 − s) Q_n' − (p − n) Q_n. Where a derivative
     jumps, at s = 0 or |s| = 1, the mean of both sides is returned.
@@ -64,7 +65,7 @@ class PiecewisePolynomial2(_PiecewisePolynomial):
     """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s < 1: the mean has four continuous derivatives (q = 2).
 
     φ'' = 14 (1 − s)³ (24 s² − 3 s − 1) is negative before the root (3 + √105)/48, and positive from there to 1: |φ'|
-    falls from there on, ζ = θ₂ (3 + √105)/48.
+    falls from there on: `decay_distance` ζ = θ₂ (3 + √105)/48.
     """
 
     power = 5
@@ -80,7 +81,7 @@ class PiecewisePolynomial3(_PiecewisePolynomial):
 
     φ'' = 18 (1 − s)⁵ (105 s³ + 13 s² − 5 s − 1). The coefficients of the last factor change sign once: it has one
     positive root (Descartes), 0.23998…, is negative before and positive from there on. |φ'| falls from there on:
-    ζ = 0.23998… θ₂.
+    `decay_distance` ζ = 0.23998… θ₂.
     """
 
     power = 7

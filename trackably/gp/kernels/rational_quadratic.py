@@ -17,7 +17,7 @@ class RationalQuadratic(Radial):
     It is a mixture of squared exponentials of many length scales.
 
     With q = 1 + s²/(2α), |φ'| = s q^(−α−1) has the slope q^(−α−2) (1 − s² (2α + 1)/(2α)), negative from
-    s = √(2α/(2α + 1)) on: ζ = θ₂ √(2α/(2α + 1)).
+    s = √(2α/(2α + 1)) on: `decay_distance` ζ = θ₂ √(2α/(2α + 1)).
     """
 
     signal_std: Hyperparameter = Hyperparameter(amplitude)

@@ -34,7 +34,7 @@ def test_a_broken_state_bound_is_told_even_then():
 def test_states_that_leave_the_domain_have_no_input():
     found = prove_on_window(with_sets("tank", BOX([-9.0], [9.0]), WIDE, size=3.0), 0.0, 2.0)
     assert isinstance(found, Unproved)
-    assert "positive; a lower bound above zero of the states in it would keep it positive" in found.explanation
+    assert "a lower bound above zero of the states on which it depends would keep it positive" in found.explanation
     assert found.quantity == "inflow"
     assert "the argument of a square root may not be positive" in found.explanation
     assert "inf" not in found.explanation.replace("inflow", "")

@@ -30,7 +30,7 @@ def summed(kernels: list[dict]) -> dict:
         (hostile.deep(limits.DEPTH), "must not be nested more than 100 deep"),
         (hostile.deep(900), "must not be nested more than 100 deep"),
         (hostile.long(limits.PARTS), "must have no more than 30000 operations, names and numbers"),
-        (hostile.long(3 * limits.PARTS), "all its texts together must have no more than 500000 characters"),
+        (hostile.long(3 * limits.PARTS), "all texts of the file together must have no more than 500000 characters"),
     ],
 )
 def test_formulas_are_short(data: dict, reason: str) -> None:
