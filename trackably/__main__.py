@@ -99,6 +99,13 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--decimal", choices=(".", ","), default=".", help="the decimal mark in TABLE, a point if left out"
     )
+    parser.add_argument(
+        "--scale",
+        action="append",
+        default=[],
+        metavar="NAME=FACTOR",
+        help="multiply the numbers of a state or an input in TABLE: position=1e-3 converts mm to m; may be repeated",
+    )
     parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 
 
