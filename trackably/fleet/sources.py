@@ -97,7 +97,7 @@ _NAME = "{name}"
 def parts_of_csv(
     path: str | Path,
     by: str,
-    time: str | None,
+    time: str | Sequence[str] | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     layout: CsvLayout = PLAIN,

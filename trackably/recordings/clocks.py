@@ -188,7 +188,8 @@ class DateTimes:
     def _hint(self) -> str:
         if self.format is not None:
             return ' ("ISO 8601" as time unit reads stamps like 2024-05-01 12:00:00, and dates of Parquet)'
-        return f" (trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats)"
+        other = f"trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats"
+        return f' ({other}; time=("Date", "Time") joins a date and a time of day from two columns)'
 
     def _read(self, text: str) -> tuple[datetime, str]:
         fraction = "0"

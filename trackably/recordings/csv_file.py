@@ -242,7 +242,7 @@ def _records(path: Path, text: str, layout: CsvLayout, separator: str) -> Iterat
 
 def read_csv(
     path: str | Path,
-    time: str | None,
+    time: str | Sequence[str] | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     layout: CsvLayout = PLAIN,
@@ -257,7 +257,8 @@ def read_csv(
     path
         The file.
     time
-        The column of time stamps. None for a file without one: its rows are counted from 0, as `frames(rate)` expects.
+        The column of time stamps; several, such as ("Date", "Time"), if their texts, joined by spaces, make one stamp.
+        None for a file without time stamps: its rows are counted from 0, as `frames(rate)` expects.
     time_unit
         The name of a clock in `CLOCKS` ("s", "ms", "epoch ns", "ISO 8601", …), or a clock: `frames(rate)`, `DateTimes`.
     signals

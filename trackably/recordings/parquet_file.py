@@ -57,7 +57,8 @@ def read_parquet(
 def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
     """Read columns; dates become text in ISO 8601.
 
-    InputError: the file is unreadable, a column is missing, or pyarrow is not installed.
+    InputError: the file is unreadable, a column is missing or does not hold one number, text or date in each cell, or
+    pyarrow is not installed.
     """
     path = path_of("path", path)
     with optional(f"{path}: Parquet"):
@@ -79,6 +80,11 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         if types.is_duration(column.type):
             raise InputError(
                 f"{path}, column {name!r}: it holds durations; save them as numbers (in pandas: .dt.total_seconds())"
+            )
+        if types.is_nested(column.type):
+            raise InputError(
+                f"{path}, column {name!r}: each cell holds {column.type}, not one number; save a column for each of its "
+                f"numbers (lists in pandas: frame[['a', 'b']] = frame[{name!r}].tolist())"
             )
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column

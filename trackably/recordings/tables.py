@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from trackably.arguments import instance, is_number, real, text, whole
+from trackably.arguments import instance, is_number, names, real, text, whole
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.recordings.clocks import (
@@ -147,10 +147,11 @@ class Table:
 class Reading:
     """The arguments of a reader: which columns of a table it reads as signals, and over which times.
 
-    Without a column of `time`, rows are counted. TypeError, ValueError: an argument is wrong.
+    `time` is the column of time stamps, or several columns whose texts make one stamp, joined by spaces; None counts
+    rows. TypeError, ValueError: an argument is wrong.
     """
 
-    time: str | None
+    time: str | Sequence[str] | None
     unit: str | Clock
     signals: Mapping[str, Column | str]
     repairs: Sequence[Repair | str]
@@ -159,7 +160,11 @@ class Reading:
 
     def __post_init__(self) -> None:
         check_signals(self.signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
-        instance("time", self.time, str | None, "the name of a column, or None to count rows")
+        if self.time is not None and not isinstance(self.time, str):
+            described = 'the name of a column, names of several as ("Date", "Time"), or None to count rows'
+            instance("time", self.time, tuple | list, described)
+            if not names("time", self.time):
+                raise ValueError(f"time: expected {described}, got {self.time!r}")
         if isinstance(self.clock, DateTimes) and self.time is None:
             raise ValueError("time: with None, the time is the row number, which is no date; give frames(rate) as unit")
         chosen_repairs(self.repairs)
@@ -185,14 +190,21 @@ class Reading:
     @property
     def names(self) -> list[str]:
         """The columns that the file has to have, without duplicates."""
-        names = (self.time, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
-        return list(dict.fromkeys(name for name in names if name is not None))
+        times = (self.time,) if isinstance(self.time, str) else self.time or ()
+        named = (*times, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
+        return list(dict.fromkeys(name for name in named if name is not None))
 
     def stamped(self, table: Table) -> Table:
         """Return the table with its times. InputError: a cell is no time stamp of the clock."""
         if self.time is None:
             return replace(table, stamps=[self.clock.seconds(row) for row in range(len(table.places))])
-        return replace(table, stamps=table.convert(self.time, lambda cell: self.clock.seconds(cell, table.mark)))
+        name, stamped = self.time, table
+        if not isinstance(name, str):
+            parts, name = name, ", ".join(name)
+            rows = zip(*(table.columns[part] for part in parts), strict=True)
+            joined = [None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows]
+            stamped = replace(table, columns={name: joined})
+        return replace(table, stamps=stamped.convert(name, lambda cell: self.clock.seconds(cell, table.mark)))
 
     def stamps_with_values(self, table: Table) -> list[Decimal]:
         """Return the stamps [s] of the rows that have a value in one of the columns."""
