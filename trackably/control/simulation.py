@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from reprlib import repr as short
@@ -178,14 +179,28 @@ def simulate(
 
 
 def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon: int) -> TabulatedReference:
-    """Tabulate a reference for `steps` steps with plans of `horizon` steps. ValueError: it does not reach as far."""
+    """Tabulate a reference for `steps` steps with plans of `horizon` steps.
+
+    ValueError: the reference does not reach as far; the message says how many steps fit.
+    """
     last = first_step + steps + horizon + 1
     try:
         return TabulatedReference.of(reference, first_step, last)
     except ValueError as error:
+
+        def ends_before(step: int) -> bool:
+            try:
+                reference.window(step, 1)
+            except ValueError:
+                return True
+            return False
+
+        ahead = first_step + horizon  # the last step of the reference that a simulation of 0 steps needs an input at
+        fitting = 0 if ends_before(first_step) else bisect_left(range(ahead, last), True, key=ends_before) - 1
+        fit = f"{fitting} {'step fits' if fitting == 1 else 'steps fit'}" if fitting > 0 else "no step fits"
         raise ValueError(
             f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {horizon + 1} steps "
-            f"ahead, need the reference up to step {last}: {error}"
+            f"ahead, need the reference up to step {last}; {fit}: {error}"
         ) from error
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
-from trackably.control.controller import Controller
+from trackably.control.controller import Controller, described, limits_text
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.programs import Program, StartSet
 from trackably.control.references import TrackedReference
@@ -262,6 +262,10 @@ class TubeController:
         for name in ("horizon", "Q", "R"):
             object.__setattr__(self, name, getattr(nominal, name))
         _ = self.errors  # found now, to raise its error
+
+    def __repr__(self) -> str:
+        tightened = limits_text(self.tightening.plant)
+        return f"TubeController({described(self.plant, self.horizon)}; plans keep {tightened})"
 
     @property
     def plant(self) -> ConstrainedSystem:

@@ -154,8 +154,8 @@ class Columns:
         heading, unit = self.headings[name]
         if name not in self.scales and not all(map(_WITHOUT_PREFIX.fullmatch, re.split(r"[\s*·/]+", unit or "1"))):
             raise ValueError(
-                f"column {heading!r}: the system's file does not name its units, so numbers are read in SI units without "
-                f"a prefix, and not in {unit!r}; give --scale {name}=FACTOR to multiply them: 1e-3 from mm to m, "
+                f"column {heading!r}: the system's file names no units, so numbers are read in SI units without prefix, "
+                f"and not in {unit!r}; give --scale {name}=FACTOR to multiply them: 1e-3 from mm to m, "
                 f"0.017453292519943295 from degrees to rad, or 1 if the system has {name} in {unit!r}"
             )
         return self.cells.numbers(heading, self.scales.get(name, 1.0))

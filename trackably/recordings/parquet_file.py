@@ -83,8 +83,8 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
             )
         if types.is_nested(column.type):
             raise InputError(
-                f"{path}, column {name!r}: each cell holds {column.type}, not one number; save a column for each of its "
-                f"numbers (lists in pandas: frame[['a', 'b']] = frame[{name!r}].tolist())"
+                f"{path}, column {name!r}: each cell holds {column.type}, not one number; save a column for each of "
+                f"its numbers (lists in pandas: frame[['a', 'b']] = frame[{name!r}].tolist())"
             )
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column

@@ -70,7 +70,7 @@ def test_numbers_in_other_units_are_refused_unless_a_scale_converts_them(folder,
     write(folder / "mm.csv", table, "k,position [mm],velocity [m/s],force")
     code, text = said(capsys, "mm.csv", "--system", "system.json")
     assert code == 2
-    assert "mm.csv: column 'position [mm]': the system's file does not name its units" in text
+    assert "mm.csv: column 'position [mm]': the system's file names no units" in text
     assert "--scale position=FACTOR" in text
     for how in ([], ["--interpolation", "cubic"]):
         code, text = said(capsys, "mm.csv", "--system", "system.json", "--scale", "position=1e-3", *how)

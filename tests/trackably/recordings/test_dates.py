@@ -87,7 +87,9 @@ def test_a_date_and_a_time_of_day_in_two_columns_are_one_stamp(tmp_path):
     assert found["x"].times.tolist() == [0.0, 0.75]
     sources = parts_of_csv(path, "x", ["Date", "Time"], unit, {"x": "x"}, repairs=["drop_rows_without_time"])
     assert sources[1].read()["x"].values.tolist() == [1.0]
-    with pytest.raises(InputError, match=r"line 2, column 'Date, Time': expected a stamp like .*, got '14.11.2023 23:5"):
+    with pytest.raises(
+        InputError, match=r"line 2, column 'Date, Time': expected a stamp like .*, got '14.11.2023 23:5"
+    ):
         read_csv(path, ("Date", "Time"), "ISO 8601", {"x": "x"})
     with pytest.raises(InputError, match=r'time=\("Date", "Time"\) joins a date and a time of day from two columns'):
         read_csv(path, "Time", "ISO 8601", {"x": "x"})
