@@ -54,7 +54,7 @@ def run(given: Namespace) -> int:
 
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
     if given.claim and not given.interpolation:
-        raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
+        raise InputError("--claim: expected an --interpolation too, as rows alone say nothing about other times")
     names = (*plant.system.states, *plant.system.inputs)
     columns = replace(read_columns(given.table, given.decimal, names), scales=read_scales(given.scale, names))
     with errors_of(given.table):
@@ -98,14 +98,14 @@ _PARTS = ("system", "state_set", "input_set")
 
 
 def read_plant(path: Path) -> ConstrainedSystem:
-    """Return the plant in a file with `system`, `state_set` and `input_set`, in the forms of `systems.written`.
+    """Return the plant in a file with `system`, `state_set` and `input_set`, in the forms that `systems.written` reads.
 
     null as a set means unbounded. Raises InputError with the file and what is wrong.
     """
     with errors_of(path):
         content = fields_of(_content(path), _PARTS)
         if missing := [name for name in _PARTS if name not in content]:
-            raise ValueError(f"lacks {missing[0]} (give null for a set that bounds nothing)")
+            raise ValueError(f"expected {', '.join(_PARTS)}, got no {missing[0]} (null is a set without bounds)")
         system = read_part(content, "system", system_of)
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
         sets = (
@@ -136,7 +136,7 @@ _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a file: `cells`, and by the name of a column its heading and the unit in it, in brackets.
+    """The columns of a file: `cells`, and by name the heading of each column and the unit that it has in brackets.
 
     `scales` are factors by the names of states and inputs, which convert their numbers to the units of the system.
     """
@@ -154,8 +154,8 @@ class Columns:
         heading, unit = self.headings[name]
         if name not in self.scales and not all(map(_WITHOUT_PREFIX.fullmatch, re.split(r"[\s*·/]+", unit or "1"))):
             raise ValueError(
-                f"column {heading!r}: the system's file names no units, so numbers are read in SI units without prefix, "
-                f"and not in {unit!r}; give --scale {name}=FACTOR to multiply them: 1e-3 from mm to m, "
+                f"column {heading!r}: the system's file names no units, so numbers are read in SI units without prefix,"
+                f" not in {unit!r}; give --scale {name}=FACTOR to multiply them: 1e-3 from mm to m, "
                 f"0.017453292519943295 from degrees to rad, or 1 if the system has {name} in {unit!r}"
             )
         return self.cells.numbers(heading, self.scales.get(name, 1.0))

@@ -101,7 +101,8 @@ _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
 _DAY, _NO_DAY = date(2024, 5, 17), date(1900, 1, 1)  # strptime takes the second one for a date that a format leaves out
-_TIMES = (time(), time(13), time(13, 7), time(13, 7, 9))  # the last one, and what of it a format without parts keeps
+# The time that is written, 13:07:09, comes last; before it, what formats without seconds, minutes or hours keep of it.
+_TIMES = (time(), time(13), time(13, 7), time(13, 7, 9))
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 
@@ -152,10 +153,11 @@ class DateTimes:
 
     @cached_property
     def _day(self) -> date | None:
-        """The day that a format reads back: the one that was written, or that of a format without a date; else None.
+        """The day that strptime reads from a text that strftime wrote in the format; None if the format is refused.
 
-        It is None if a part of the date is lost, or a part of the time that is not its end, and for %Z, because
-        strptime ignores the zone's name.
+        It is the written day, or 1900-01-01 if the format has only a time of day. A format is refused if it has only a
+        part of the date, if it has minutes without hours or seconds without minutes, or for %Z, because strptime
+        ignores the zone's name.
         """
         if self.format is None:
             return _DAY
@@ -304,9 +306,9 @@ _EPOCH = datetime(1970, 1, 1)
 
 
 def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
-    """Return the origin [ns] given the stamp [s] of the first sample: that time, rounded down, or the given origin.
+    """Return the origin [ns]: a number as it is given, or the stamp `first` [s] of the first sample, rounded down.
 
-    None means "first" if the stamps are `absolute`, otherwise the file's own zero.
+    The latter is meant by "first", and by None if the stamps are `absolute`; otherwise None is the file's own zero.
     """
     if origin is None:
         origin = "first" if absolute else 0

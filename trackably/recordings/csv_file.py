@@ -169,8 +169,8 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     """Return the separator and the names in the header.
 
     If the layout names no separator, choose the one that gives all wanted names, or otherwise most of them, and among
-    equals most names. Names may have spaces, which separate only if that gives all of them, or if nothing else does.
-    No name is a separator itself, as spaces around commas would make it.
+    equals most names. Names may contain spaces: these separate only if this gives all wanted names, or if no other
+    separator occurs. A choice by which a name would itself be a separator, as with spaces around commas, comes last.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):

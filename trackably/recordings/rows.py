@@ -149,6 +149,7 @@ Repaired = tuple[Rows, tuple[Finding, ...]]
 """The rows after a repair, and what was found."""
 
 Repair = Callable[[Rows], Repaired]
+"""A function that repairs one kind of error in rows."""
 
 
 def drop_rows_without_time(rows: Rows) -> Repaired:

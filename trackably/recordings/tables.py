@@ -56,7 +56,7 @@ _KINDS = (
 
 
 def refuse_other_kinds(path: Path, data: bytes) -> None:
-    """Raise InputError if the first bytes show a kind of file that only another reader can read, or none."""
+    """Raise InputError if the first bytes show a kind of file that another reader reads, or that no reader reads."""
     for start, kind, help_ in _KINDS:
         if data.startswith(start):
             raise InputError(f"{path}: this is {kind}: {help_}")
@@ -266,8 +266,8 @@ def _inside(
     if seen and not any(chosen):
         first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
         raise InputError(
-            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; they are "
-            f"from {first:g} s to {last:g} s"
+            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; samples "
+            f"are from {first:g} s to {last:g} s"
         )
     return tuple((of, table.part(rows)) for rows, (of, table) in zip(chosen, tables, strict=True))
 
