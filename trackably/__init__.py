@@ -13,7 +13,7 @@ The public names, by task:
 - proofs that others hand over: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
-A name is loaded when it is first used. Where a package is missing, the error names the extra that installs it.
+A name is loaded when it is first used. If a package is missing, the error names the extra that installs it.
 """
 
 from importlib import import_module

@@ -18,7 +18,7 @@ YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 """Most levels of nesting in YAML, and most values (numbers, texts, sequences and mappings)."""
 
 ACCEPTED = "accepted file"
-"""Key in `vars(outcome)` of the bytes of the outcome's file, once the checker has accepted them."""
+"""Name of the attribute in which an outcome keeps the bytes of its file, once the checker has accepted them."""
 
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
@@ -66,7 +66,7 @@ def write_atomically(path: Path, data: bytes) -> None:
             os.fsync(file.fileno())  # else a power failure may keep the new name and lose the bytes
         neighbour.replace(path)
     except OSError as error:
-        error.filename = str(path)  # users do not know the temporary file's name
+        error.filename = str(path)  # for the message: users do not know the temporary file's name
         raise
     finally:
         neighbour.unlink(missing_ok=True)  # after the renaming there is nothing to remove

@@ -236,11 +236,11 @@ _AHEAD = (0, 1, 2, 5, 10, 20, 50)
 
 @dataclass(frozen=True, eq=False)
 class WorstPlant:
-    """The sequence of `vertices`, from `first_step` on, that brings the bound of `name` closest to
-    violation, at `step`.
+    """A plant that changes from vertex to vertex of a model error's hull, and comes closest to violating a bound.
 
-    The bound is violated by `violation`, in its unit; negative if that much slack is left. `states` (steps + 1, n) are
-    those of the plant, which starts on the reference.
+    `vertices` has the index of the vertex at each step from `first_step` on. The plant comes closest to the bound of
+    the quantity `name` at `step`. The bound is violated by `violation`, in its unit; negative if that much slack is
+    left. `states` (steps + 1, n) are those of the plant, which starts on the reference.
     """
 
     name: str
@@ -275,8 +275,8 @@ def worst_plant(
     """Return the worst plant that is found under u = u_r + K (x − x_r), for the sets of `plant`.
 
     Three kinds of policies are tried: for each bound and some numbers of steps ahead, the vertices and disturbances
-    that push the state furthest towards it; each vertex alone; and switching from one vertex to the next. This is a
-    search, and there may be worse plants. `feedback` is K (m, n). Raises as `reference.window`, and TypeError and
+    that push the state furthest towards the bound; each vertex alone; and switching from one vertex to the next. This
+    is a search, and there may be worse plants. `feedback` is K (m, n). Raises as `reference.window`, and TypeError and
     ValueError as `learn_reference` does for these arguments.
     """
     instance("worst_plant: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
@@ -316,5 +316,5 @@ def worst_plant(
         worst = WorstPlant(constraint.name, first_step + k, violation, first_step, vertices, path)
         found.append((worst.violation / constraint.bounds.width, worst))
     if not found:
-        raise ValueError("worst_plant: the plant has no bounds")
+        raise ValueError("worst_plant: expected a plant with bounds of states or inputs, got one without")
     return max(found, key=lambda each: each[0])[1]

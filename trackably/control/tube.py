@@ -152,7 +152,7 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """The parts that all steps share: the nominal system with tightened sets, and its start, which is free in x ⊖ Z."""
+    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z."""
 
     tightening: Tightening
 
@@ -160,7 +160,7 @@ class TubeFormulation(Formulation):
     def invariant(self) -> InvariantSet:
         """The invariant set Z of the error, with the feedback K."""
         if self.tightening.invariant is None:
-            raise ValueError("tube: a disturbance set is needed; without one, Controller tracks the reference")
+            raise ValueError("tube: expected a tightening for a disturbance set, got one without; use Controller then")
         return self.tightening.invariant
 
     @cached_property
@@ -261,7 +261,7 @@ class TubeController:
         nominal = Controller(self.tightening.plant, self.horizon, self.Q, self.R)
         for name in ("horizon", "Q", "R"):
             object.__setattr__(self, name, getattr(nominal, name))
-        _ = self.errors  # found now, to raise its error
+        _ = self.errors  # computed here, so that a missing disturbance set is refused now
 
     def __repr__(self) -> str:
         tightened = limits_text(self.tightening.plant)

@@ -203,7 +203,7 @@ def stretch_joints(
 
 
 def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
-    """Return the outcome that limits are not proved, with a `reason`. It names the first limited derivative."""
+    """Return the outcome that limits are not proved, with a `reason`; it is told of the first limited derivative."""
     r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
     bounds = Interval(*joints.limits[r, j].tolist())
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
@@ -218,7 +218,8 @@ def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     if {*given.names} != {*joints.names}:
         odd = sorted({*given.names} ^ {*joints.names})
         raise ValueError(
-            f"trajectory: must have the joints {', '.join(joints.names)}, but {odd[0]!r} is missing, or is none of them"
+            f"trajectory: must have the joints {', '.join(joints.names)}, got {', '.join(given.names)}: {odd[0]!r} is "
+            "only in one of these lists"
         )
     order = [given.names.index(name) for name in joints.names]
     return JointTrajectory(joints.names, given.breakpoints, given.coefficients[order], given.rests)
@@ -292,7 +293,7 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     """Return the violation of a derivative's limits on a piece; None if there is none.
 
     It is looked for at the ends of the piece, at extremes and where limits are reached. It begins at the first of these
-    times after which the derivative is outside. If rounding hides that one, it begins where it is surely outside.
+    times after which the derivative is outside; if rounding hides this time, at the time of the largest excess.
     """
     limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
     assert limit is not None, "only derivatives with limits are undecided"

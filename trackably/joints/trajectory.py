@@ -235,7 +235,10 @@ def hermite(start: Array, end: Array, widths: Array) -> Array:
 
 
 def _shared_breakpoints(ends: Sequence[Array]) -> Array:
-    """Return the breakpoints of all curves [s] in the time that they share; those that agree up to rounding, once."""
+    """Return the breakpoints of all curves [s] in the time that the curves share.
+
+    Breakpoints that agree up to rounding are returned once. ValueError: the curves share no time.
+    """
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
         raise ValueError("trajectory: the joints' curves have no time in common")

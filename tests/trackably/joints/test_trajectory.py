@@ -89,7 +89,7 @@ one = partial(Joints, names=["a"])
 WRONG = {
     "limits turned round": (lambda: one(position={"a": (1, 0)}), "both infinite, got [1.0, 0.0]"),
     "a function": (lambda: certify_joints(np.sin, ARM), "expected a spline of SciPy with a column"),
-    "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, but 'a' is"),
+    "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, got "),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
     "joints that must move": (
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
