@@ -99,7 +99,7 @@ WRONG = {
         lambda: Gate(one(position=(-2, 2))).at_rest([9.0], 0.0),
         "gate: the position of a must be in [-2, 2], got 9",
     ),
-    "now before what runs": (lambda: GATE(CURVE, RESTING, -1.0), "after now, -1 s"),
+    "now before what runs": (lambda: GATE(CURVE, RESTING, -1.0), "has begun by -1 s, got one from "),
     "a file of another kind": (lambda: read_joint_trajectory("a.txt"), "an .mcap or .yaml file, got a.txt"),
     "degree 7": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
