@@ -107,7 +107,7 @@ WRONG = {
     ),
     "a point that jumps": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1, 2], [[[0.0], [1.0]]]), "a.yaml"),
-        "positions jump by 1",
+        "expected positions that do not jump, ",
     ),
 }
 
