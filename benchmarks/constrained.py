@@ -143,7 +143,7 @@ def rows() -> Iterator[Row]:
 
 
 def _larger(by: float) -> str:
-    """Say by how much l is larger than ours; nothing where it is the same."""
+    """Say by how much l is larger than ours; nothing if it is the same."""
     return f"; it ends at a worse minimum: l larger by {by:.3g}" if by > _WORSE else ""
 
 
@@ -194,7 +194,7 @@ def _slsqp_algorithm1(of: Task, every_start: bool) -> tuple[float, str]:
     """Run Algorithm 1 with the paper's tests, as its best user would: from where the last fit ended.
 
     Other starts are tried each time, or where that ends at nothing feasible. Return l at the end, and how many fits it
-    took. Raises Disagreement where none leads to anything feasible, and where the tests never hold.
+    took. Raises Disagreement if none leads to anything feasible, and if the tests never hold.
     """
     starts, last, lost = of.space.start_points(), np.empty((0, 2)), 0
     for k_bar in range(_FIRST_STEP, _LAST_STEP + 1):

@@ -142,13 +142,13 @@ def duel(
 
 
 def agree(what: str, ours: float, theirs: float, tolerance: float) -> None:
-    """Raises Disagreement where two objective values are not the same, relative to 1 + |value|."""
+    """Raises Disagreement if two objective values are not the same, relative to 1 + |value|."""
     if not abs(ours - theirs) <= tolerance * (1 + abs(ours)):
         raise Disagreement(f"{what}: {ours!r} and {theirs!r} differ by more than {tolerance:g}")
 
 
 def no_worse(what: str, ours: float, theirs: float, tolerance: float) -> None:
-    """Raises Disagreement where our objective value is the larger one, or theirs is none."""
+    """Raises Disagreement if our objective value is the larger one, or theirs is none."""
     if not ours <= theirs + tolerance * (1 + abs(ours)) < float("inf"):
         raise Disagreement(f"{what}: {ours!r} is worse than {theirs!r}, by more than {tolerance:g}")
 

@@ -109,7 +109,7 @@ def prediction(
 
 
 def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
-    """Return the steps between which a reference is outside X, and a few around; None where that is never or often."""
+    """Return the steps between which a reference is outside X, and a few around; None if that is never or often."""
     outside = [state_interval(r).margin(state_at_steps(r, steps)) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
     if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:

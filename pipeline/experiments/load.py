@@ -56,7 +56,7 @@ _NEAR = 1e-6  # relative: sampled systems and tightened bounds are rounded in ot
 def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
     """Read references that were learned for this system, within these bounds.
 
-    Raises InputError where the fit stage has not run, or not since the experiment has another system or other sets, or
+    Raises InputError if the fit stage has not run, or not since the experiment has another system or other sets, or
     for a damaged log.
     """
     fitted = read_fit(results)

@@ -298,7 +298,7 @@ class Experiment(Fields):
     def signals(self, samples: Mapping[str, Samples]) -> dict[str, Sought]:
         """Return, by name, the signals of which `truth` is true.
 
-        Raises NotTrackableError where none explains the samples, and InputError where centres stand for the samples.
+        Raises NotTrackableError if none explains the samples, and InputError if centres stand for the samples.
         """
         if fewer := [name for name in self.truth if samples[name].scatters]:
             raise InputError(
@@ -354,7 +354,7 @@ class Experiment(Fields):
         return space.bounds["period"].upper if "period" in space.bounds else known or 0.0
 
     def check(self, samples: tuple[Samples, ...]) -> None:
-        """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
+        """Raise ValueError if steps do not last the longest period that may be learned from these samples."""
         if not isinstance(self.claim, AllPhases):
             return
         t_s, longest = self.plant.sampling_time, self._longest_period(samples)
@@ -383,7 +383,7 @@ _CHECKS = (
 def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> Experiment:
     """Return the experiment with known prior means: those that were not are learned from the samples.
 
-    Raises NoReferenceError where the likelihood of the samples cannot be evaluated.
+    Raises NoReferenceError if the likelihood of the samples cannot be evaluated.
     """
     given = {name: of.mean for name, of in experiment.prior.items() if isinstance(of, PriorFields)}
     names = experiment.learned_prior.names

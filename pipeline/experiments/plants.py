@@ -77,7 +77,7 @@ class DisturbanceSetFields(Fields):
 
     @property
     def set(self) -> DisturbanceSet:
-        """Return W. Raises ValueError where it is unbounded, or shapes do not fit."""
+        """Return W. Raises ValueError if it is unbounded, or shapes do not fit."""
         forms: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
             ("lower", "upper"): Zonotope.box,
             ("H", "h"): ConvexHull.halfspaces,

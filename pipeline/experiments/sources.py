@@ -144,7 +144,7 @@ Source = Drawn | CsvColumn | McapField
 
 
 def which_source(written: object) -> object:
-    """Return the source that the keys tell. Raises ValueError where they tell none."""
+    """Return the source that the keys tell. Raises ValueError if they tell none."""
     if not isinstance(written, dict):
         raise ValueError("expected a mapping with one of `csv`, `mcap`, `ground_truth`")
     for key, source in (("csv", CsvColumn), ("mcap", McapField), ("ground_truth", Drawn)):

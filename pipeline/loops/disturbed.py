@@ -234,7 +234,7 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
 def scaled(tightened: Tightening, size: float) -> Tightening:
     """Return the bounds tightened for sets and a model's error of another size.
 
-    Raises ValueError where nothing is left of them.
+    Raises ValueError if nothing is left of them.
     """
     W, V, by = tightened.disturbance, tightened.noise, Fraction(size)
     assert W is not None, "asked for where there is a disturbance"

@@ -23,7 +23,7 @@ def feasible_set(controller: Controller, reference: TrackedReference, k: int) ->
     The shape is (corners, n): both ends of an interval for one state, the corners of a polygon in counterclockwise
     order for two, and no corner where the set is empty. The corners are exact up to the accuracy of linear programs,
     because a linear program decides for each edge whether the set extends beyond it. Raises ValueError for more than
-    two states, for a nonlinear system, and where the set is unbounded.
+    two states, for a nonlinear system, and if the set is unbounded.
     """
     n = len(controller.plant.system.states)
     if not isinstance(controller.plant.system, LinearSystem):
@@ -73,7 +73,7 @@ class _Projection:
         return cls(M, b, E, f, x_r, scales.states)
 
     def support(self, direction: Array) -> Array | None:
-        """Return a state of the set that is farthest in a direction; None where the set is empty."""
+        """Return a state of the set that is farthest in a direction; None if the set is empty."""
         n, along = len(self.scales), direction * self.scales
         program = scipy.optimize.linprog(
             np.concatenate([-along / np.max(np.abs(along)), np.zeros(self.M.shape[1] - n)]),
@@ -89,7 +89,7 @@ class _Projection:
         return None if program.x is None else np.asarray(self.origin + self.scales * program.x[:n])
 
     def farthest(self, direction: Array) -> Array:
-        """Return the same as `support` for a set that is not empty. Raises ArithmeticError where the solver fails."""
+        """Return the same as `support` for a set that is not empty. Raises ArithmeticError if the solver fails."""
         found = self.support(direction)
         if found is None:
             raise ArithmeticError("feasible set: the numbers are beyond the solver")

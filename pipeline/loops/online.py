@@ -32,7 +32,7 @@ from trackably.systems.sampling import sampled_signals
 def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
     """Return the last `count` samples of each flat output up to the time `until` [s].
 
-    Raises ValueError where there is none.
+    Raises ValueError if there is none.
     """
     return tuple(_last(s, until, count) for s in samples)
 
@@ -106,7 +106,7 @@ def simulate_online(
 
     The loop begins on the reference `first`. An arrival is (k, samples): a step, in increasing order, and the samples
     of the window that ends there (`receding_window`). Since the current reference is certified for all times, nothing
-    is lost where a new one is not accepted. Raises ValueError where `first` is certified for less, and where arrivals
+    is lost where a new one is not accepted. Raises ValueError if `first` is certified for less, and if arrivals
     are not in increasing order within `steps`.
     """
     if not holds_for_all_times(first):
@@ -182,9 +182,9 @@ _AFTERWARDS = 50
 
 
 def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) -> OnlineLoop | None:
-    """Run the loop from the first certified reference on; return None where the experiment does not ask for it.
+    """Run the loop from the first certified reference on; return None if the experiment does not ask for it.
 
-    Raises InputError where no samples arrive, and NoReferenceError where the first reference is not certified for all
+    Raises InputError if no samples arrive, and NoReferenceError if the first reference is not certified for all
     times. If it is, the loop loses nothing by refusing an offer.
     """
     wanted = experiment.control.online

@@ -74,7 +74,7 @@ def loop_metrics(loop: ClosedLoop, plant: ConstrainedSystem) -> dict[str, float 
 
 
 def first_untrackable_step(reference: TrackedReference, plant: ConstrainedSystem, steps: range) -> int | None:
-    """Return the first of the `steps` at which the state or the input of a reference is outside its set; None where
+    """Return the first of the `steps` at which the state or the input of a reference is outside its set; None if
     there is no such step."""
     window = reference.window(steps.start, len(steps))
     outside = (plant.state_set.margin(window.states[:-1]) < 0) | (plant.input_set.margin(window.inputs) < 0)
@@ -182,7 +182,7 @@ def write_loops(results: Results, plant: ConstrainedSystem, courses: Courses, me
 
 
 def read_loops(results: Results, plant: ConstrainedSystem) -> Courses:
-    """Read what `write_loops` wrote. Raises InputError where the stage has not run, or for a damaged log."""
+    """Read what `write_loops` wrote. Raises InputError if the stage has not run, or for a damaged log."""
     series = read_stage(results, STAGE).series
     return {of.topic: Course(np.round(of.times / plant.sampling_time), of.fields) for of in series}
 

@@ -104,7 +104,7 @@ Page = dict[str, Any]
 def page_of(experiment: Experiment, results: Results, theory: Path, notebook: str = "") -> Page:
     """Return the page of an experiment; what Coq has proved is on record in the folder `theory`.
 
-    Raises InputError where a stage has not run.
+    Raises InputError if a stage has not run.
     """
     metrics: Any = read_json(results.metrics)
     return {
@@ -148,7 +148,7 @@ def write_sources(project: Path, into: Path) -> list[Page]:
 
     These are the pages of its `docs/`, and those of the report, which begins with `results`.
 
-    Experiments without results are left out. Raises InputError where none has any.
+    Experiments without results are left out. Raises InputError if none has any.
     """
     root = project / "data" / "results"
     pages = []
@@ -272,7 +272,7 @@ _SETTINGS = {
 def build(project: Path, output: Path) -> list[str]:
     """Build the site of a project into a folder, and return the warnings of Sphinx.
 
-    Raises InputError where there are no results, or where a page cannot be built.
+    Raises InputError if there are no results, or if a page cannot be built.
     """
     said, warned = io.StringIO(), io.StringIO()
     with TemporaryDirectory() as temporary:
@@ -288,7 +288,7 @@ def build(project: Path, output: Path) -> list[str]:
 
 
 def text_of(project: Path) -> str:
-    """Return the paper in Markdown. Raises InputError where results are missing."""
+    """Return the paper in Markdown. Raises InputError if results are missing."""
     names = list(load_experiments(project / "params.yaml"))
     results = {name: Results(name, project / "data" / "results") for name in names}
     summaries: dict[str, Any] = {name: read_json(found.summary) for name, found in results.items()}

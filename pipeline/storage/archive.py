@@ -144,7 +144,7 @@ def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple
 
 
 def read_samples(results: Results) -> Sampled:
-    """Read the samples. Raises InputError where the generate stage has not run, or for a damaged log."""
+    """Read the samples. Raises InputError if the generate stage has not run, or for a damaged log."""
     return loads(Sampled, read_stage(results, "samples").attachments[_SAMPLES])
 
 
@@ -175,7 +175,7 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
 
 
 def read_fit(results: Results) -> Fitted:
-    """Read what `write_fit` wrote. Raises InputError where the stage has not run, or for a damaged log."""
+    """Read what `write_fit` wrote. Raises InputError if the stage has not run, or for a damaged log."""
     log = read_stage(results, "fit")
     attachments = dict(log.attachments)
     sampled = loads(Sampled, attachments.pop(_SAMPLES))
@@ -212,7 +212,7 @@ def write_margins(
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
     """Read what `write_margins` wrote, row by row, for the same references.
 
-    Raises as `read_fit`, and InputError where margins of a reference are not there, as it is a later one.
+    Raises as `read_fit`, and InputError if margins of a reference are not there, as it is a later one.
     """
     topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
     found: dict[str, list[MarginProfile]] = {method: [] for method in learned}
@@ -282,7 +282,7 @@ def write_stage(
 def read_stage(results: Results, stage: str) -> Log:
     """Read the log of a stage.
 
-    Raises InputError where the stage has not run, or where the log is damaged or of another stage.
+    Raises InputError if the stage has not run, or if the log is damaged or of another stage.
     """
     path = results.log(stage)
     if not path.exists():

@@ -154,7 +154,7 @@ def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
 def decode(records: Iterable[McapRecord]) -> Log:
     """Return the log that the records of a file hold, if encoding it gives the same bytes.
 
-    Raises ValueError, LookupError, TypeError or AttributeError where they hold none.
+    Raises ValueError, LookupError, TypeError or AttributeError if they hold none.
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -210,7 +210,7 @@ def write_log(path: Path, log: Log) -> None:
 
 
 def read_log(path: Path) -> Log:
-    """Read a log, every float64 as it was written. Raises InputError where it is damaged, or no log of this project.
+    """Read a log, every float64 as it was written. Raises InputError if it is damaged, or no log of this project.
 
     Checksums cover only parts of an MCAP file: nobody would see damage of an index or a header. So what was read is
     written again, and the bytes are compared. One bit that differs is an error that names the file. Files of another
@@ -243,7 +243,7 @@ class Topic:
 
 
 def logs_of(results: Results) -> tuple[Path, ...]:
-    """Return the logs of an experiment. Raises InputError where there are none."""
+    """Return the logs of an experiment. Raises InputError if there are none."""
     found = tuple(sorted(results.folder.glob("*.mcap")))
     if not found:
         raise InputError(f"{results.folder}: there are no logs; run the stages first, or `dvc repro`")

@@ -47,7 +47,7 @@ def address_of(server: ThreadingHTTPServer) -> str:
 
 
 class _Server(ThreadingHTTPServer):
-    """A server that says nothing where a browser no longer wants what it asked for."""
+    """A server that says nothing if a browser no longer wants what it asked for."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         if not isinstance(sys.exception(), ConnectionError):
@@ -101,7 +101,7 @@ _SKIPS, _MENDED = b"blockId = endBlockId + 1;", b"blockId = endBlockId;"
 def fetched(folder: Path = FETCHED) -> Path:
     """Return the folder that holds the locked viewer; fetch it where it is missing or another one.
 
-    Raises InputError where there is no npm, or where it fails.
+    Raises InputError if there is no npm, or if it fails.
     """
     lock = (LOCKED / _LOCK).read_bytes()
     done = folder / "fetched"
@@ -123,7 +123,7 @@ def fetched(folder: Path = FETCHED) -> Path:
 
 
 def _mend(bundle: Path) -> None:
-    """Correct the mistake of this version of the viewer. Raises InputError where it is not there, or not once."""
+    """Correct the mistake of this version of the viewer. Raises InputError if it is not there, or not once."""
     text = bundle.read_bytes()
     if (often := text.count(_SKIPS)) != 1:
         raise InputError(f"{bundle}: expected {_SKIPS.decode()!r} once, found it {often} times: is it another version?")
@@ -143,7 +143,7 @@ _CHUNK = 2**16
 def merged(paths: Sequence[Path]) -> bytes:
     """Return an MCAP file with the messages of all logs in the order of time; attachments are left out.
 
-    Raises InputError where a log cannot be read.
+    Raises InputError if a log cannot be read.
     """
     logs = [read_log(path) for path in paths]
     series = chain.from_iterable(log.series for log in logs)
@@ -158,7 +158,7 @@ PAGE = Path(__file__).parent / "page"
 def shown(experiment: Experiment, results: Results, viewer: Path) -> Mapping[str, Path | bytes]:
     """Return everything that the page asks for, by path: the viewer's files, the log, and the layout.
 
-    Raises InputError where there are no logs, or one is damaged.
+    Raises InputError if there are no logs, or one is damaged.
     """
     plane = plane_of(experiment.plant, experiment.plane)
     layout = layout_of(experiment.plant, topics_of(results), plane)
