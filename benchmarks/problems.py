@@ -88,7 +88,7 @@ class Task:
         return kept(learn_certified(self.samples, self.prior, self.plant, self.space, goal, learner=learner), Certified)
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
-        """Return the problem with state and input of a scalar system bounded at `count` instants, spaced by `spacing`."""
+        """Return the problem of a scalar system that is bounded at `count` instants, `spacing` [s] apart."""
         state, entry = state_and_input(self.plant)
         constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
         return ConstrainedProblem(self.samples, self.prior, self.space, constraints)
