@@ -128,7 +128,7 @@ class Experiment(Fields):
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
     the stages again. `samples` and `prior` are by name: the name of a state, or "rate of x" for a state x, at least one
     for each flat output. If several names show one flat output, the first has the prior, and the others only their
-    noise. If a name has more than 2000 samples, references are learned from fewer `centres`, as many as the samples
+    noise. If a name has more than 500 samples, references are learned from fewer `centres`, as many as the samples
     need for any kernel; a number is the largest number of centres, and None makes each sample a centre. Hyperparameters
     that `shared` names are the same for all flat outputs. Figures name the `units` of states and inputs, and draw paths
     in the plane of the two states `plane`, if given. All references keep the part `margin` of each width free at either
