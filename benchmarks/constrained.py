@@ -31,8 +31,8 @@ from trackably.systems.intervals import Interval
 
 _FEASIBLE = -1e-7
 _FIRST_STEP, _LAST_STEP = 70, 300
-_LIMITS, _ROUNDS = {"example1": 0.035, "example2": 0.3}, 15  # seconds
-_WORSE = 1e-3  # in l: more than solvers leave
+_LIMITS, _ROUNDS = {"example1": 0.035, "example2": 0.3}, 15  # targets in seconds, and repetitions
+_WORSE = 1e-3  # a difference of l that is larger than the accuracy of solvers
 _GIFT = "starts handed over"
 _PROVED = "certified fit, proof included"
 
@@ -225,7 +225,7 @@ def _example2() -> Iterator[Row]:
     problem, plain = of.on_steps(last), OnGrid(of, last)
 
     def ours() -> Solution:
-        # Screening included: it is what finds the starts that the others are given.
+        # This includes the screening, which finds the starts that the rivals are given.
         return kept(best_solution(problem), Solution)
 
     wanted, proved = ours().objective, of.learned(HYPERPARAMETERS).solution.objective

@@ -27,14 +27,14 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
-_SPAN = 2.0  # seconds
+_SPAN = 2.0  # seconds from the first constraint time to the last
 _FEW, _MANY = 1_000, (10_000, 100_000)
 _LARGE, _LARGE_TIMES = 10_000, 100_000
 _KERNELS = {"squared exponential": SquaredExponential(), "Matérn 5/2": Matern52()}
 _BUDGETS = {"squared exponential": {_FEW: 4.0, _LARGE: 60.0}, "Matérn 5/2": {_FEW: 10.0, _LARGE: 120.0}}  # seconds
 _RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
 _WITHIN, _BEYOND = 1.0, 1.3  # amplitudes: the position is bounded by 1.2
-_GROWTH = 15.0  # times the time for ten times the samples
+_GROWTH = 15.0  # target: most factor of the time for ten times as many samples
 _ODD, _OTHERS, _SLOWER = 1_245, 2, 1.5
 _THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"
 _RECORDED = "recordings learned and proved"

@@ -21,7 +21,7 @@ from trackably.arrays import Array
 T = TypeVar("T")
 ROOT = Path(__file__).resolve().parent.parent
 _PARTNERS = ("scikit-learn", "casadi", "do-mpc")
-_BURST = 0.05  # seconds: shorter calls are repeated until it takes as long
+_BURST = 0.05  # seconds of a burst: shorter calls are repeated until they take as long together
 _MOST_CALLS = 200
 
 

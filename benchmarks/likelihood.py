@@ -19,7 +19,7 @@ from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
-_STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is
+_STRUCTURED = 300  # number of samples from which on the band structure of the covariance matrix is used
 _FITS = (30, 100, 300, 1000)
 _REGULAR = 2000
 _ROUNDS = 9
@@ -111,7 +111,7 @@ def _fit(samples: Samples, rounds: int) -> Row:
         regressor = _regressor(bounds)
         regressor.kernel.theta = start * [2, 1]
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of bounds nearly met
+            warnings.simplefilter("ignore")  # scikit-learn warns of hyperparameters near their bounds
             return regressor.fit(samples.times[:, None], samples.values)
 
     return duel(

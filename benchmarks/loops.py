@@ -107,7 +107,7 @@ def _next(step: Callable[[Array], object], starts: Iterator[Array]) -> object:
 def do_mpc_step(plant: ConstrainedSystem, reference: Reference, like: Controller) -> Callable[[Array], Array]:
     """Build the same problem in do-mpc, and return a function from a state at step 0 to the plan's first input."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of features that are not installed
+        warnings.simplefilter("ignore")  # do-mpc warns of optional packages that are not installed
         from do_mpc.controller import MPC
         from do_mpc.model import Model
 
@@ -131,7 +131,7 @@ def do_mpc_step(plant: ConstrainedSystem, reference: Reference, like: Controller
         values["_tvp", i, "x_r"] = window.states[i]
         values["_tvp", i, "u_r"] = window.inputs[min(i, horizon - 1)]
     mpc.set_tvp_fun(lambda now: values)
-    # The terminal equality, which do-mpc has no word for, joins its program by hand.
+    # do-mpc has no terminal equality, so that it is added to its program here.
     mpc.prepare_nlp()
     mpc.nlp_cons.append(mpc.opt_x["_x", horizon, 0, -1] * mpc._x_scaling.cat - mpc.opt_p["_tvp", horizon, "x_r"])
     mpc.nlp_cons_lb.append(np.zeros((n, 1)))
@@ -209,7 +209,7 @@ def _edge(tube: TubeController, direction: Array) -> Array:
 
 
 _WINDOWS, _COUNT = 100, 30
-_BUDGETS = (("median", 0.5, 0.010), ("99th percentile", 0.99, 0.020))  # seconds
+_BUDGETS = (("median", 0.5, 0.010), ("99th percentile", 0.99, 0.020))  # name, quantile, budget in seconds
 
 
 def _windows(name: str, plant: ConstrainedSystem, step: float, truth: Callable[[Array], Array]) -> Iterator[Row]:

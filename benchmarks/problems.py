@@ -135,7 +135,7 @@ def tracked(path=BREATHING, start: float = 0.0) -> Samples:
     return read_csv(path, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
 
 
-_FINE, _SMOOTH = 0.05, 3.0  # s
+_FINE, _SMOOTH = 0.05, 3.0  # seconds: time step of the drive cycle, and width of its moving average
 
 
 def drive_cycle(count: int, seed: int = 0) -> Samples:

@@ -20,8 +20,8 @@ from trackably.gp.samples import Samples
 from trackably.systems.intervals import Interval
 
 _BETWEEN = 10  # points of the program from one sample to the next
-_NEGLIGIBLE = 1e-12  # of the largest eigenvalue
-_MOST_ENTRIES = 2_500_000  # of the matrix from coefficients to points
+_NEGLIGIBLE = 1e-12  # smaller parts of the largest eigenvalue are left out
+_MOST_ENTRIES = 2_500_000  # most entries of the matrix from coefficients to points
 
 
 Bounds = Sequence[Interval]
@@ -47,7 +47,7 @@ def smoothed(samples: Samples, bounds: Bounds, step: float, weight: float, seen:
     """
     steps = (samples.times - samples.times[0]) / step
     hats = scipy.interpolate.BSpline.design_matrix(steps, np.arange(-1.0, np.floor(steps[-1]) + 3), 1)
-    level = float(np.mean(samples.values))  # the program is solved about it: solvers are scaled for that
+    level = float(np.mean(samples.values))  # subtracted in the program, because solvers expect numbers near zero
     x, kept = cp.Variable(hats.shape[1]), np.flatnonzero(seen)
     off = hats[kept] @ x - (samples.values[kept] - level)
     cost = cp.sum_squares(off) + weight * step * cp.sum_squares(cp.diff(x, 3) / step**3)
@@ -89,7 +89,7 @@ def _process(prior: Prior, count: int, step: float) -> tuple[Any, Any]:
     if isinstance(kernel, Matern32 | Matern52):
         before, across = _covariance(kernel, 0.0), _covariance(kernel, step)
         transition = across @ np.linalg.inv(before)
-        root = np.linalg.cholesky(before - transition @ across.T)  # of what a step does not foretell
+        root = np.linalg.cholesky(before - transition @ across.T)  # factor of the prediction error's covariance
         x = cp.Variable((count, len(before)))
         innovations = (x[1:] - x[:-1] @ transition.T) @ np.linalg.inv(root).T
         begun = np.linalg.inv(np.linalg.cholesky(before)) @ x[0]

@@ -138,7 +138,7 @@ class Recording:
         return min(root_mean_square((values - self.samples.values)[~self.seen]) for values in found)
 
 
-_ON_BOUNDS = 0.7  # of the time
+_ON_BOUNDS = 0.7  # part of the time at which the speed is on its bounds
 
 
 def problems() -> Iterator[Recording]:
@@ -180,7 +180,7 @@ def on_bounds(count: int, seed: int = 0) -> Recording:
     return Recording("axis on its bounds", samples, (around(width), around(fastest)), fine)
 
 
-_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # times the program's
+_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # targets, as multiples of the program's time and misfit
 
 
 def _beside_program(recording: Recording, kernel: str, name: str) -> Iterator[Row]:
@@ -198,7 +198,7 @@ def _beside_program(recording: Recording, kernel: str, name: str) -> Iterator[Ro
 
 
 _SECONDS = 10.0
-_NOT_SLOWER = 1.1  # times the misfit of a robot that may stand
+_NOT_SLOWER = 1.1  # target, as a multiple of the misfit of a robot that may stop
 
 
 def bending() -> Iterator[tuple[str, dict[str, Any]]]:
@@ -264,7 +264,7 @@ def _jointly() -> Iterator[Row]:
         ours, theirs = (partial(of.learned, learner) for learner in (JOINT, HYPERPARAMETERS))
         yield duel(_TIME, name, ALONE, ours, theirs, rounds=rounds, target=3.0, at_most=True)
     system = LinearSystem.scalar(0.9, 0.5, sampling_time=0.01)
-    cut = ConstrainedSystem(system, Polytope.box([-1.5], [0.9]), box([1.0]))  # the crests of a sine
+    cut = ConstrainedSystem(system, Polytope.box([-1.5], [0.9]), box([1.0]))  # the bound cuts off the crests of a sine
     many = irregular(1000)
     prior, window = JointPrior((Prior(SquaredExponential(), NOISE),)), Window(0.0, float(many.times[-1]))
     found, taken = timed(Task((many,), prior, cut, window, starts=4).learned)

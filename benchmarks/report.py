@@ -117,7 +117,7 @@ def figure(rows: Sequence[Row]) -> Figure:
         axes.axhline(place, color=FAINT, linewidth=0.5, zorder=0)
         if row.target is not None:
             axes.plot([row.target] * 2, [place - 0.5, place + 0.5], color=PALE, linewidth=2.5, solid_capstyle="butt")
-        # Shape says the same as colour.
+        # Missed targets differ in shape too, for readers who cannot see the colours.
         missed = row.verdict == "missed"
         looks = {"color": ORANGE, "marker": "s"} if missed else {"color": BLUE, "marker": "o"}
         axes.plot([row.lowest, row.highest], [place, place], color=INK, linewidth=0.8)

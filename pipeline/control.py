@@ -108,7 +108,7 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
     joint = fitted.learned[JOINT.name].reference
     unconstrained = fitted.learned[UNCONSTRAINED.name].reference
     found: dict[str, TrackedReference] = {JOINT.name: joint, UNCONSTRAINED.name: unconstrained}
-    with suppress(ValueError):  # samples of changes only
+    with suppress(ValueError):  # there are no lines if samples show only changes of a flat output
         found[INTERPOLATED] = interpolated(fitted.sampled.samples, joint.plant)
     return found
 

@@ -45,7 +45,7 @@ Drawings = dict[str, Callable[[], Figure]]
 _POINTS = 1501
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56
-_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of the drawing, in times of the last sample, and number of points
+_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
 # The figure of the likelihood shows hyperparameters from 1/factor to factor times the learned ones, in two views.
 _OVERVIEW, _CLOSER = 8.0, 1.25
 _FIRST_STEPS = 50
@@ -338,7 +338,7 @@ def room(tightening: Tightening) -> tuple[Array, Array]:
     assert K is not None, "it belongs to the set"
     rows = np.vstack([np.eye(K.shape[1]), K])
     errors = ErrorSet(Z).support(np.stack([-rows, rows]))
-    if (V := tightening.noise) is not None:  # x = y − v
+    if (V := tightening.noise) is not None:  # measurement noise v: the true state is x = y − v
         n = K.shape[1]
         errors[0, :n] += V.support(rows[:n])
         errors[1, :n] += V.support(-rows[:n])

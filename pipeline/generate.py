@@ -22,7 +22,7 @@ from trackably.reference.condensed import MANY
 from trackably.reference.input_warnings import doubts
 
 _SIGNAL = "signal"
-_ROUNDING = 1e-9  # s: samples that are later than the end of an excerpt by no more count as inside
+_ROUNDING = 1e-9  # samples outside of an excerpt by this part of its last time count as inside
 _PLENTY = 300  # centres that a message proposes, because learning from them takes seconds
 _MISSING = 0.5  # part of the held-out time by which a recording may end too early
 

@@ -50,7 +50,7 @@ class Stage:
 
 def plan_of(project: Path) -> list[Stage]:
     """Return the stages that DVC finds in dvc.yaml for the experiments of params.yaml. Raises InputError."""
-    from dvc.exceptions import DvcException  # noqa: PLC0415  loading DVC takes longer than many a stage
+    from dvc.exceptions import DvcException  # noqa: PLC0415  loading DVC takes longer than many stages
     from dvc.repo import Repo  # noqa: PLC0415
 
     try:

@@ -2,7 +2,7 @@
 
 import signal
 
-if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # it is ignored in the background
+if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # ignored by background jobs
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
 
 import argparse
@@ -58,7 +58,7 @@ def main(arguments: list[str]) -> int:
     )
     given = parser.parse_args(arguments)
     if given.command == "certify":
-        from trackably.given.command import run  # noqa: PLC0415  all modules that find proofs
+        from trackably.given.command import run  # noqa: PLC0415  loads all modules that search for proofs
 
         return run(given)
     try:
@@ -131,7 +131,7 @@ def _state(file: Path, output: Path, emulated: bool) -> int:
 
 
 if __name__ == "__main__":
-    logging.basicConfig(format="%(message)s")  # to stderr, where a terminal would show a line
+    logging.basicConfig(format="%(message)s")  # log messages go to stderr, as progress bars do
     LOG.setLevel(logging.INFO)
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -84,7 +84,7 @@ _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w
 
 def prose_leaves(place: str, text: str, words: str, numbers: str) -> Iterator[tuple[str, Leaf]]:
     """Yield a text without its numbers as a value of the field `words`, and each number as one of `numbers`."""
-    plain = text.replace("−", "-")  # as figures write it
+    plain = text.replace("−", "-")  # figures write a minus sign in place of a hyphen
     yield place, Leaf(words, _NUMBER.sub("#", plain))
     for i, number in enumerate(_NUMBER.findall(plain), start=1):
         yield f"{place}, number {i}", Leaf(numbers, float(number))

@@ -308,7 +308,7 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
     state_bounds(axes, state_interval(reference))
     figure.legend(loc="outside upper center", ncols=3)
-    side = "right" if transient_step > last_step / 4 else "left"  # within the grey band if it is wide enough
+    side = "right" if transient_step > last_step / 4 else "left"  # in the grey band if it is wide enough
     direct_label(axes, transient_step, bottom, " transient ", ha=side, va="bottom")
     direct_label(axes, final_step, bottom, rf" $\bar{{k}}$ = {final_step}", va="bottom")
     return figure
@@ -327,7 +327,7 @@ def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
 
 
 _HEIGHT = 1.7  # of the figure, in inches
-_PANELS, _BOXES = (0.01, 0.44), (0.325, 0.735, 0.925)  # left ends, and middles, as parts of the width
+_PANELS, _BOXES = (0.01, 0.44), (0.325, 0.735, 0.925)  # left ends of panels and middles of boxes, as parts of the width
 _WIDTH, _BOTTOM, _TOP = 0.2, 0.2, 0.86
 _MIDDLE = (_BOTTOM + _TOP) / 2
 _ARROWS = (0.214, 0.277), (0.373, 0.436), (0.644, 0.688), (0.781, 0.893)

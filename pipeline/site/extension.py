@@ -142,6 +142,6 @@ def _spans(text: str) -> list[nodes.Node]:
 def setup(app: Any) -> dict[str, bool]:
     """Register the extension with Sphinx."""
     app.add_html_math_renderer("drawn", (_inline, None), (_display, None))
-    app.connect("autodoc-process-docstring", _clean, priority=400)  # before sections become fields
+    app.connect("autodoc-process-docstring", _clean, priority=400)  # before Sphinx reads sections
     app.add_directive("rooms", Rooms)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -93,7 +93,7 @@ def _frozen(values: Array) -> Array:
 
 
 _FORMAT = "1"
-_CHUNK_SIZE = 1024 * 1024  # bytes
+_CHUNK_SIZE = 1024 * 1024  # bytes of a chunk before compression
 _JSON = "application/json"
 _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 

@@ -16,9 +16,9 @@ from trackably.arrays import Array
 from trackably.control.error_model import ErrorModel
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
-# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. Where float64 does
-# not allow it, the solver ends when it makes no more progress: its last point counts if the last tolerance is reached,
-# otherwise the next tolerance is tried, with which the solver ends before it loses its way.
+# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. If float64 does not
+# allow this accuracy, the solver ends when it makes no more progress: its last point counts if the last tolerance is
+# reached; otherwise the next tolerance is tried, with which the solver ends earlier.
 _TOLERANCES = (1e-12, 1e-10, 1e-8)
 _MAX_ITERATIONS = 50
 

@@ -58,7 +58,7 @@ def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
 FOLLOWED = 1e-9
 """The system follows a trajectory if the sum of its scaled defects is at most this."""
 
-_ACCURACY = 1e-12  # tolerance of the search
+_ACCURACY = 1e-12  # tolerance of SciPy's search, for the cost and the constraints in scales
 _UNDEFINED = 1e3
 """A step for which f is undefined counts as a defect of this size, in scales."""
 

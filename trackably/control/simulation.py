@@ -195,7 +195,7 @@ def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon
                 return True
             return False
 
-        ahead = first_step + horizon  # the last step of the reference that a simulation of 0 steps needs an input at
+        ahead = first_step + horizon  # the last step at which a simulation of no steps needs the reference's input
         fitting = 0 if ends_before(first_step) else bisect_left(range(ahead, last), True, key=ends_before) - 1
         fit = f"{fitting} {'step fits' if fitting == 1 else 'steps fit'}" if fitting > 0 else "no step fits"
         raise ValueError(
@@ -294,7 +294,7 @@ def worst_plant(
     states, chosen, inputs = [x], [], []
     for k in range(steps):
         u = window.inputs[k] + (x - window.states[k]) @ K.T
-        after = np.einsum("qij,pj->pqi", A, x) + np.einsum("qij,pj->pqi", B, u) + c  # of each policy and vertex
+        after = np.einsum("qij,pj->pqi", A, x) + np.einsum("qij,pj->pqi", B, u) + c  # next states, by policy and vertex
         pick = np.empty(len(x), dtype=int)
         pick[:greedy] = np.argmax(np.einsum("pqi,pi->pq", after[:greedy], directions), axis=1)
         pick[greedy:] = [*range(q), k % q]

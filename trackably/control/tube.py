@@ -27,7 +27,7 @@ _ROUNDING = 1e-10
 """A point counts as in Z if it is in Z after two changes that allow for rounding: all parts of Z grow by this part of
 their size, and the point moves along each axis by a tenth of this part of the width of Z."""
 
-_TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver
+_TOLERANCES = (1e-11, 1e-10, 1e-9)  # tolerances of the solver, tried in turn
 _PROJECTIONS = 12  # reflected projections before a linear program decides: they suffice except near the boundary of Z
 
 

@@ -39,7 +39,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     def tvp_fun(t_now: ArrayLike) -> Any:
         elapsed = _elapsed_steps(t_now, step)
         steps = first + elapsed + np.arange(1.0 if horizon is None else horizon + 1.0)
-        # Angles are continuous since the controller started.
+        # Angles are unwrapped from the controller's start on, so that they do not jump between calls.
         before = steps[0] - np.arange(elapsed, 0.0, -1.0) if plant.angles else steps[:0]
         every = np.concatenate([before, steps])
         proved_times(proved, proved.reference.instants(every))

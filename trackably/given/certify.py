@@ -36,7 +36,7 @@ from trackably.systems.sampling import default_sample, sampled_names, stencils_b
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
-_LEAD = 0.25  # a repair may begin before the motion, by up to this part of the motion's duration
+_LEAD = 0.25  # a repair may begin earlier than the motion, by up to this part of the motion's duration
 _CLOSER, _POINTS = 9, 33  # steps of the search for the largest distance, and times in each
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """A distance found in float64 is increased by these parts of the size of a curve, in turn, until it is proved."""

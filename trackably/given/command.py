@@ -227,4 +227,4 @@ def read_columns(path: Path, decimal: str = ".", names: Collection[str] = ()) ->
         if name in headings:
             raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")
         headings[name] = heading, unit.strip()
-    return Columns(replace(table.part(filled), advice=""), headings)  # users of the command cannot change the layout
+    return Columns(replace(table.part(filled), advice=""), headings)  # advice is about layouts

@@ -173,5 +173,5 @@ def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: 
     }
     try:
         return makers[how](times, values)
-    except ValueError as error:  # of SciPy: a period that is not closed, for example
+    except ValueError as error:  # an error of SciPy, for example if the ends of a periodic curve differ
         raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error

@@ -23,7 +23,7 @@ Limit = float | tuple[float, float] | None
 Limits = Limit | Sequence[Limit] | Mapping[str, Limit]
 """One limit for all joints, or one for each, in order or by name. A number l means [−l, l], and None means no limit."""
 
-_LARGEST_FILE = 10_000_000  # bytes
+_LARGEST_FILE = 10_000_000  # most bytes of a file with limits
 _NAMELESS = "joints: give names=, or limits by name, as velocity={'elbow': 2.0}"
 
 
@@ -207,7 +207,7 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
     return low, high
 
 
-# Files.
+# Read limits from files.
 
 
 def _of_urdf(path: Path) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from trackably.joints.trajectory import JointTrajectory, join
 FIELDS = ("positions", "velocities", "accelerations")
 _NANOSECONDS = 1_000_000_000
 _MOST_JUMPED = 1e-6  # positions and derivatives that jump by more, in their units, are refused
-_LARGEST_FILE = 100_000_000  # bytes
+_LARGEST_FILE = 100_000_000  # most bytes of a YAML file with a trajectory
 
 
 def read_joint_trajectory(

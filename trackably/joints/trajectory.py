@@ -79,7 +79,7 @@ class JointTrajectory:
                 raise ValueError("trajectory: expected a spline for each joint, got an empty mapping")
             ends = _shared_breakpoints([part.breakpoints for part in parts])
             return cls([*given], ends, join([part.on(ends).coefficients for part in parts]), rests)
-        given = getattr(given, "cspl", given)  # TOPP-RA's splines
+        given = getattr(given, "cspl", given)  # the spline of SciPy in a trajectory of TOPP-RA
         if hasattr(given, "profiles") and hasattr(given, "at_time"):
             ends, c = _of_ruckig(given)
         elif hasattr(given, "_ss") and hasattr(given, "_velocities"):

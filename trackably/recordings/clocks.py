@@ -23,7 +23,7 @@ POINT, COMMA = ".", ","
 DECIMAL_MARKS = (POINT, COMMA)
 _SWAPPED = str.maketrans(".,", ",.")
 
-_BEGINS_AS_DATE = re.compile(r"\s*\d{1,4}([-/.:])\d\d?\1\d\d")  # or as a time of day
+_BEGINS_AS_DATE = re.compile(r"\s*\d{1,4}([-/.:])\d\d?\1\d\d")  # a text that begins as a date or as a time of day
 _BY_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
@@ -212,7 +212,7 @@ def _read_iso(text: str) -> tuple[datetime, str]:
         raise ValueError
     moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
     fraction = match[1] if match else "0"
-    if moment.microsecond != int(f"{fraction:0<6.6}"):  # the fraction is not one of seconds
+    if moment.microsecond != int(f"{fraction:0<6.6}"):  # the digits found are not a fraction of seconds
         raise ValueError
     return moment.replace(microsecond=0), fraction
 
@@ -330,7 +330,7 @@ def describe_origin(origin: int, absolute: bool) -> str:
     since = f"{origin} ns since 1970"
     try:
         written = (_EPOCH + timedelta(seconds=seconds)).isoformat(" ")
-    except OverflowError:  # beyond the calendar: as when stamps in ms are read as s
+    except OverflowError:  # years beyond 9999, for example if stamps in ms are read as s
         return since
     fraction = f".{nanoseconds:09d}".rstrip("0").rstrip(".")
     return f"{written}{fraction} UTC ({since})"

@@ -148,7 +148,7 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
             )
         places.append(f"line {line}")
         rows.append(row)
-    while rows and not any(map(str.strip, rows[-1])):  # as spreadsheets may end
+    while rows and not any(map(str.strip, rows[-1])):  # spreadsheets may end with empty rows
         del rows[-1], places[-1]
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")

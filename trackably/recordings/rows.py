@@ -87,7 +87,7 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     end in O(n log n).
     """
     smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
-    chains: list[Any] = []  # [k]: the row of that stamp, and the rest of its chain
+    chains: list[Any] = []  # [k]: the row of the stamp smallest[k], and the further rows of its chain
     for row in reversed(range(len(stamps))):
         k = bisect_right(smallest, -stamps[row])
         smallest[k : k + 1] = [-stamps[row]]

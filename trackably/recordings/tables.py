@@ -31,7 +31,7 @@ from trackably.recordings.clocks import (
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows
 
-# Files that readers refuse because of their first bytes.
+# Kinds of files, by their first bytes, that a reader refuses because another one reads them, or none.
 
 GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
@@ -282,4 +282,4 @@ def _doubts(tables: Sequence[tuple[Reading, Table]]) -> Iterator[str]:
 
 def _warn(questions: Iterable[str]) -> None:
     for question in questions:
-        warnings.warn(question, DoubtfulInputWarning, stacklevel=4)  # of the reader's caller
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=4)  # shown at the line that calls the reader
