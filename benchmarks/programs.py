@@ -20,7 +20,7 @@ from trackably.gp.samples import Samples
 from trackably.systems.intervals import Interval
 
 _BETWEEN = 10  # points of the program from one sample to the next
-_NEGLIGIBLE = 1e-12  # smaller parts of the largest eigenvalue are left out
+_NEGLIGIBLE = 1e-12  # the factorisation ends at variances below this part of the first one
 _MOST_ENTRIES = 2_500_000  # most entries of the matrix from coefficients to points
 
 

@@ -141,7 +141,7 @@ def _table(data: bytes) -> Leaves:
     leaves = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
-            raise UnreadableError(f"line {number} has {len(row)} cells below a header of {len(header)}")
+            raise UnreadableError(f"line {number}: expected {len(header)} cells, as in the header, got {len(row)}")
         for column, cell in zip(header, row, strict=True):
             leaves[f"column {column}, line {number}"] = Leaf(column, _cell(cell))
     return leaves

@@ -104,7 +104,7 @@ class Claim(Fields):
     @model_validator(mode="after")
     def _expects_one_thing(self) -> Self:
         if len(self.model_fields_set & {"equals", "printed", "at_least", "at_most"}) != 1:
-            raise ValueError("expected one of equals, printed, at_least and at_most, and no second one")
+            raise ValueError("expected one of equals, printed, at_least and at_most, and only one")
         return self
 
     @property

@@ -111,8 +111,8 @@ def simulate_online(
     """
     if not holds_for_all_times(first):
         raise ValueError(
-            f"online: the first reference must be certified for all time, but only for "
-            f"{times_of(first.certificate.claim)}"
+            "online: the first reference must be certified for all time, but it is certified for "
+            f"{times_of(first.certificate.claim)} only"
         )
     now, state, reference = 0, np.asarray(initial_state, dtype=float), first.reference
     parts: list[ClosedLoop] = []

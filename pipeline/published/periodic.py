@@ -158,7 +158,7 @@ def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:
     Raises ValueError if the period is learned or no whole multiple of T_s, and TypeError for kernels without one.
     """
     if any(name.endswith("period") for name in prior.learned):
-        raise ValueError("the period is learned, so that no finite set of instants is all that ever occurs")
+        raise ValueError("the period is learned: expected a known one, as only then finitely many instants repeat")
     period, sampling_time = period_of([part.kernel for part in prior.parts]), plant.sampling_time
     steps = round(period / sampling_time)
     if steps < 1 or abs(period / sampling_time - steps) > _WHOLE * steps:

@@ -58,7 +58,7 @@ class Series:
 
     def __post_init__(self) -> None:
         if TIME in self.fields:
-            raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, which is the time")
+            raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, the name of the time: rename it")
         times = _frozen(self.times)
         fields = {name: _frozen(values) for name, values in self.fields.items()}
         for name, array in {TIME: times, **fields}.items():
@@ -179,7 +179,7 @@ def decode(records: Iterable[McapRecord]) -> Log:
             case Attachment():
                 attachments[record.name] = record.data
     if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
-        raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}")
+        raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}; run its stage again")
     series, documents = [], []
     for id_, channel in sorted(channels.items()):
         schema = schemas[channel.schema_id]

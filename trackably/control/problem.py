@@ -46,7 +46,7 @@ class Formulation:
         programs = self._anywhere if self.is_linear else self.programs(nominal)
         defects = self.defects(nominal).ravel() - programs.model.dynamics @ self.scales.errors(nominal, window)
         if not np.all(np.isfinite(defects)):  # an entry of the model that is not finite makes a defect not finite, too
-            raise ArithmeticError("a plan leads where the system is not defined")
+            raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
         return programs, defects
 
     def defects(self, trajectory: Window) -> Array:
@@ -248,7 +248,7 @@ class StepProblem:
         e, v = f.scales.split(z)
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
         if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
-            raise ArithmeticError("a predicted state or input overflows in float64")
+            raise ArithmeticError("a predicted state or input overflows in float64: choose other units")
         return Plan(
             k=self.k,
             input=pull_inside(

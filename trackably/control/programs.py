@@ -46,7 +46,7 @@ class Program:
         """
         P, A = self._matrices
         if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(A.data))):
-            raise ArithmeticError("the quadratic program of the step has numbers that are not finite")
+            raise ArithmeticError("the step's quadratic program has numbers that are not finite: choose other units")
         sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
         cones = [cone(size) for cone, size in sizes if size]
         settings = clarabel.DefaultSettings()

@@ -195,7 +195,7 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
         return near
     closest = min(tried, key=lambda at: missed_by(problem.formulation, at))
     if not np.isfinite(missed := missed_by(problem.formulation, closest)):
-        raise ArithmeticError("a plan leads where the system is not defined")
+        raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
     return _explain(problem, closest, missed)
 
 

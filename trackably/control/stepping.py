@@ -209,7 +209,7 @@ def answer_step(
         raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
     safe = () if guess is None else (guess[0],)
     try:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # refused below
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # infinities and NaN are refused
             window = reference.window(k, N)
             check_window(window, (N, n, m))
             safe = (*safe, window.inputs[0])

@@ -93,7 +93,7 @@ def kernel_function(kernel: Kernel, name: str) -> str:
                 f"const double phi = {phi} * ({' * '.join(['y'] * kernel.power)});",
             ]
         case _:
-            raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
+            raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}; to_csv writes a table")
     body += [f"return phi * {number(kernel.signal_std**2)};"]
     return _filled(_KERNEL, NAME=name, BODY=_indented(body))
 
@@ -232,7 +232,7 @@ def _operation(node: Formula, operands: list[str], names: dict[str, str]) -> str
             return f"{name}({operands[0]})"
         case Angle():
             return f"atan2({operands[0]}, {operands[1]})"
-    raise ValueError(f"to_c: there is no counterpart in C of {text_of(node)}")
+    raise ValueError(f"to_c: there is no counterpart in C of {text_of(node)}; to_csv writes a table")
 
 
 _PRODUCT = """\

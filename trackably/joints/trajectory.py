@@ -241,7 +241,7 @@ def _shared_breakpoints(ends: Sequence[Array]) -> Array:
     """
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
-        raise ValueError("trajectory: the joints' curves have no time in common")
+        raise ValueError("trajectory: expected curves of all joints over a common time, got curves without one")
     every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
     inner = every[(every > first + closest) & (every < last - closest)]
     return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])

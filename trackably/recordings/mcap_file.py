@@ -200,7 +200,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                     kept += _MESSAGE + len(record.data)
                     if kept > LARGEST:
                         raise InputError(
-                            f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
+                            f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes: split the file"
                         )
     listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts[i]) for i, c in channels.items()))
     for topic, received in messages.items():
@@ -255,7 +255,7 @@ def _unpack(path: Path, chunk: Chunk) -> Chunk:
     """Return the chunk unpacked. InputError: its size is not as declared, or larger than recorders make chunks."""
     size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
     if size > _CHUNK:
-        raise InputError(f"{path}: a chunk of {size} bytes is larger than {_CHUNK} bytes, the most that are read")
+        raise InputError(f"{path}: a chunk has {size} bytes, but at most {_CHUNK} are read: write smaller chunks")
     if chunk.compression not in _UNPACK:
         return chunk
     data = _UNPACK[chunk.compression](chunk.data, size + 1)

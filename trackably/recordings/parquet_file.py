@@ -69,7 +69,7 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
             listed = ", ".join(map(repr, schema.names))
             raise InputError(f"{path}: there is no column {missing[0]!r}; there are {listed}")
         if _size(parquet.read_metadata(path), wanted) > LARGEST:
-            raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes")
+            raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes: split the file")
         table = parquet.read_table(path, columns=list(wanted))
     except (ArrowException, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({error})") from error

@@ -339,6 +339,6 @@ def _samples(rows: Rows, name: str, origin: int) -> Samples:
     if bad := np.flatnonzero(~(np.diff(times) > 0)).tolist():
         raise InputError(
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
-            f"float64, {times[bad[0]]:g} s after the origin {origin} ns"
+            f"float64, {times[bad[0]]:g} s after the origin {origin} ns; give an origin near the samples"
         )
     return Samples(times, rows.values[name][at], rows.noise_std.get(name, np.ones(len(rows)))[at])
