@@ -200,7 +200,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                     kept += _MESSAGE + len(record.data)
                     if kept > LARGEST:
                         raise InputError(
-                            f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes: split the file"
+                            f"{path}: messages on {', '.join(messages)} take more than {LARGEST} bytes: split the file"
                         )
     listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts[i]) for i, c in channels.items()))
     for topic, received in messages.items():
