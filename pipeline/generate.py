@@ -67,7 +67,7 @@ def sampled_by(experiment: Experiment) -> Sampled:
 
 
 def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Samples]]:
-    """Return all samples of every source by name, and those held out."""
+    """Return the samples of every source by name, and the samples that are held out."""
     plant = experiment.plant
     learned: dict[str, Samples] = {}
     held_out: dict[str, Samples] = {}

@@ -216,7 +216,7 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
-    """Return the first samples of every signal together with those that arrive later."""
+    """Return the first samples of every signal together with the samples that arrive while the loop runs."""
     later = {name: _drawn(experiment, wanted, name) for name in sampled.by_name}
     later = {name: drawn or sampled.held_out_by_name.get(name) for name, drawn in later.items()}
     if missing := [name for name, samples in later.items() if samples is None]:

@@ -150,7 +150,7 @@ class StepProblem:
 
     @cached_property
     def off(self) -> Array:
-        """x(k) − x_r(k), shape (n,)."""
+        """The error x(k) − x_r(k) of the measured state, shape (n,)."""
         return np.asarray(self.state - self.window.states[0])
 
     @cached_property

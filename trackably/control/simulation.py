@@ -63,7 +63,7 @@ class ClosedLoop:
 
     @property
     def errors(self) -> Array:
-        """x(k) − x_r(k), shape (K + 1, n)."""
+        """The tracking errors x(k) − x_r(k), shape (K + 1, n)."""
         return self.states - self.reference_states
 
     @property

@@ -174,7 +174,7 @@ class SteppedController(Protocol):
 
     @property
     def horizon(self) -> int:
-        """N, in steps."""
+        """The horizon N, in steps."""
         ...
 
     def step(

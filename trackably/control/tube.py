@@ -86,7 +86,7 @@ class ErrorSet:
         return rows, np.asarray(np.linalg.pinv(rows), dtype=float)
 
     def start_set(self, scales: Array) -> StartSet:
-        """Return x − x_r − Z, in the units `scales` (n,)."""
+        """Return the set x − x_r − Z of initial errors of plans, in the units `scales` (n,)."""
         return StartSet(self.centre / scales, self.directions / scales, self.lower, self.sums, 0)
 
     @cached_property
@@ -175,12 +175,12 @@ class TubeFormulation(Formulation):
 
     @property
     def feedback(self) -> Array:
-        """K (m, n), which keeps x − z in Z."""
+        """The feedback K (m, n), which keeps the error x − z in Z."""
         return self.invariant.feedback
 
     @property
     def input_set(self) -> Polytope:
-        """The given input set."""
+        """The input set as given, not tightened: the inputs that are applied are in it."""
         return self.tightening.given.input_set
 
 

@@ -208,7 +208,7 @@ class DateTimes:
 
 def _read_iso(text: str) -> tuple[datetime, str]:
     """Return a stamp in whole seconds, and all digits of its fraction, of which datetime would keep only six."""
-    if not _DATE.match(text):  # fromisoformat takes any mark between date and time, and so many numbers, too
+    if not _DATE.match(text):  # fromisoformat accepts any character between date and time, and so some numbers
         raise ValueError
     moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
     fraction = match[1] if match else "0"
