@@ -74,7 +74,7 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
     drift, gain = system.successor(states[:-1], still), system.slopes(states[:-1], still)[1]
     inputs = reference.input(np.arange(last_step + 1, dtype=float))
     if not np.allclose(drift + (gain @ inputs[..., None])[..., 0], system.successor(states[:-1], inputs)):
-        raise ValueError("margins: expected a system that is affine in its inputs, as only then the program is convex")
+        raise ValueError("margins: the system must be affine in its inputs, as only then the program is convex")
     H, h = reference.plant.input_set.inequalities
     u = cp.Variable((last_step + 1, gain.shape[-1]))
     by_input = [cp.sum(cp.multiply(gain[:, i], u), axis=1) for i in range(gain.shape[1])]
