@@ -1,1 +1,1 @@
-"""What the project costs, beside what else would do: `make bench`, or `python -m benchmarks NAME …`."""
+"""Computing times of the project beside those of other tools: `make bench`, or `python -m benchmarks NAME …`."""

@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: everything, written to this folder; with names of comparisons only those, and only shown."""
+"""`python -m benchmarks [NAME …]`: run all comparisons and write them to this folder; with names, only print these."""
 
 import sys
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ _ALL = ("likelihood", "constrained", "recordings", "growth", "loops")
 
 
 def measured(name: str) -> Iterator[Row]:
-    """The rows of one file of comparisons, said as they come; where a file cannot go on, a row says why."""
+    """Yield and print the rows of one module of comparisons; if the module fails, the last row says why."""
     try:
         for row in import_module(f"benchmarks.{name}").rows():
             print(f"{row.topic}, {row.problem}, beside {row.rival}: {row.failure or f'{row.ratio:.3g} {row.verdict}'}")

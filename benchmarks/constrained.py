@@ -1,8 +1,8 @@
-"""Fits of both examples under their constraints, certified ones among them, and Algorithm 1.
+"""Fits of both examples under their constraints, with and without proofs, and Algorithm 1.
 
-Beside them are the same problems as one would write them down without this library: every constraint on the grid, at
-every step. Hyperparameters are ln θ, bounds tightened as the library does; what breaks a bound by less than 1e-7 of its
-width is feasible. Derivatives are finite differences for SciPy, and exact ones, of second order too, for CasADi.
+The rivals solve the same problems as one would write them without this library: with every constraint at every step of
+a grid. The variables are ln θ, and bounds are tightened as in the library; a point is feasible if it breaks no bound by
+1e-7 of its width or more. SciPy uses finite differences, CasADi exact first and second derivatives.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -31,15 +31,15 @@ from trackably.systems.intervals import Interval
 
 _FEASIBLE = -1e-7
 _FIRST_STEP, _LAST_STEP = 70, 300
-_LIMITS, _ROUNDS = {"example1": 0.035, "example2": 0.3}, 15  # seconds
-_WORSE = 1e-3  # in l: more than solvers leave
+_LIMITS, _ROUNDS = {"example1": 0.035, "example2": 0.3}, 15  # targets in seconds, and repetitions
+_WORSE = 1e-3  # a difference of l that is larger than the accuracy of solvers
 _GIFT = "starts handed over"
 _PROVED = "certified fit, proof included"
 
 
 @dataclass(frozen=True)
 class OnGrid:
-    """States at the steps up to `last`, and the inputs that lead there, as plain formulas of ln θ."""
+    """A problem on the grid: states at the steps up to `last`, and the inputs between them, as formulas of ln θ."""
 
     task: Task
     last: int
@@ -53,14 +53,14 @@ class OnGrid:
         return np.arange(self.last + 1) * self.task.plant.sampling_time
 
     def kernel(self, log_theta: Any, r: Any, exp: Any = np.exp, sin: Any = np.sin) -> Any:
-        """κ(r), for floats and for symbols."""
+        """Return κ(r), for floats and for symbols of CasADi."""
         variance, scale = exp(2 * log_theta[0]), exp(-2 * log_theta[1])
         if isinstance(self.task.prior.parts[0].kernel, Periodic):
             return variance * exp(-2 * scale * sin(np.pi * r * exp(-log_theta[2])) ** 2)
         return variance * exp(-scale / 2 * r**2)
 
     def margins(self, mean: Any, concatenate: Any = np.concatenate) -> Any:
-        """Relative margins at all steps, from the posterior mean there."""
+        """Return the margins at all steps, relative to widths, from the posterior mean at the steps."""
         a, b, c = coefficients(self.task.plant)
         inputs = (mean[1:] - a * mean[:-1] - c) / b
         sides = []
@@ -69,7 +69,7 @@ class OnGrid:
         return concatenate(sides)
 
     def objective(self, log_theta: Array) -> float:
-        """l(θ); 1e10 where there is none."""
+        """Return l(θ), the negative log marginal likelihood; 1e10 if it cannot be evaluated."""
         try:
             value, _ = self._solved(log_theta)
         except LinAlgError:
@@ -77,7 +77,7 @@ class OnGrid:
         return value
 
     def slack(self, log_theta: Array) -> Array:
-        """What must not be negative."""
+        """Return the constraint functions, which are not negative at feasible points."""
         (samples,) = self.task.samples
         try:
             _, weights = self._solved(log_theta)
@@ -95,13 +95,13 @@ class OnGrid:
         return float(determinant + samples.values @ weights + len(samples) * np.log(2 * np.pi)), weights
 
     def best(self, ends: Iterable[Array]) -> tuple[float, Array]:
-        """l and ln θ of the best feasible of some points."""
+        """Return l and ln θ of the feasible point with the least l among the given ones."""
         found = [(self.objective(x), x) for x in ends if np.min(self.slack(x)) >= _FEASIBLE]
         return min(found, key=lambda each: each[0], default=(np.inf, np.empty(0)))
 
 
 def by_slsqp(problem: OnGrid, starts: Iterable[Array]) -> tuple[float, Array]:
-    """SciPy's SLSQP, with finite differences."""
+    """Solve by SciPy's SLSQP with finite differences; return l and ln θ."""
     space, constraint = problem.task.space, {"type": "ineq", "fun": problem.slack}
     box = list(zip(space.log_lower.tolist(), space.log_upper.tolist(), strict=True))
     options = {"ftol": 1e-10, "maxiter": 200}
@@ -111,7 +111,7 @@ def by_slsqp(problem: OnGrid, starts: Iterable[Array]) -> tuple[float, Array]:
 
 
 def by_ipopt(problem: OnGrid, starts: Iterable[Array]) -> tuple[float, Array]:
-    """CasADi's IPOPT with exact second derivatives; built anew at each call."""
+    """Solve by CasADi's IPOPT with exact second derivatives, built anew at each call; return l and ln θ."""
     import casadi as ca
 
     (samples,), space = problem.task.samples, problem.task.space
@@ -131,7 +131,7 @@ def by_ipopt(problem: OnGrid, starts: Iterable[Array]) -> tuple[float, Array]:
 
 
 def rows() -> Iterator[Row]:
-    """All comparisons."""
+    """Yield the rows of all comparisons of this module."""
     yield from _example1()
     yield from _algorithm1()
     yield from _example2()
@@ -143,7 +143,7 @@ def rows() -> Iterator[Row]:
 
 
 def _larger(by: float) -> str:
-    """Say by how much l is larger than ours; nothing where it is the same."""
+    """Return a text that says by how much the rival's l is larger than ours; empty if both are equal."""
     return f"; it ends at a worse minimum: l larger by {by:.3g}" if by > _WORSE else ""
 
 
@@ -191,10 +191,11 @@ def _algorithm1() -> Iterator[Row]:
 
 
 def _slsqp_algorithm1(of: Task, every_start: bool) -> tuple[float, str]:
-    """Run Algorithm 1 with the paper's tests, as its best user would: from where the last fit ended.
+    """Run Algorithm 1 with the paper's tests by SLSQP, each fit starting from the end of the fit before.
 
-    Other starts are tried each time, or where that ends at nothing feasible. Return l at the end, and how many fits it
-    took. Raises Disagreement where none leads to anything feasible, and where the tests never hold.
+    Other starts are tried too in every fit (`every_start`), or if this start ends at no feasible point. Return l at the
+    end, and a text about the number of fits. Raises Disagreement if no start leads to a feasible point, or if the tests
+    never hold.
     """
     starts, last, lost = of.space.start_points(), np.empty((0, 2)), 0
     for k_bar in range(_FIRST_STEP, _LAST_STEP + 1):
@@ -224,7 +225,7 @@ def _example2() -> Iterator[Row]:
     problem, plain = of.on_steps(last), OnGrid(of, last)
 
     def ours() -> Solution:
-        # Screening included: it is what finds the starts that the others are given.
+        # This includes the screening, which finds the starts that the rivals are given.
         return kept(best_solution(problem), Solution)
 
     wanted, proved = ours().objective, of.learned(HYPERPARAMETERS).solution.objective

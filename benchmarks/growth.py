@@ -1,4 +1,4 @@
-"""What many constraint times, many samples and many recordings cost: time, and memory in a process of its own."""
+"""Time, and memory in a separate process, for many constraint times, many samples and many recordings."""
 
 import json
 import os
@@ -27,14 +27,14 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
-_SPAN = 2.0  # seconds
+_SPAN = 2.0  # seconds from the first constraint time to the last
 _FEW, _MANY = 1_000, (10_000, 100_000)
 _LARGE, _LARGE_TIMES = 10_000, 100_000
 _KERNELS = {"squared exponential": SquaredExponential(), "Matérn 5/2": Matern52()}
 _BUDGETS = {"squared exponential": {_FEW: 4.0, _LARGE: 60.0}, "Matérn 5/2": {_FEW: 10.0, _LARGE: 120.0}}  # seconds
 _RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
 _WITHIN, _BEYOND = 1.0, 1.3  # amplitudes: the position is bounded by 1.2
-_GROWTH = 15.0  # times the time for ten times the samples
+_GROWTH = 15.0  # target: most factor of the time for ten times as many samples
 _ODD, _OTHERS, _SLOWER = 1_245, 2, 1.5
 _THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"
 _RECORDED = "recordings learned and proved"
@@ -42,7 +42,7 @@ _FLEET, _SECONDS, _JITTER, _LEFT = 200, 6.0, 0.02, 0.9  # recordings; the part o
 
 
 def rows() -> Iterator[Row]:
-    """Constraint times, then samples of a likelihood, many of both, and recordings, one or two hundred."""
+    """Yield rows for many constraint times, samples of a likelihood, both, and one or two hundred recordings."""
 
     def fit(count: int) -> float:
         return kept(best_solution(task("example1").at_instants(count, _SPAN / count)), Solution).objective
@@ -77,9 +77,10 @@ def rows() -> Iterator[Row]:
 
 @dataclass(frozen=True)
 class Measured:
-    """Seconds of wall clock and processor, the peak of resident memory [byte], and what was found.
+    """Seconds of wall clock and of the processor, the peak of resident memory [byte], and two numbers of the result.
 
-    That is the objective and how many places were active, or nothing and how many recordings were proved.
+    `objective` and `count` are the objective and the number of active constraints, or zero and the number of recordings
+    that were proved.
     """
 
     clock: float
@@ -90,7 +91,10 @@ class Measured:
 
     @classmethod
     def of(cls, run: Callable[..., tuple[float, int]], *arguments: Any) -> "Measured":
-        """Measure in this process. getrusage would count the memory of its parent, too."""
+        """Run a function and measure it in this process.
+
+        The peak of memory is not that of getrusage, which would include memory of the parent process.
+        """
         clock, processor = perf_counter(), process_time()
         found = run(*arguments)
         taken = perf_counter() - clock, process_time() - processor
@@ -100,7 +104,7 @@ class Measured:
 
 
 def _alone(run: Callable[..., object], *arguments: object, environment: dict[str, str] | None = None) -> Measured:
-    """Measure a function of this module in a process of its own."""
+    """Run and measure a function of this module in a new process."""
     call = f"growth.Measured.of(growth.{run.__name__}, *{arguments!r})"
     code = f"import json; from benchmarks import growth; print(json.dumps(vars({call})))"
     return Measured(**json.loads(in_new_process("-c", code, environment=environment)))
@@ -116,7 +120,7 @@ def _large() -> Iterator[Row]:
 
 
 def _recordings(kernel: str) -> Iterator[Row]:
-    """Learn a window of ten samples a second with its proof, from signals within their bounds and beyond."""
+    """Yield rows for learning a window of ten samples a second with proof; signals keep or break their bounds."""
     seconds, system = {}, f"double integrator, 10 Hz, {kernel}"
     for amplitude in (_WITHIN, _BEYOND):
         leaving = "" if amplitude == _WITHIN else f", amplitude {amplitude} within ±1.2"
@@ -132,7 +136,7 @@ def _recordings(kernel: str) -> Iterator[Row]:
 
 @contextmanager
 def _others_at_work(count: int) -> Iterator[None]:
-    """Keep so many other processes busy inside the block."""
+    """Keep `count` other processes busy within this context."""
     others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
     try:
         yield
@@ -143,7 +147,7 @@ def _others_at_work(count: int) -> Iterator[None]:
 
 
 def _busy() -> Row:
-    """Learn with default settings while others work, beside one thread while they do not."""
+    """Compare learning with default threads while other processes are busy, and with one thread while they are not."""
     arguments = learn_sine, "squared exponential", _ODD, _WITHIN
     defaults = {name: value for name, value in os.environ.items() if name not in _THREADS}
     one = _alone(*arguments, environment=defaults | dict.fromkeys(_THREADS, "1")).processor
@@ -154,7 +158,7 @@ def _busy() -> Row:
 
 
 def learn_sine(kernel: str, count: int, amplitude: float) -> tuple[float, int]:
-    """Learn from a sine in noise: with the smaller amplitude it stays within its bounds, where noise does not."""
+    """Learn from a noisy sine, which keeps its bounds only with the smaller amplitude; return objective and count."""
     times = np.arange(count) / _RATE
     samples = _noisy(times, amplitude, _PERIOD, np.random.default_rng(0))
     found = learn_reference(samples, _plant(), _KERNELS[kernel], (0.0, float(times[-1])), progress=False)
@@ -162,7 +166,7 @@ def learn_sine(kernel: str, count: int, amplitude: float) -> tuple[float, int]:
 
 
 def _noisy(times: Array, amplitude: float, period: float, draw: np.random.Generator) -> Samples:
-    """Return a sine in noise."""
+    """Return samples of a sine with noise."""
     return Samples(times, amplitude * np.sin(2 * np.pi * times / period) + _NOISE * draw.standard_normal(len(times)))
 
 
@@ -171,7 +175,7 @@ def _plant() -> ConstrainedSystem:
 
 
 def constrained_fit(count: int, times: int) -> tuple[float, int]:
-    """Fit regular samples from eight starts, with constraints at so many times."""
+    """Fit `count` regular samples from eight starts, with constraints at `times` times."""
     step = 0.01
     system = scalar(0.9, 0.5, state_set=Interval(-1.5, 1.0), input_set=Interval(-0.5, 0.5), sampling_time=step)
     of = replace(task("example1"), samples=(regular(count, step),), prior=PRIOR, plant=system, starts=8)
@@ -180,7 +184,7 @@ def constrained_fit(count: int, times: int) -> tuple[float, int]:
 
 
 def _two_workers() -> Row:
-    """Two hundred recordings by one worker and by two, timed by the clock; both folders must hold the same bytes."""
+    """Compare wall times of one worker and of two for two hundred recordings; both must write the same bytes."""
     found, contents = [], []
     with TemporaryDirectory() as folder:
         for workers in (2, 1):
@@ -196,7 +200,7 @@ def _two_workers() -> Row:
 
 
 def learn_fleet(folder: str, workers: int) -> tuple[float, int]:
-    """Learn sines of some amplitude and period in noise, with jitter and gaps; some leave the bounds."""
+    """Learn from noisy sines of several amplitudes and periods, with jitter and gaps; some break the bounds."""
     recordings = {f"run {i:03}": _recording(np.random.default_rng(i)) for i in range(_FLEET)}
     given = recordings, _plant(), SquaredExponential(), "recorded"
     return 0.0, len(learn_many(*given, folder=Path(folder), workers=workers).proved)

@@ -1,4 +1,4 @@
-"""Two ways to do the same thing, timed in turns: what disturbs one of them disturbs the other; and on what machine."""
+"""Time two ways to do the same in turns, so that disturbances affect both equally, and describe the machine."""
 
 import os
 import platform
@@ -21,24 +21,24 @@ from trackably.arrays import Array
 T = TypeVar("T")
 ROOT = Path(__file__).resolve().parent.parent
 _PARTNERS = ("scikit-learn", "casadi", "do-mpc")
-_BURST = 0.05  # seconds: shorter calls are repeated until it takes as long
+_BURST = 0.05  # seconds of a burst: shorter calls are repeated until they take as long together
 _MOST_CALLS = 200
 
 
 class Disagreement(AssertionError):
-    """Two ways to solve the same problem do not end at the same answer: their times are not worth comparing."""
+    """Two ways to solve the same problem give different answers, so that comparing their times means nothing."""
 
 
 FAILURES = (AssertionError, ArithmeticError, LookupError, OSError, RuntimeError, TypeError, ValueError)
-"""What others may raise where they fail: it becomes a row, and what was measured before it stays."""
+"""Exceptions of a comparison that become a row with the reason; rows that were measured before are kept."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison: seconds of both, the ratio with its range over the rounds, and what was wanted of it.
+    """One comparison: seconds of both ways, their ratio with its range over the rounds, and the target of the ratio.
 
-    `ratio` says how many times longer the `rival` takes; with `at_most` it is the other way round. NaN: no rival, or
-    one that failed or came to another answer, of which `failure` is the sentence.
+    `ratio` says how many times longer the `rival` takes; with `at_most`, how many times longer ours takes. It is NaN
+    without a rival, or if the rival failed or gave another answer; `failure` is then a sentence about the reason.
     """
 
     topic: str
@@ -56,12 +56,12 @@ class Row:
 
     @classmethod
     def failed(cls, topic: str, problem: str, rival: str, why: BaseException) -> "Row":
-        """Return a row without numbers."""
+        """Return a row without numbers, for a comparison that failed for the reason `why`."""
         return cls(topic, problem, rival, failure=" ".join(f"{type(why).__name__}: {why}".split()))
 
     @property
     def verdict(self) -> str:
-        """Whether the target is met, or the comparison failed; empty where there is no target."""
+        """A word: whether the target is met or missed, or the comparison failed; empty without a target."""
         if self.failure:
             return "failed"
         if self.target is None:
@@ -79,13 +79,13 @@ def part_of(
     note: str = "",
     in_seconds: bool = False,
 ) -> Row:
-    """Return the row that says which part of another number ours is: of errors, or of times."""
+    """Return a row with the ratio of our number (an error, or a time) to another one."""
     ratio, times = own / other, (own, other) if in_seconds else (nan, nan)
     return Row(topic, problem, rival, *times, ratio, ratio, ratio, target, at_most=True, note=note)
 
 
 def attempted(topic: str, problem: str, rival: str, rows: Callable[[], Iterable[Row]]) -> Iterator[Row]:
-    """Yield rows as they are measured; where one cannot be, a row says why."""
+    """Yield rows as they are measured; if a measurement fails, yield a row with the reason."""
     try:
         yield from rows()
     except FAILURES as why:
@@ -95,7 +95,7 @@ def attempted(topic: str, problem: str, rival: str, rows: Callable[[], Iterable[
 def within(
     topic: str, problem: str, taken: float | list[float], budget: float, note: str = "", target: float | None = 1.0
 ) -> Row:
-    """Return the row that says which part of a budget [s] was taken, in the median where it was taken several times."""
+    """Return a row with the part of a budget [s] that was `taken` [s]: one time, or the median of several."""
     times = np.atleast_1d(taken)
     rival = f"{budget:g} s" if budget >= 0.1 else f"{1e3 * budget:g} ms"
     parts = [float(part) / budget for part in (np.median(times), times.min(), times.max())]
@@ -103,7 +103,7 @@ def within(
 
 
 def timed(run: Callable[[], T]) -> tuple[T, float]:
-    """Return what a function returns, and the seconds of processor time that it takes."""
+    """Return the result of a function, and the processor time [s] that it takes."""
     before = process_time()
     return run(), process_time() - before
 
@@ -121,12 +121,12 @@ def duel(
     note: str | Callable[[], str] = "",
     check: Callable[[], object] = lambda: None,
 ) -> Row:
-    """Short bursts of one and the other, in turns; medians of processor time on one thread.
+    """Time `ours` and `theirs` in short bursts, in turns; return a row with medians of processor time on one thread.
 
-    Before that, `check` raises Disagreement where they come to different answers. That, and whatever makes one of them
-    fail, is the row. A `note` that is a function is asked when all is measured.
+    Before that, `check` is called, which raises Disagreement if both give different answers. If it does, or if one of
+    both fails, the row has the reason. A `note` that is a function is called at the end.
 
-    Processor time is what a clock shows on a machine with nothing else to do.
+    Processor time is the time that a clock shows on a machine without other work.
     """
     try:
         check()
@@ -142,19 +142,22 @@ def duel(
 
 
 def agree(what: str, ours: float, theirs: float, tolerance: float) -> None:
-    """Raises Disagreement where two objective values are not the same, relative to 1 + |value|."""
+    """Raise Disagreement if two objective values differ by more than `tolerance`, relative to 1 + |value|."""
     if not abs(ours - theirs) <= tolerance * (1 + abs(ours)):
         raise Disagreement(f"{what}: {ours!r} and {theirs!r} differ by more than {tolerance:g}")
 
 
 def no_worse(what: str, ours: float, theirs: float, tolerance: float) -> None:
-    """Raises Disagreement where our objective value is the larger one, or theirs is none."""
+    """Raise Disagreement if our objective value is larger than theirs, or theirs is not finite.
+
+    A difference of `tolerance`, relative to 1 + |value|, is allowed.
+    """
     if not ours <= theirs + tolerance * (1 + abs(ours)) < float("inf"):
         raise Disagreement(f"{what}: {ours!r} is worse than {theirs!r}, by more than {tolerance:g}")
 
 
 def kept(found: object, wanted: type[T]) -> T:
-    """Return what was found; a comparison that finds something else is stopped, and says it."""
+    """Return `found` if it has the type `wanted`; otherwise raise an error, which ends the comparison."""
     assert isinstance(found, wanted), getattr(found, "explanation", found)
     return found
 
@@ -170,13 +173,13 @@ def root_mean_square(values: Array) -> float:
 
 
 def in_new_process(*arguments: str, environment: dict[str, str] | None = None) -> str:
-    """Return what `python …` prints, run in the project's folder."""
+    """Run `python` with the arguments in the project's folder, and return its output."""
     command = [sys.executable, *arguments]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, env=environment).stdout
 
 
 def _calls(question: Callable[[], object]) -> int:
-    """How many of them fill a burst; the first call, which loads and compiles, does not count."""
+    """Return how many calls fill a burst; the first call, which loads and compiles, is not counted."""
     taken = burst(question, 1)
     if taken < _BURST:
         taken = burst(question, 3)
@@ -184,7 +187,7 @@ def _calls(question: Callable[[], object]) -> int:
 
 
 def burst(question: Callable[[], object], calls: int) -> float:
-    """Return the processor time [s] of a call, the mean of some."""
+    """Return the mean processor time [s] of a number of `calls`."""
     before = process_time()
     for _ in range(calls):
         question()
@@ -192,12 +195,12 @@ def burst(question: Callable[[], object], calls: int) -> float:
 
 
 def load() -> float:
-    """How many others wanted the processor, in the last minute."""
+    """Return the load of the machine: the mean number of processes that could run in the last minute."""
     return os.getloadavg()[0]
 
 
 def described(load_before: float) -> dict[str, str]:
-    """The processor and what ran on it; one line each."""
+    """Return a description of the machine by name: processor, versions and load."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

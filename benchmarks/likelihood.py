@@ -1,4 +1,4 @@
-"""One likelihood with its gradient, a whole fit without constraints, and loading the package."""
+"""Times of one likelihood with its gradient, of a whole fit without constraints, and of importing the package."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
-_STRUCTURED = 300  # samples, from which on the covariance matrix is taken for the band that it is
+_STRUCTURED = 300  # number of samples from which on the band structure of the covariance matrix is used
 _FITS = (30, 100, 300, 1000)
 _REGULAR = 2000
 _ROUNDS = 9
@@ -27,7 +27,7 @@ _MEASURED = "import time; begin = time.process_time(); {}; print(time.process_ti
 
 
 def rows() -> Iterator[Row]:
-    """All comparisons."""
+    """Yield the rows of all comparisons of this module."""
     for n in _SIZES:
         yield from _likelihoods(n)
     for n in _FITS:
@@ -62,7 +62,7 @@ def _same(own: Callable[[], tuple[float, Any]], theirs: Callable[[], tuple[float
 
 
 def scikit_learn(samples: Samples) -> Callable[[], tuple[float, Any]]:
-    """Its likelihood with gradient, at the prior's hyperparameters."""
+    """Return scikit-learn's function for the likelihood with its gradient, at the prior's hyperparameters."""
     regressor = _regressor(optimizer=None).fit(samples.times[:, None], samples.values)
     theta = regressor.kernel_.theta
     return lambda: regressor.log_marginal_likelihood(theta, eval_gradient=True)
@@ -89,7 +89,7 @@ def _floor(samples: Samples) -> Callable[[], object]:
 
 
 def _dense(samples: Samples) -> Callable[[], object]:
-    """The likelihood as for samples and kernels without any structure: what is always possible."""
+    """Return our likelihood without use of any structure of samples and kernel: with a dense covariance matrix."""
 
     def of_whole_matrix() -> object:
         posterior = Posterior(PRIOR.parts[0], samples)
@@ -111,7 +111,7 @@ def _fit(samples: Samples, rounds: int) -> Row:
         regressor = _regressor(bounds)
         regressor.kernel.theta = start * [2, 1]
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of bounds nearly met
+            warnings.simplefilter("ignore")  # scikit-learn warns of hyperparameters near their bounds
             return regressor.fit(samples.times[:, None], samples.values)
 
     return duel(
@@ -126,5 +126,5 @@ def _fit(samples: Samples, rounds: int) -> Row:
 
 
 def _seconds(statement: str) -> list[float]:
-    """Time a statement in new interpreters; the first one does not count."""
+    """Return the times [s] of a statement in new interpreters, without the first one, which fills caches."""
     return [float(in_new_process("-c", _MEASURED.format(statement))) for _ in range(_ROUNDS)][1:]

@@ -1,4 +1,4 @@
-"""What a loop waits for: steps of controllers, windows that are learned and proved again; and who doubts the proof."""
+"""Times in a control loop: steps of controllers, windows that are learned and proved again, and checks of proofs."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -39,7 +39,7 @@ HORIZON = 20
 
 
 def rows() -> Iterator[Row]:
-    """Steps of the nominal controller and of the tube controller, windows, checks."""
+    """Yield rows for steps of the nominal and of the tube controller, windows, and checks."""
     for count in (1, 2):
         yield from _nominal(count)
     yield from _tube()
@@ -59,13 +59,13 @@ _STARTS, _DRAWS = 40, 400
 
 
 def masses(count: int) -> ConstrainedSystem:
-    """`count` carts on a rail, each with an acceleration of its own: two states and one input for each."""
+    """Return `count` carts on a rail with independent accelerations: two states and one input for each cart."""
     A, B = (np.asarray(np.kron(np.eye(count), block), dtype=float) for block in ([[0, 1], [0, 0]], [[0], [1]]))
     return ConstrainedSystem(LinearSystem.discretised(A, B, 0.05), box([1.2, 2.0] * count), box([4.0] * count))
 
 
 def sine(plant: ConstrainedSystem) -> Reference:
-    """Twenty-five centres for each signal, as after learning from as many samples."""
+    """Return a reference of sines with 25 centres for each signal, as if learned from 25 samples."""
     centres = np.linspace(0, 6, 25)
     kernel = SquaredExponential(1.0, 0.6)
     weights = np.linalg.solve(kernel(centres[:, None] - centres) + 1e-3 * np.eye(25), 0.8 * np.sin(1.5 * centres))
@@ -73,9 +73,9 @@ def sine(plant: ConstrainedSystem) -> Reference:
 
 
 def _nominal(count: int) -> Iterator[Row]:
-    """A step where bounds are active, at as many starts in turn, and one where none is.
+    """Yield rows for a step with active bounds, from several states in turn, and for a step without active bounds.
 
-    Beside it is the same step with everything built afresh, as it would be without parameters, and do-mpc's.
+    The rivals are the same step with a controller that is built anew each time, and do-mpc.
     """
     plant, n = masses(count), 2 * count
     reference, rng = sine(plant), np.random.default_rng(0)
@@ -105,9 +105,9 @@ def _next(step: Callable[[Array], object], starts: Iterator[Array]) -> object:
 
 
 def do_mpc_step(plant: ConstrainedSystem, reference: Reference, like: Controller) -> Callable[[Array], Array]:
-    """The same problem in do-mpc, built once: the first input of the plan from a state at step 0."""
+    """Build the same problem in do-mpc, and return a function from a state at step 0 to the plan's first input."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of features that are not installed
+        warnings.simplefilter("ignore")  # do-mpc warns of optional packages that are not installed
         from do_mpc.controller import MPC
         from do_mpc.model import Model
 
@@ -131,7 +131,7 @@ def do_mpc_step(plant: ConstrainedSystem, reference: Reference, like: Controller
         values["_tvp", i, "x_r"] = window.states[i]
         values["_tvp", i, "u_r"] = window.inputs[min(i, horizon - 1)]
     mpc.set_tvp_fun(lambda now: values)
-    # The terminal equality, which do-mpc has no word for, joins its program by hand.
+    # do-mpc has no terminal equality, so that it is added to its program here.
     mpc.prepare_nlp()
     mpc.nlp_cons.append(mpc.opt_x["_x", horizon, 0, -1] * mpc._x_scaling.cat - mpc.opt_p["_tvp", horizon, "x_r"])
     mpc.nlp_cons_lb.append(np.zeros((n, 1)))
@@ -152,17 +152,17 @@ _FIRST, _RANDOM, _STATES = 30, 8, 12
 _CALLS, _ROUNDS = 10, 3
 _TARGET = 3.0
 _DISTANCES = {"in the tube": (0.3, 0.9), "near the tube": (1.05, 1.6), "far off": (2.0, 20.0)}
-"""How far states lie from the reference, in parts of the way to the edge of the tube."""
+"""Distances of states from the reference, in parts of the way to the edge of the tube."""
 _ENDS = {
     "no bound is active": ([Status.NO_ACTIVE_BOUND, Status.NO_ACTIVE_BOUND], _TARGET),
     "bounds are active": ([Status.SOLVED, Status.SOLVED], _TARGET),
     "only tightened bounds are active": ([Status.SOLVED, Status.NO_ACTIVE_BOUND], None),
 }
-"""How the tube controller's step and the nominal one's end: in a formula, or in a program; and what is wanted."""
+"""For the statuses of the tube controller's and of the nominal step (no program, or a program solved): the target."""
 
 
 def _tube() -> Iterator[Row]:
-    """Medians over states, for each experiment with disturbances and for random systems together."""
+    """Yield rows with medians over states, for each experiment with disturbances and for all random systems."""
     cases = {case.name: [case] for case in experiments(Path("data/results"))}
     cases["random systems"] = list(random_systems(_RANDOM))
     note = "with a table of the reference; the range ends at the 95th percentile"
@@ -180,7 +180,7 @@ def _tube() -> Iterator[Row]:
 
 
 def _steps(case: Case) -> Iterator[tuple[str, list[Status], list[float]]]:
-    """Yield distance, how both steps from a state end, and their seconds: the fastest of some rounds, in turns."""
+    """Yield for each state its distance, the statuses of both steps, and their times [s], the least of some rounds."""
     nominal = scaled_controller(case.tightening.given, HORIZON)
     tube = TubeController(case.tightening, HORIZON, nominal.Q, nominal.R)
     reference = TabulatedReference.of(case.robust, _FIRST, _FIRST + HORIZON)
@@ -198,7 +198,7 @@ def _steps(case: Case) -> Iterator[tuple[str, list[Status], list[float]]]:
 
 
 def _edge(tube: TubeController, direction: Array) -> Array:
-    """Return the error at the edge of Z in a direction."""
+    """Return the error on the boundary of the invariant set Z in a direction."""
     inside, outside = 0.0, 1.0
     while tube.errors.contains(outside * direction):
         outside *= 2
@@ -209,11 +209,14 @@ def _edge(tube: TubeController, direction: Array) -> Array:
 
 
 _WINDOWS, _COUNT = 100, 30
-_BUDGETS = (("median", 0.5, 0.010), ("99th percentile", 0.99, 0.020))  # seconds
+_BUDGETS = (("median", 0.5, 0.010), ("99th percentile", 0.99, 0.020))  # name, quantile, budget in seconds
 
 
 def _windows(name: str, plant: ConstrainedSystem, step: float, truth: Callable[[Array], Array]) -> Iterator[Row]:
-    """Each window is one sample later than the one before it; the hyperparameters are those of the first."""
+    """Yield rows for windows that are learned and proved again; each window is one sample later than the last one.
+
+    Hyperparameters are those of the first window.
+    """
     times = step * np.arange(_COUNT + _WINDOWS)
     values = truth(times) + 0.02 * np.random.default_rng(0).standard_normal(times.size)
     windows = [Samples(times[i : i + _COUNT], values[i : i + _COUNT]) for i in range(_WINDOWS)]
@@ -231,7 +234,7 @@ _NOISE, _MARGIN = 0.1, 1.02
 
 
 def _check(name: str, kernel: Kernel, count: int, rate: float) -> Row:
-    """A noisy sum of sines, followed by the posterior mean, whose bounds are a fiftieth wider than it needs."""
+    """Return a row for the check of a proof: a posterior mean of noisy sines, with bounds 2 % wider than its range."""
     rng = np.random.default_rng(0)
     times = np.sort(rng.uniform(0, count / rate, count))
     values = np.sin(2 * np.pi * times / 5) + 0.3 * np.sin(2 * np.pi * times / 3.3) + _NOISE * rng.standard_normal(count)

@@ -1,4 +1,4 @@
-"""The problems that are timed, in the words of the library: the paper's, plants, recordings and what is drawn."""
+"""Problems that are timed, as objects of the library: the paper's examples, plants, recordings and drawn samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,18 +32,18 @@ NOISE = 0.1
 
 
 def wave(times: Array) -> Samples:
-    """A noisy sine."""
+    """Return samples of a sine with noise at `times` [s]."""
     noise = NOISE * np.random.default_rng(len(times)).standard_normal(len(times))
     return Samples(times, np.sin(times) + noise)
 
 
 def irregular(n: int) -> Samples:
-    """Ten samples a second, at random times."""
+    """Return n noisy samples at random times, ten a second."""
     return wave(np.sort(np.random.default_rng(n).uniform(0, n / 10, n)))
 
 
 def regular(n: int, step: float = 0.1) -> Samples:
-    """A sample every `step` seconds."""
+    """Return n noisy samples, one every `step` seconds."""
     return wave(step * np.arange(n))
 
 
@@ -52,7 +52,7 @@ _LOG_THETA = PRIOR.log_hyperparameters
 
 
 def likelihood(samples: Samples) -> tuple[float, Array]:
-    """l and its gradient, as an optimiser asks for them: at ln θ."""
+    """Return l, the negative log marginal likelihood, and its gradient with respect to ln θ."""
     return JointPosterior(PRIOR.with_log_hyperparameters(_LOG_THETA), (samples,)).negative_log_marginal_likelihood()
 
 
@@ -69,7 +69,7 @@ def integrator(position: float, velocity: float, acceleration: float, step: floa
 
 @dataclass(frozen=True)
 class Task:
-    """What a learner of certified references is given: committed experiments, and problems of the benchmarks."""
+    """The arguments for learning a certified reference, of an experiment or of a problem of the benchmarks."""
 
     samples: tuple[Samples, ...]
     prior: JointPrior
@@ -79,22 +79,22 @@ class Task:
 
     @property
     def space(self) -> SearchSpace:
-        """Where hyperparameters are sought."""
+        """The intervals in which hyperparameters are learned."""
         return SearchSpace.around(self.samples, self.prior, self.starts)
 
     def learned(self, learner: Learner = JOINT) -> Certified:
-        """Return the reference with its proof; a benchmark without one is stopped."""
+        """Return the reference with its proof; an error ends the benchmark if there is none."""
         goal = goal_for(self.claim, self.samples, self.prior, self.plant)
         return kept(learn_certified(self.samples, self.prior, self.plant, self.space, goal, learner=learner), Certified)
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
-        """State and input of a scalar system at `count` instants [s]."""
+        """Return the problem of a scalar system that is bounded at `count` instants, `spacing` [s] apart."""
         state, entry = state_and_input(self.plant)
         constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
         return ConstrainedProblem(self.samples, self.prior, self.space, constraints)
 
     def on_steps(self, last: int) -> ConstrainedProblem:
-        """States up to step `last`, and the inputs that lead there: problem (4) of the paper."""
+        """Return problem (4) of the paper: states are bounded up to step `last`, and the inputs that lead to them."""
         return self.at_instants(last, self.plant.sampling_time)
 
     def with_known(self, prior: JointPrior) -> "Task":
@@ -109,18 +109,18 @@ class Task:
 
 @cache
 def task(name: str) -> Task:
-    """Return the experiment of this name: of params.yaml, or one of the rivals'."""
+    """Return the task of an experiment of params.yaml, or of the rivals' problem of this name."""
     of = experiment(name)
     return Task(sampled_by(of).samples, of.learned_prior, of.plant, of.claim, of.search.starts)
 
 
 def last_step(name: str) -> int:
-    """Return up to which step the experiment of this name is verified."""
+    """Return the last step at which the margins of the experiment of this name are computed."""
     return experiment(name).verified(task(name).samples).last_step
 
 
 def misfit(found: Certified, samples: tuple[Samples, ...]) -> float:
-    """Return the root mean square of what the samples see of the reference, minus the samples, of all processes."""
+    """Return the root mean square distance of a reference from all samples."""
     pairs = zip(samples, found.solution.signals, strict=True)
     return root_mean_square(np.concatenate([of.stencil.measured(signal, of.times) - of.values for of, signal in pairs]))
 
@@ -135,7 +135,7 @@ def tracked(path=BREATHING, start: float = 0.0) -> Samples:
     return read_csv(path, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
 
 
-_FINE, _SMOOTH = 0.05, 3.0  # s
+_FINE, _SMOOTH = 0.05, 3.0  # seconds: time step of the drive cycle, and width of its moving average
 
 
 def drive_cycle(count: int, seed: int = 0) -> Samples:

@@ -1,4 +1,4 @@
-"""Quadratic programs on fine grids, whose bounds hold at the grid's times alone: what references are compared with.
+"""Rivals of references: quadratic programs on fine grids, whose bounds hold only at the times of the grid.
 
 CLARABEL solves them through cvxpy, whose own time is left out.
 """
@@ -20,16 +20,19 @@ from trackably.gp.samples import Samples
 from trackably.systems.intervals import Interval
 
 _BETWEEN = 10  # points of the program from one sample to the next
-_NEGLIGIBLE = 1e-12  # of the largest eigenvalue
-_MOST_ENTRIES = 2_500_000  # of the matrix from coefficients to points
+_NEGLIGIBLE = 1e-12  # the factorisation ends at variances below this part of the first one
+_MOST_ENTRIES = 2_500_000  # most entries of the matrix from coefficients to points
 
 
 Bounds = Sequence[Interval]
-"""Bounds of derivatives by their order: of values, slopes, …"""
+"""Bounds of a function and of its derivatives, by the order of the derivative."""
 
 
 def _within(x: Any, step: float, level: float, bounds: Bounds, backoff: float = 0.0) -> list[Any]:
-    """Keep x + level, at times `step` [s] apart, and its differences within bounds; each is tightened by a part."""
+    """Return constraints that keep x + level, at times `step` [s] apart, and its differences within bounds.
+
+    Bounds are tightened by the part `backoff` of their widths.
+    """
     found = []
     for order, each in enumerate(bounds):
         of, inside = cp.diff(x, order) / step**order if order else x + level, backoff * each.width
@@ -44,7 +47,7 @@ def smoothed(samples: Samples, bounds: Bounds, step: float, weight: float, seen:
     """
     steps = (samples.times - samples.times[0]) / step
     hats = scipy.interpolate.BSpline.design_matrix(steps, np.arange(-1.0, np.floor(steps[-1]) + 3), 1)
-    level = float(np.mean(samples.values))  # the program is solved about it: solvers are scaled for that
+    level = float(np.mean(samples.values))  # subtracted in the program, because solvers expect numbers near zero
     x, kept = cp.Variable(hats.shape[1]), np.flatnonzero(seen)
     off = hats[kept] @ x - (samples.values[kept] - level)
     cost = cp.sum_squares(off) + weight * step * cp.sum_squares(cp.diff(x, 3) / step**3)
@@ -54,7 +57,7 @@ def smoothed(samples: Samples, bounds: Bounds, step: float, weight: float, seen:
 
 @dataclass(frozen=True)
 class Minimiser:
-    """The root mean square of what the program's minimiser is off, its value, and the seconds that CLARABEL takes."""
+    """The minimiser of a program: root mean square distance from the samples, optimal value, time [s] of CLARABEL."""
 
     misfit: float
     value: float
@@ -64,10 +67,10 @@ class Minimiser:
 def likeliest(samples: Samples, prior: Prior, bounds: Bounds, backoff: float = 0.0) -> Minimiser:
     """Find the likeliest function for these hyperparameters whose bounds are tightened by a part of their widths.
 
-    There are ten points between samples. For Matérn kernels it is the sparse state-space form: the process and its
-    derivatives at all points are the unknowns, and each step costs what it differs from its prediction, in the unit of
-    the process noise. For others it is the low-rank form: the process at all points by a pivoted Cholesky factor of its
-    covariance, whose coefficients are standard normal.
+    There are ten points between samples. For Matérn kernels, the program has the sparse state-space form: unknowns are
+    the process and its derivatives at all points, and the cost is the squared difference of each step from its
+    prediction, in the unit of the process noise. For other kernels, it has the low-rank form: the process at all points
+    is a pivoted Cholesky factor of its covariance times coefficients, which are standard normal.
     """
     step = float(np.median(np.diff(samples.times))) / _BETWEEN
     at = np.rint((samples.times - samples.times[0]) / step).astype(int)
@@ -81,12 +84,12 @@ def likeliest(samples: Samples, prior: Prior, bounds: Bounds, backoff: float = 0
 
 
 def _process(prior: Prior, count: int, step: float) -> tuple[Any, Any]:
-    """Return the process at all points, less its mean, and what it costs by its norm."""
+    """Return expressions for the process minus its mean at all points, and for its cost."""
     kernel = prior.kernel
     if isinstance(kernel, Matern32 | Matern52):
         before, across = _covariance(kernel, 0.0), _covariance(kernel, step)
         transition = across @ np.linalg.inv(before)
-        root = np.linalg.cholesky(before - transition @ across.T)  # of what a step does not foretell
+        root = np.linalg.cholesky(before - transition @ across.T)  # factor of the prediction error's covariance
         x = cp.Variable((count, len(before)))
         innovations = (x[1:] - x[:-1] @ transition.T) @ np.linalg.inv(root).T
         begun = np.linalg.inv(np.linalg.cholesky(before)) @ x[0]
@@ -115,7 +118,7 @@ def _columns(kernel: Kernel, times: Array) -> Array:
 
 
 def _covariance(kernel: Matern32 | Matern52, lag: float) -> Array:
-    """Return the covariance of (g, g', …), as many as there are, with the same a `lag` [s] before."""
+    """Return the covariance of the state (g, g', …) of a Matérn process with the state a `lag` [s] earlier."""
     order = 2 if isinstance(kernel, Matern32) else 3
     jet = kernel.jet(np.array(lag), 2 * order - 2)
     return np.array([[jet[i + j] * (-1.0) ** j for j in range(order)] for i in range(order)])

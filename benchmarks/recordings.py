@@ -1,13 +1,13 @@
-"""References under bounds that recordings break: what they miss, and what they take.
+"""Errors and times of references under bounds that recordings break.
 
 - Bounds that are active for long: learning with proof, beside the likeliest function on a fine grid for the same θ.
-- Plants whose formulas bend have no such program: their seconds are beside ten.
-- Function and hyperparameters learned together, beside θ alone.
-- Defaults: `learn_reference` is given samples, a plant, a kernel and a claim, and nothing else. With the prior mean
-  left out, the misfit is at most 1.05 times that with the true mean given, of signals made up far from zero. Every
-  fifth sample, in the middle of five, is left out: the error there is at most 1.1 times that of the best of three
-  quadratic programs, whose smoothness weights are a decade apart. Which is best is told by the samples left out:
-  no rule that chooses a weight does better.
+- Nonlinear plants: there is no such program, so their times are compared with 10 s.
+- Function and hyperparameters learned together, beside hyperparameters θ alone.
+- Defaults: `learn_reference` gets only samples, a plant, a kernel and a claim. Without a prior mean, the misfit has to
+  be at most 1.05 times that with the true mean, for synthetic signals far from zero. The middle one of every five
+  samples is left out, and the error at these samples has to be at most 1.1 times that of the best of three quadratic
+  programs, whose smoothness weights are a decade apart. The best one is chosen by the samples that are left out, so
+  that no rule for choosing a weight can be better.
 """
 
 import warnings
@@ -51,7 +51,7 @@ ALONE, _ACTIVE = "θ alone", "active bounds"
 
 
 def rows() -> Iterator[Row]:
-    """All comparisons."""
+    """Yield the rows of all comparisons of this module."""
     for kernel in KERNELS:
         for of in problems():
             name = f"{of.name}, {len(of.samples)} samples, {kernel}"
@@ -76,9 +76,9 @@ Chosen = npt.NDArray[np.bool_]
 class Recording:
     """Samples of a signal with `bounds` of its value and derivatives, by their order; the last one is the input.
 
-    Programs on a grid have times `step` [s] apart, and the middle one of three has this `weight`. The `mean` of the
-    signal may be known. The laws are asked of `kernels`: a squared exponential has all derivatives, which a person's
-    motion has not.
+    Programs on a grid have times `step` [s] apart, and the middle one of three programs has the `weight`. The `mean` of
+    the signal may be known. References are learned with each of `kernels`: functions of a squared exponential have all
+    derivatives, unlike a person's motion.
     """
 
     name: str
@@ -101,22 +101,22 @@ class Recording:
 
     @property
     def claim(self) -> Window | AllTimes:
-        """The time of the samples, or all times."""
+        """The claim: the window of the samples, or all times."""
         times = self.samples.times
         return AllTimes() if self.forever else Window(float(times[0]), float(times[-1]))
 
     def task(self, kernel: str) -> Task:
-        """Return the task to learn all hyperparameters but the mean, zero if it is not known."""
+        """Return the task of learning all hyperparameters except the mean, which is the known one or zero."""
         prior = JointPrior((Prior(KERNELS[kernel](), None, self.mean or 0.0),))
         return Task((self.samples,), prior, self.plant, self.claim, starts=4)
 
     @property
     def seen(self) -> Chosen:
-        """Which samples are learned from: all but every fifth one, in the middle of five."""
+        """Flags of the samples that are learned from: all except the middle one of every five."""
         return np.asarray(np.arange(len(self.samples)) % _FOLDS != _FOLDS // 2)
 
     def learned(self, kernel: Kernel, seen: Chosen | None = None, **options: Any) -> TrackableReference:
-        """Return a reference learned from some of the samples, from all by default."""
+        """Return a reference learned from the samples `seen`, by default from all."""
         of = self.samples
         part = of if seen is None else Samples(of.times[seen], of.values[seen])
         with warnings.catch_warnings():
@@ -124,21 +124,21 @@ class Recording:
             return learn_reference(part, self.plant, kernel, self.claim, progress=False, **options)
 
     def misfit(self, found: TrackableReference, at: Chosen | None = None) -> float:
-        """Return the root mean square of reference minus samples, at some of them or at all."""
+        """Return the root mean square of reference minus samples, at the samples `at`, by default at all."""
         off = found.reference.state_at(self.samples.times)[:, 0] - self.samples.values
         return root_mean_square(off if at is None else off[at])
 
     def held_out(self, kernel: Kernel) -> float:
-        """Return the error of a reference at the samples that it has not seen."""
+        """Return the error of a reference at the samples that it was not learned from."""
         return self.misfit(self.learned(kernel, self.seen), ~self.seen)
 
     def held_out_by_programs(self) -> float:
-        """Return the same of the best of three quadratic programs."""
+        """Return the error at the same samples of the best of three quadratic programs."""
         found = (smoothed(self.samples, self.bounds, self.step, by * self.weight, self.seen) for by in _DECADES)
         return min(root_mean_square((values - self.samples.values)[~self.seen]) for values in found)
 
 
-_ON_BOUNDS = 0.7  # of the time
+_ON_BOUNDS = 0.7  # part of the time at which the speed is on its bounds
 
 
 def problems() -> Iterator[Recording]:
@@ -153,7 +153,7 @@ def problems() -> Iterator[Recording]:
 
 
 def _breathing(count: int) -> Samples:
-    """Return half a minute of breathing at regular times, by splines: a tracker's own are nearly so."""
+    """Return half a minute of breathing at regular times, interpolated by splines from nearly regular samples."""
     recorded, times = tracked(), np.arange(count) * (30.0 / count)
     values = recorded.values - np.median(recorded.values)
     noise = 0.02 * np.random.default_rng(count).standard_normal(count)
@@ -180,11 +180,11 @@ def on_bounds(count: int, seed: int = 0) -> Recording:
     return Recording("axis on its bounds", samples, (around(width), around(fastest)), fine)
 
 
-_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # times the program's
+_GIVEN, _LEARNED, _MISFIT = 3.0, 10.0, 1.05  # targets, as multiples of the program's time and misfit
 
 
 def _beside_program(recording: Recording, kernel: str, name: str) -> Iterator[Row]:
-    """Yield times beside those of the program, with θ learned and for this θ, and the misfit beside its misfit."""
+    """Yield rows with our times, learning θ and for given θ, beside the program's time, and with both misfits."""
     task, rival = recording.task(kernel), "program for this θ"
     joint, taken = timed(partial(task.learned, JOINT))
     known = task.with_known(joint.solution.posterior.prior)
@@ -198,11 +198,11 @@ def _beside_program(recording: Recording, kernel: str, name: str) -> Iterator[Ro
 
 
 _SECONDS = 10.0
-_NOT_SLOWER = 1.1  # times the misfit of a robot that may stand
+_NOT_SLOWER = 1.1  # target, as a multiple of the misfit of a robot that may stop
 
 
 def bending() -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield arguments of `learn_reference`: robots that stop, an eight, a bicycle, a tank."""
+    """Yield nonlinear problems, as names and arguments of `learn_reference`: robots, an eight, a bicycle, a tank."""
     draws = np.random.default_rng(0)
     t, filled, at = np.arange(0.0, 8.01, 0.2), np.linspace(0.0, 16.0, 40), np.arange(48) / 4
 
@@ -238,7 +238,7 @@ def _eased(part: Array) -> Array:
 
 
 def _bending() -> Iterator[Row]:
-    """Yield the seconds of each beside ten, and how far a robot that has to move is off beside one that may stand."""
+    """Yield rows with times of nonlinear problems beside 10 s, and misfits of robots that must move or may stop."""
     misfits = []
 
     def learned(name: str, given: dict[str, Any]) -> Iterator[Row]:
@@ -258,13 +258,13 @@ _DRAWN, _COLLAPSED = 10, 5.0  # a misfit of so many σ_n is a collapse
 
 
 def _jointly() -> Iterator[Row]:
-    """Times of both examples and of many samples; misfits and errors beside those of θ alone."""
+    """Yield rows with times of joint learning, and with misfits and errors beside those of learning θ alone."""
     for name, rounds in (("Example 1", 9), ("Example 2", 5)):
         of = task(name.lower().replace(" ", ""))
         ours, theirs = (partial(of.learned, learner) for learner in (JOINT, HYPERPARAMETERS))
         yield duel(_TIME, name, ALONE, ours, theirs, rounds=rounds, target=3.0, at_most=True)
     system = LinearSystem.scalar(0.9, 0.5, sampling_time=0.01)
-    cut = ConstrainedSystem(system, Polytope.box([-1.5], [0.9]), box([1.0]))  # the crests of a sine
+    cut = ConstrainedSystem(system, Polytope.box([-1.5], [0.9]), box([1.0]))  # the bound cuts off the crests of a sine
     many = irregular(1000)
     prior, window = JointPrior((Prior(SquaredExponential(), NOISE),)), Window(0.0, float(many.times[-1]))
     found, taken = timed(Task((many,), prior, cut, window, starts=4).learned)
@@ -286,7 +286,7 @@ def _jointly() -> Iterator[Row]:
 
 
 def _compared(topic: str, name: str, of: Task, target: float | None, off: Callable[[Certified], float]) -> Row:
-    """Compare a distance; the note has J and the price of the bounds."""
+    """Return a row that compares the distance `off` of joint learning and of θ alone; its note has J and the price."""
     both = [of.learned(learner) for learner in (JOINT, HYPERPARAMETERS)]
     joint, alone = map(off, both)
     note = " beside ".join(f"{off(found):.3g}, {_told(found, of.samples)}" for found in both)
@@ -301,7 +301,10 @@ def _error(of: Task, process: int, truth: GroundTruth, last_step: int, found: Ce
 
 
 def _collapsed() -> Row:
-    """Count the draws of Example 1's samples (its times, its σ_n, seeds 0 to 9) that are missed with x ≤ 0.005."""
+    """Return a row with the largest misfit of ten draws of Example 1's samples under the tight bound x ≤ 0.005.
+
+    The note counts the draws whose misfit is more than five times σ_n.
+    """
     of = task("example1").with_upper_state_bound(0.005)
     noise = of.prior.parts[0].noise_std
     drawn = [replace(of, samples=(draw(setpoint_change, of.samples[0].times, noise, seed),)) for seed in range(_DRAWN)]
@@ -326,7 +329,7 @@ _PROGRAMS = "the best of three quadratic programs"
 
 
 def made_up(level: float, count: int = 80, seed: int = 0) -> Recording:
-    """Return a sum of three sines about a level, in noise, under bounds on value and speed; the speed's are broken."""
+    """Return noisy samples of three sines about a level, with bounds on value and speed; the speed breaks its bound."""
     draws = np.random.default_rng(seed)
     times = 0.15 * np.arange(count) + draws.uniform(-0.03, 0.03, count)
     signal = sines(draws, np.array([6.3, 3.1, 1.9]), np.array([10.0, 5.0, 2.5]))
@@ -337,7 +340,7 @@ def made_up(level: float, count: int = 80, seed: int = 0) -> Recording:
 
 
 def breathing(path: Path = BREATHING, start: float = 0.0, every: int = 1) -> Recording:
-    """Return half a minute of a tracker's recording [mm], for an axis with 0.8 of the speed that breathing has."""
+    """Return half a minute of a tracker's recording [mm], for an axis that allows 0.8 of the breathing's speed."""
     recorded = tracked(path, start)
     samples = Samples(recorded.times[::every] - start, recorded.values[::every])
     smooth = np.convolve(recorded.values, np.ones(5) / 5, "valid")
@@ -373,7 +376,7 @@ Numbers = Callable[[], tuple[float, float]]
 
 
 def _defaults(recording: Recording) -> Iterator[Row]:
-    """Yield misfits of signals whose mean is known, and errors at samples that were left out."""
+    """Yield rows with misfits of signals whose mean is known, and with errors at samples that are left out."""
     best = recording.held_out_by_programs()
     for name, kernel in KERNELS.items():
         target = HELD_OUT if name in recording.kernels else None

@@ -1,4 +1,4 @@
-"""What was measured, as JSON, as a table in Markdown and as a figure."""
+"""Write the measured rows as JSON, as a table in Markdown and as a figure."""
 
 import json
 import math
@@ -36,7 +36,7 @@ which is part of our time, leads to.""",
 
 
 def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
-    """All three files."""
+    """Write the JSON, the table and the figure."""
     write_rows(rows, machine)
     TABLE.write_text(table(rows, machine), "utf-8")
     FIGURE.parent.mkdir(exist_ok=True)
@@ -44,14 +44,14 @@ def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
 
 
 def write_rows(rows: Sequence[Row], machine: dict[str, str]) -> None:
-    """The numbers alone, after each row: what stops a run loses nothing that was measured."""
+    """Write the JSON only. It is called after each row, so that an interrupted run loses no measured row."""
     measured = [{**asdict(row), "verdict": row.verdict} for row in rows]
     known = [{name: value for name, value in row.items() if value == value} for row in measured]  # noqa: PLR0124 (NaN)
     RESULTS.write_text(json.dumps({"machine": machine, "rows": known}, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
 
 def table(rows: Sequence[Row], machine: dict[str, str]) -> str:
-    """Markdown."""
+    """Return the table in Markdown."""
     lines = [_INTRODUCTION, "![Ratios](figures/ratios.svg)", "", *_missed(rows)]
     for topic in dict.fromkeys(row.topic for row in rows):
         lines += [f"## {topic[0].upper()}{topic[1:]}", ""]
@@ -110,14 +110,14 @@ def _time(seconds: float) -> str:
 
 @with_style
 def figure(rows: Sequence[Row]) -> Figure:
-    """How many times longer others take, with the range over the rounds, and the targets."""
+    """Draw how many times longer others take, with the range over the rounds, and the targets."""
     figure = Figure(figsize=(PAGE, 0.5 + 0.155 * len(rows)))
     axes = figure.add_subplot()
     for place, row in enumerate(reversed(rows)):
         axes.axhline(place, color=FAINT, linewidth=0.5, zorder=0)
         if row.target is not None:
             axes.plot([row.target] * 2, [place - 0.5, place + 0.5], color=PALE, linewidth=2.5, solid_capstyle="butt")
-        # Shape says the same as colour.
+        # Missed targets differ in shape too, for readers who cannot see the colours.
         missed = row.verdict == "missed"
         looks = {"color": ORANGE, "marker": "s"} if missed else {"color": BLUE, "marker": "o"}
         axes.plot([row.lowest, row.highest], [place, place], color=INK, linewidth=0.8)

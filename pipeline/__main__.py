@@ -2,7 +2,7 @@
 
 import signal
 
-if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as it is in the background
+if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # ignored by background jobs
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
 
 import sys
@@ -32,7 +32,8 @@ def main() -> None:
     """Learn references from noisy samples that a constrained system can follow.
 
     Stages run for one EXPERIMENT of params.yaml and write below data/results/EXPERIMENT. Exit codes: 0 done; 1 no
-    trackable reference was found; 2 something handed in is not usable; 130 interrupted. But on 0 earlier results stay.
+    trackable reference was found; 2 an argument or a file is not usable; 130 interrupted. Earlier results are replaced
+    only with exit code 0.
     """
 
 
@@ -60,7 +61,7 @@ _stage("figures", "Stage 5: draw the figures.")
 def _notebook(name: str, params: Path) -> None:
     """Execute notebooks/NAME.ipynb in place.
 
-    If there is none, the experiment NAME gets a copy of the template.
+    If there is no such notebook, a copy of the template is made for the experiment NAME.
     """
     from pipeline.notebook import exists, notebook  # noqa: PLC0415  as for the stages
 
@@ -94,11 +95,11 @@ def _compare(
     markdown_file: Path | None,
     list_all: bool,
 ) -> None:
-    """Say what moved from BASE to NEW, by how much and where, and which of the paper's claims hold in each.
+    """Say which results differ between BASE and NEW, by how much and where, and which of the paper's claims hold.
 
     BASE and NEW are git revisions or folders, each of a project or of its results alone. If NEW is left out, it is this
-    project. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1 otherwise; 2 something is
-    not usable.
+    project. Exit codes: 0 all artifacts are within tolerance and all claims hold in NEW; 1 otherwise; 2 an argument or
+    a file is not usable.
     """
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415
@@ -123,9 +124,9 @@ def _compare(
 @click.option("--port", type=int, default=0, help="Port to listen on; a free one by default.")
 @click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in the browser.")
 def _view(experiment: str, params: Path, results: Path, port: int, browser: bool) -> None:
-    """Show all logs of EXPERIMENT in a viewer, with a layout that is made for them.
+    """Show all logs of EXPERIMENT in a viewer in the browser, with a layout of panels for their topics.
 
-    The viewer comes from npm at a locked version, once. It is served on the loopback address until Ctrl-C.
+    The first call downloads the viewer from npm, at a locked version. The loopback address serves it until Ctrl-C.
     """
     from pipeline.viewer.view import address_of, fetched, server_of, shown  # noqa: PLC0415  as for the stages
 
@@ -145,9 +146,9 @@ def _view(experiment: str, params: Path, results: Path, port: int, browser: bool
 @options.project
 @click.option("--output", type=options.FOLDER, default=Path("report/site"), show_default=True)
 def _report(project: Path, output: Path) -> None:
-    """Write the documentation, and pages about what the stages left: claims, experiments, benchmarks, errata.
+    """Write the documentation, and pages about the results: claims, experiments, benchmarks, errata of the paper.
 
-    They need neither a server nor a network: open index.html.
+    The pages need neither a server nor a network: open index.html.
     """
     from pipeline.site.build import build  # noqa: PLC0415  as for the stages
 

@@ -39,17 +39,17 @@ def interpolated(samples: tuple[Samples, ...], plant: ConstrainedSystem) -> Refe
     """Return straight lines between samples of the flat outputs, constant before the first sample and after the last.
 
     Nothing is learned: this is what a controller would track without learning. The inputs follow by flatness, so that
-    the system tracks the lines exactly where the inputs are admissible; they jump at the corners. Where samples
-    measure a flat output z through a stencil, y(t) = offset + Σ_j w_j z(t + j T_s), the lines are those whose
-    measurement gives the samples, corners aside: on a straight line Σ_j w_j z(t + j T_s) = W z(t + τ) with W = Σ_j w_j
-    and τ = Σ_j w_j j T_s / W. Raises ValueError where a stencil measures changes only (W = 0).
+    the system tracks the lines exactly if the inputs are admissible; the inputs jump at the corners. Samples may
+    measure a flat output z through a stencil, y(t) = offset + Σ_j w_j z(t + j T_s). The lines are then those of which
+    the samples are measurements, except near corners: on a straight line Σ_j w_j z(t + j T_s) = W z(t + τ) with
+    W = Σ_j w_j and τ = Σ_j w_j j T_s / W. Raises ValueError if a stencil measures changes only (W = 0).
     """
     lines = []
     for of in (each.of_level for each in samples):
         weights = np.array(of.stencil.weights if isinstance(of.stencil, Stencil) else [0.0])
         total = float(np.sum(weights))
         if abs(total) <= 1e-9 * float(np.sum(np.abs(weights))):
-            raise ValueError("reference: the samples see only changes of a flat output, which leaves open where it is")
+            raise ValueError("reference: expected samples of a flat output's values, got samples of its changes only")
         times = of.times + float(weights @ np.arange(len(weights))) / total * of.stencil.step
         values = (of.values - of.stencil.offset) / total
         lines.append(PolynomialPieces.lines(dict(zip(times.tolist(), values.tolist(), strict=True))))
@@ -62,8 +62,8 @@ INTERPOLATED = "interpolated"
 def control(experiment: Experiment, results: Results) -> None:
     """Write the closed loops on every reference, and their metrics.
 
-    They run at steps for which the certified reference is proved. Raises InputError where no controller exists, or
-    where a window is too short for one.
+    The loops run at steps for which the certified reference is proved. Raises InputError if no controller exists, or
+    if a window is too short for one.
     """
     fitted, wanted, plant = read_fit_of(experiment, results), experiment.control, experiment.plant
     try:
@@ -108,7 +108,7 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
     joint = fitted.learned[JOINT.name].reference
     unconstrained = fitted.learned[UNCONSTRAINED.name].reference
     found: dict[str, TrackedReference] = {JOINT.name: joint, UNCONSTRAINED.name: unconstrained}
-    with suppress(ValueError):  # samples of changes only
+    with suppress(ValueError):  # there are no lines if samples show only changes of a flat output
         found[INTERPOLATED] = interpolated(fitted.sampled.samples, joint.plant)
     return found
 
@@ -116,9 +116,9 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
 def _loops(
     experiment: Experiment, controller: Controller, certified: TrackedReference, reference: TrackedReference, name: str
 ) -> Iterator[tuple[str, ClosedLoop]]:
-    """Yield the name of each initial state, and the loop from there.
+    """Yield the name of each initial state, and the loop that starts from this state.
 
-    The initial state `on` lies on `reference`; the others are those of the certified reference.
+    The initial state `on` lies on `reference`; the other ones are chosen for the certified reference.
     """
     steps, patience = experiment.loop_steps, experiment.control.patience
     states = initial_states(controller, certified, steps.start) | {ON: reference.window(steps.start, 1).states[0]}

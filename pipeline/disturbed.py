@@ -1,7 +1,7 @@
 """Count how often the tube controller breaks a bound or has no plan: `python -m pipeline.disturbed [STEPS [RESULTS]]`.
 
-A million steps by default, under the disturbances of experiments and of random systems. The control stage compares it
-with the nominal controller.
+It runs a million steps by default, under the disturbances of experiments and of random systems. The control stage
+compares the tube controller with the nominal controller.
 """
 
 from collections import Counter
@@ -41,7 +41,7 @@ _HORIZON, _PART = 15, 0.95
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A plant with tightened bounds, and a reference proved for these, for the first `steps` steps at least."""
+    """A plant with tightened bounds, and a `robust` reference that is proved to keep these bounds for `steps` steps."""
 
     name: str
     tightening: Tightening
@@ -69,7 +69,8 @@ def experiments(results: Path) -> Iterator[Case]:
 def random_systems(count: int) -> Iterator[Case]:
     """Yield random systems of one to three states whose references come near to their bounds, and are proved.
 
-    Systems whose disturbances leave nothing, and references without a proof, are passed over.
+    Systems are left out if the tightening for disturbances leaves no admissible states or inputs, or if the reference
+    is not proved.
     """
     seed = 0
     while count:
@@ -81,9 +82,10 @@ def random_systems(count: int) -> Iterator[Case]:
 
 
 def random_case(seed: int, steps: int = 150) -> Case | None:
-    """Return one of the random systems; None where its disturbances leave nothing, or its reference has no proof.
+    """Return one of the random systems, by its `seed`.
 
-    Every other system is measured with noise.
+    None if the system is not controllable, the tightening for disturbances leaves no admissible states or inputs, or
+    the reference is not proved. States of every other system are measured with noise.
     """
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 4))
@@ -100,7 +102,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
         K = small.invariant.feedback if small.invariant else None
         tightened = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
-    except ValueError:  # not controllable, or nothing is left
+    except ValueError:  # not controllable, or tightened bounds leave nothing
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
     robust = near_bounds(tightened.plant, rng.spawn(1)[0], steps + horizon, _PART)
@@ -110,7 +112,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
 
 
 def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
-    """Return a reference that takes a part of the way from zero to the first bound, at the steps."""
+    """Return a reference whose values at the steps reach the given `part` of the way from zero to the first bound."""
     step = plant.sampling_time
     kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0.0, steps + 10.0, 12.0)
     weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
@@ -130,7 +132,8 @@ _OFF_EVERY = 20
 def disturbed_runs(case: Case, steps: int) -> Counter[str]:
     """Run loops of at least `steps` steps in all; count steps, runs, broken bounds and steps without a plan.
 
-    Disturbances are greedy, drawn and constant in turn. Most runs start in x_r ⊕ Z, and every twentieth outside of it.
+    Disturbances are greedy, drawn and constant in turn. Most runs start in x_r ⊕ Z, where Z is the invariant set of the
+    error; every twentieth run may start outside.
     """
     found, given = Counter[str](), case.tightening.given
     for i in count():
@@ -162,7 +165,7 @@ def plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
 
 
 def _start_of(case: Case, i: int) -> Array:
-    """Return the first error of the measured state: in Z, or for every twentieth run any error that allows a plan."""
+    """Return the initial error of the measured state: in Z, or in every twentieth run any error that allows a plan."""
     e = start(case.tube.invariant, i)
     if i % _OFF_EVERY:
         return e
@@ -180,7 +183,10 @@ _RANDOM = 16
 @click.argument("steps", type=click.IntRange(1), default=1_000_000)
 @click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
 def command(steps: int, results: Path) -> None:
-    """Count what becomes of STEPS disturbed steps: of the experiments in RESULTS, and of random systems."""
+    """Count broken bounds and steps without a plan in STEPS disturbed steps.
+
+    The systems are those of the experiments in RESULTS with a disturbance, and random systems.
+    """
     cases, every = [*experiments(results), *random_systems(_RANDOM)], Counter[str]()
     for case in cases:
         found = disturbed_runs(case, -(-steps // len(cases)))

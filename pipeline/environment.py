@@ -1,9 +1,9 @@
-"""What results depend on beside code and parameters: the processor's instructions, and versions of packages.
+"""The environment on which results depend: the processor's instructions, and versions of packages.
 
 OpenBLAS and NumPy choose their code by processor, and the code for AVX-512 rounds differently from that for AVX2.
 With only the instructions that all x86-64 processors with AVX2 share, results are the same to the last bit.
-Both libraries read the environment once, when they are loaded; worker processes and the kernels of notebooks inherit
-it.
+Both libraries read the environment variables once, when they are loaded. Worker processes and the kernels of notebooks
+inherit the variables.
 """
 
 import os
@@ -16,14 +16,14 @@ THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 _KERNELS = {"OPENBLAS_CORETYPE": "Haswell"}
 _BEYOND_AVX2 = {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
 _NAMED_SO_SINCE = (2, 4)
-"""The first NumPy that calls its groups of instructions by these names; an older one would complain about them."""
+"""The first version of NumPy that knows these names of groups of instructions; older ones warn of unknown names."""
 
 
 def pin() -> None:
-    """Set the environment for numerical libraries. If NumPy is loaded already, it is too late, and nothing is done.
+    """Set the environment variables for numerical libraries; do nothing if NumPy is loaded, as it is too late then.
 
     Libraries use one thread, which is faster for small matrices; sums then do not depend on the number of cores.
-    Kernels that the environment names already are not changed.
+    Variables that are set already are not changed.
     """
     if "numpy" in sys.modules:
         return
@@ -34,7 +34,7 @@ def pin() -> None:
 
 
 def kernels() -> dict[str, str]:
-    """Return the variables that choose kernels for AVX2."""
+    """Return the environment variables by which OpenBLAS and NumPy use code for AVX2, with their values."""
     return _KERNELS | (_BEYOND_AVX2 if _numpy_version() >= _NAMED_SO_SINCE else {})
 
 
@@ -59,13 +59,13 @@ NAMES = (PYTHON, *PACKAGES, BLAS, SIMD)
 
 
 def environment() -> dict[str, str]:
-    """Return what the numbers of this process depend on, by name.
+    """Return the versions of packages and the groups of instructions on which the numbers of this process depend.
 
     Machines that write the same bytes have the same entries. So the names of processor and operating system and the
     time are left out, and Python has its minor version only.
     """
     # Imported late, because `pin` must be called before NumPy is loaded.
-    import scipy.linalg  # noqa: F401, PLC0415  its BLAS is one of those that are asked about
+    import scipy.linalg  # noqa: F401, PLC0415  loads SciPy's BLAS, which is recorded too
     from threadpoolctl import threadpool_info  # noqa: PLC0415
 
     blas = {_told(library) for library in threadpool_info() if library["user_api"] == "blas" and _is_used(library)}
@@ -78,7 +78,7 @@ def environment() -> dict[str, str]:
 
 
 def _is_used(library: dict[str, str]) -> bool:
-    """Return whether NumPy or SciPy uses a library. Solvers that are loaded bring libraries of their own."""
+    """Return whether NumPy or SciPy uses a loaded BLAS library; solvers bring BLAS libraries of their own."""
     owners = {part for part in Path(library["filepath"]).parts if part.endswith(".libs")}
     return owners <= {"numpy.libs", "scipy.libs"}
 
@@ -88,7 +88,7 @@ def _told(library: dict[str, str]) -> str:
 
 
 def _instructions() -> list[str]:
-    """Return the groups of instructions that NumPy uses beyond those that it was built for."""
+    """Return the groups of instructions of this processor that NumPy uses beyond those that it requires."""
     import numpy as np  # noqa: PLC0415
 
     return list(np.show_config(mode="dicts")["SIMD Extensions"].get("found", []))

@@ -1,4 +1,4 @@
-"""Stage 5: all results → figures, chosen by what they hold, and what viewers of the logs show beside curves."""
+"""Stage 5: all results → figures, and the scene, events and layout that viewers of the logs show."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -45,8 +45,8 @@ Drawings = dict[str, Callable[[], Figure]]
 _POINTS = 1501
 _STEPS_OF_TUBE = 12
 _GRID_POINTS = 56
-_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of the drawing, in times of the last sample, and number of points
-# The landscape spans these factors around the learned hyperparameters: an overview, and a closer view.
+_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
+# The figure of the likelihood shows hyperparameters from 1/factor to factor times the learned ones, in two views.
 _OVERVIEW, _CLOSER = 8.0, 1.25
 _FIRST_STEPS = 50
 _CURVE_POINTS = 1001
@@ -54,7 +54,7 @@ _PAIRS = ((JOINT.name, "nominal"), (ROBUST.name, "nominal"), (JOINT.name, "tube"
 
 
 def figures(experiment: Experiment, results: Results) -> None:
-    """Draw and save every figure of the experiment, and remove those of an earlier run that it no longer has.
+    """Draw and save every figure of the experiment, and remove figures of an earlier run that are no longer drawn.
 
     Scene, events and layout are written too, for viewers of the logs.
     """
@@ -67,7 +67,7 @@ def figures(experiment: Experiment, results: Results) -> None:
 
 
 def drawings(experiment: Experiment, results: Results) -> Drawings:
-    """Return the figures by name, each drawn when it is called: the stage and the notebook show the same ones.
+    """Return functions that draw the figures, by their names; the stage and the notebook use the same functions.
 
     Raises as `read_fit_of` and `read_loops`.
     """
@@ -77,7 +77,7 @@ def drawings(experiment: Experiment, results: Results) -> Drawings:
 
 @dataclass(frozen=True)
 class _Figures:
-    """What an experiment and its results are drawn from; each method returns the figures that they have, by name."""
+    """The data of an experiment's figures; each method returns, by name, functions that draw one kind of figures."""
 
     experiment: Experiment
     results: Results
@@ -86,13 +86,13 @@ class _Figures:
 
     @cached_property
     def shown(self) -> dict[str, Reference]:
-        """The references that figures without disturbances show."""
+        """The references that figures of undisturbed results show, by the name of the method."""
         learned = self.fitted.learned
         return {method.name: learned[method.name].reference for method in methods_in_figures(learned)}
 
     @cached_property
     def with_curves(self) -> dict[str, Reference]:
-        """The references in `shown` that have a curve of their own."""
+        """The references in `shown` whose curves differ visibly from the other ones (`Method.has_own_curve`)."""
         methods = methods_in_figures(self.fitted.learned)
         return {method.name: self.shown[method.name] for method in methods if method.has_own_curve}
 
@@ -101,11 +101,11 @@ class _Figures:
         return self.experiment.verified(self.fitted.sampled.samples).last_step
 
     def truth(self, times: Array) -> Array | None:
-        """Return the signal behind the samples at `times` [s], the first one where there are several."""
+        """Return the ground truth of the first sampled name at `times` [s]; None if it is not known."""
         return next((truth(times) for truth in self.experiment.truths.values()), None)
 
     def references(self) -> Drawings:
-        """Return the figures of references: margins, and states and inputs where no figure of the paper shows them."""
+        """Return the figures of references: margins, and states and inputs unless a figure of the paper shows them."""
         found: Drawings = {"margins": self._margins}
         if not {SOUND.name, EXACT.name} & {*self.fitted.traces, *self.fitted.learned}:
             found["tracking"] = self._tracking
@@ -128,7 +128,7 @@ class _Figures:
         return references.tightness(self.fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
 
     def _true_signal(self) -> Figure:
-        """What the certificate says of the distance from true signals, for the robust reference where there is one."""
+        """Draw the proved distance from true signals, of the robust reference if there is one."""
         name = ROBUST.name if ROBUST.name in self.fitted.learned else JOINT.name
         written = read_json(self.results.certificate(name))
         assert isinstance(written, Mapping), "the stage verify has written a certificate"
@@ -191,7 +191,10 @@ class _Figures:
         return algorithm1.scheme(self.shown[JOINT.name], samples, times, self.truth(times))
 
     def _prediction(self, last_step: int, final_step: int | None = None) -> Figure:
-        """Draw the references of a scalar system up to a step, and closer the steps that tell them apart."""
+        """Draw the references of a scalar system up to a step; a second panel shows some of the steps.
+
+        These are the steps around those at which a reference leaves X, or without `final_step` the first ones.
+        """
         published, samples = self.experiment.published.prediction, self.fitted.sampled.only
         shown, steps = self.with_curves if final_step is None else self.shown, np.arange(last_step + 1.0)
         beginning = predictions.Closer(f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
@@ -226,7 +229,7 @@ class _Figures:
         return found
 
     def _growth(self) -> dict[str, predictions.GrowthIntervals]:
-        """Return derivatives in the growth-rate intervals of program (8), and the published ones if there are some."""
+        """Return derivatives and growth rates on the intervals of program (8), with published ones if there are any."""
         wanted, plant, published = self.experiment.periodic, self.experiment.plant, self.experiment.published
         assert wanted, "the method of these intervals needs it"
         end = wanted.last_step * plant.sampling_time
@@ -310,11 +313,11 @@ class _Figures:
 
 
 def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
-    """Return the likelihood and the constraints of the sound reading's last iteration, around what was learned."""
+    """Return likelihood and constraints of Algorithm 1's last iteration (sound reading), around the learned optimum."""
     learned = fitted.learned[SOUND.name]
     (own,) = learned.prior.parts
     kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
-    # Where the noise is learned too, the landscape is cut at its learned value.
+    # If the noise is learned too, the likelihood is shown for the learned noise.
     prior = replace(own, noise_std=float(own.noise_std))
     space = experiment.search_space(fitted.sampled.samples)
     problem = ConstrainedProblem(
@@ -335,7 +338,7 @@ def room(tightening: Tightening) -> tuple[Array, Array]:
     assert K is not None, "it belongs to the set"
     rows = np.vstack([np.eye(K.shape[1]), K])
     errors = ErrorSet(Z).support(np.stack([-rows, rows]))
-    if (V := tightening.noise) is not None:  # x = y − v
+    if (V := tightening.noise) is not None:  # measurement noise v: the true state is x = y − v
         n = K.shape[1]
         errors[0, :n] += V.support(rows[:n])
         errors[1, :n] += V.support(-rows[:n])

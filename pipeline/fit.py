@@ -1,4 +1,4 @@
-"""Stage 2: samples → references, each learned by one of the experiment's methods, and the iterations on the way.
+"""Stage 2: samples → references, each learned by one of the experiment's methods, and a table of iterations.
 
 A study does the same on many problems: other numbers of intervals, other draws of the samples, tighter bounds.
 """
@@ -56,10 +56,10 @@ Calls = tuple[Callable[..., Row], Iterable[Iterable[object]]]
 
 @contextmanager
 def mapped(*tasks: Calls[Row]) -> Iterator[list[Iterator[Row]]]:
-    """Give the results of each function for its iterables of arguments, as `map` does, computed on all cores.
+    """Yield for each (function, iterables) the results of `map(function, *iterables)`, computed on all cores.
 
-    A terminal interrupts all processes of a command. These ignore it, from their first line on, so that none of them
-    prints where it was; the first process ends them.
+    If Ctrl-C is pressed, a terminal interrupts all processes of a command. Worker processes ignore the interrupt, so
+    that they print no tracebacks; the first process ends them.
     """
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
@@ -74,7 +74,7 @@ def mapped(*tasks: Calls[Row]) -> Iterator[list[Iterator[Row]]]:
 
 @contextmanager
 def _ignored_interrupts() -> Iterator[None]:
-    """Ignore interrupts for a moment, and in the processes that begin in it for good."""
+    """Ignore interrupts in this context. Processes that are started in it ignore interrupts for ever."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
@@ -83,7 +83,7 @@ def _ignored_interrupts() -> Iterator[None]:
 
 
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
-    """Return the entries of `Conservatism` for η = `count`; an empty row where (8) has no solution."""
+    """Return the entries of `Conservatism` for η = `count` intervals; an empty list if program (8) has no solution."""
     task = experiment.task(samples)
     outcome = best(task, in_intervals(task, count))
     if not isinstance(outcome, Solution):
@@ -104,7 +104,7 @@ def draw_row(experiment: Experiment, seed: int) -> list[float]:
 
 
 def _drawn(experiment: Experiment, seed: int) -> Samples:
-    """Return the experiment's samples as another seed gives them."""
+    """Return samples as the experiment draws them, with another seed."""
     (source,) = experiment.sources.values()
     assert isinstance(source, Drawn), "the experiment was checked for this"
     times = source.steps.times(experiment.plant.sampling_time)
@@ -130,7 +130,7 @@ def _margins(plant: ConstrainedSystem, posterior: JointPosterior) -> list[float]
 
 
 def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: str, upper: float) -> list[float]:
-    """Return the entries of `Tightness` for one upper bound of the state; an empty row where nothing was proved."""
+    """Return the entries of `Tightness` for one upper bound of the state; an empty list if no reference was proved."""
     task = experiment.with_upper_bound(upper).task(samples)
     found = METHODS[method].learn(task)
     if isinstance(found, Failed):
@@ -147,7 +147,7 @@ _PROVED = (HYPERPARAMETERS.name, JOINT.name)
 
 
 def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
-    """Run the studies of the experiment; return None where it has none. Raises NoReferenceError.
+    """Run the studies of the experiment; return None if it has none. Raises NoReferenceError.
 
     The numbers do not depend on how many cores there are: each process has one BLAS thread, as its environment says.
     """
@@ -180,11 +180,11 @@ def _columns(table: type[Conservatism | Draws | Tightness], rows: Sequence[Seque
 
 
 _INSTANTS_PER_STEP = 2
-_INTERVALS = 1000  # of a curve: a viewer shows no more, and every instant can be computed from what is logged
+_INTERVALS = 1000  # most intervals of a logged curve: a viewer shows no more, and logged references give other points
 
 
 def fit(experiment: Experiment, results: Results) -> None:
-    """Learn the references. Raises NoReferenceError, before anything is written, where a method finds none."""
+    """Learn the references. Raises NoReferenceError, before anything is written, if a method finds none."""
     sampled = read_samples(results)
     experiment = with_learned_means(experiment, sampled.samples)
     fits = _fits(experiment, experiment.task(sampled.samples))
@@ -205,7 +205,7 @@ def fit(experiment: Experiment, results: Results) -> None:
 
 
 def _fits(experiment: Experiment, task: Task) -> dict[str, Fit]:
-    """Return what each method found. Raises NoReferenceError."""
+    """Return the fit of each method by its name. Raises NoReferenceError if a method finds none."""
     fits: dict[str, Fit] = {}
     for method in experiment.learned_by:
         with progress_bar(f"{experiment.name}: fit {method.name}"):
@@ -217,9 +217,10 @@ def _fits(experiment: Experiment, task: Task) -> dict[str, Fit]:
 
 
 def _ask(experiment: Experiment, fits: Mapping[str, Fit]) -> None:
-    """Warn as `learn_reference` does: where the joint fit ignores samples, and of outliers among those that are all.
+    """Warn as `learn_reference` does: if the joint fit ignores its samples, and of outliers among the samples.
 
-    Where fewer centres stand for many samples, none of these is known here.
+    Outliers are looked for only in samples of which each is a centre: if fewer centres stand for many samples, single
+    samples are not known here.
     """
     found, free = fits[JOINT.name].solution, fits[UNCONSTRAINED.name].solution.posterior
     of = TrackableFit.of(Reference(found.signals, experiment.plant), found, free, ())

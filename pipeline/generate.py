@@ -1,4 +1,4 @@
-"""Stage 1: where samples come from → the samples that references are learned from, and those held out."""
+"""Stage 1: sources of samples → the samples that references are learned from, and samples that are held out."""
 
 import warnings
 from collections.abc import Iterator, Mapping
@@ -22,13 +22,13 @@ from trackably.reference.condensed import MANY
 from trackably.reference.input_warnings import doubts
 
 _SIGNAL = "signal"
-_ROUNDING = 1e-9  # of the end of an excerpt
-_PLENTY = 300  # centres: learned from in seconds
-_MISSING = 0.5  # of what is held out: a recording may end earlier, but not much
+_ROUNDING = 1e-9  # samples outside of an excerpt by this part of its last time count as inside
+_PLENTY = 300  # centres that a message proposes, because learning from them takes seconds
+_MISSING = 0.5  # part of the held-out time by which a recording may end too early
 
 
 def generate(experiment: Experiment, results: Results) -> None:
-    """Write the samples, and the ground truths at every verified step. Raises InputError for unusable samples."""
+    """Write the samples, and the known ground truths at every verified step. Raises InputError for unusable samples."""
     try:
         measured, held_out = _measured(experiment)
         sampled = _sampled(experiment, measured, held_out)
@@ -37,7 +37,7 @@ def generate(experiment: Experiment, results: Results) -> None:
                 raise ValueError(
                     f"samples: times must not be negative (steps count from 0), got {samples.times[0]:g} s of {name}"
                 )
-        # Raises where the samples are too few for what is to be learned from them.
+        # Raises ValueError if there are too few samples to learn the hyperparameters.
         ConstrainedProblem(sampled.samples, experiment.learned_prior, experiment.search_space(sampled.samples))
         experiment.check(sampled.samples)
         for doubt in (*doubts(experiment.claim, measured, experiment.plant), *_of_many(experiment, sampled)):
@@ -61,13 +61,13 @@ def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
 def sampled_by(experiment: Experiment) -> Sampled:
     """Return the samples of every source that are learned from, in the order of the flat outputs.
 
-    Raises InputError where a recording cannot be read, and ValueError where its samples cannot be used.
+    Raises InputError if a recording cannot be read, and ValueError if its samples cannot be used.
     """
     return _sampled(experiment, *_measured(experiment))
 
 
 def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Samples]]:
-    """Return all samples of every source by name, and those held out."""
+    """Return the samples of every source by name, and the samples that are held out."""
     plant = experiment.plant
     learned: dict[str, Samples] = {}
     held_out: dict[str, Samples] = {}
@@ -129,13 +129,16 @@ def _refuse_beyond(what: str, recorded: Samples, wanted: Excerpt) -> None:
     last, until = float(recorded.times[-1]), wanted.end + wanted.held_out
     if not last > wanted.end or until - last > _MISSING * wanted.held_out:
         raise InputError(
-            f"{what}: held_out: expected samples up to {until:g} s, {wanted.held_out:g} s after the end of what is "
-            f"learned from, but the recording ends at {last:g} s"
+            f"{what}: held_out: expected samples up to {until:g} s, {wanted.held_out:g} s after the end of the excerpt,"
+            f" but the recording ends at {last:g} s"
         )
 
 
 def _excerpt(what: str, recorded: Samples, wanted: Excerpt | None) -> tuple[Samples, Samples | None]:
-    """Return the samples to learn from and those that follow. Times of both count from the start of the excerpt."""
+    """Return the samples of an excerpt, and the samples held out after it; None if none are held out.
+
+    Times of both count from the start of the excerpt.
+    """
     if wanted is None:
         return recorded, None
     learned = select(what, recorded, wanted.start, wanted.end)

@@ -11,7 +11,7 @@ from trackably.systems.trajectories import Quantity
 
 @dataclass(frozen=True)
 class MarginProfile:
-    """Distance of a quantity to its nearer bound, negative outside, over K sampling intervals.
+    """Margins of a quantity, its distances to the nearer bound (negative outside), over K sampling intervals.
 
     In interval k, [k T_s, (k + 1) T_s), the smallest margin found is `margins[k]`, at `times[k]` [s]. `at_steps[k]` is
     the margin at k T_s, where trackability requires it to be non-negative. All have shape (K,).
@@ -34,7 +34,10 @@ class MarginProfile:
         return [int(k) for k in np.flatnonzero(self.at_steps < 0)]
 
     def coarser(self, rows: int) -> tuple[Array, "MarginProfile"]:
-        """Return at most so many rows, each the smallest of several sampling intervals, and when each begins [s]."""
+        """Return when each of at most `rows` rows begins [s], and the profile with these rows.
+
+        A row stands for several sampling intervals, and has the smallest of their margins.
+        """
         together = -(-len(self.margins) // rows)
         first = np.arange(0, len(self.margins), together)
         smallest = [k + int(np.argmin(self.margins[k : k + together])) for k in first]
@@ -71,7 +74,7 @@ def smallest_defect(reference: Reference, last_step: int) -> float:
     drift, gain = system.successor(states[:-1], still), system.slopes(states[:-1], still)[1]
     inputs = reference.input(np.arange(last_step + 1, dtype=float))
     if not np.allclose(drift + (gain @ inputs[..., None])[..., 0], system.successor(states[:-1], inputs)):
-        raise ValueError("margins: the system must be affine in its inputs, or no convex program decides this")
+        raise ValueError("margins: the system must be affine in its inputs, as only then the program is convex")
     H, h = reference.plant.input_set.inequalities
     u = cp.Variable((last_step + 1, gain.shape[-1]))
     by_input = [cp.sum(cp.multiply(gain[:, i], u), axis=1) for i in range(gain.shape[1])]

@@ -1,4 +1,4 @@
-"""How references are learned: one table of methods, each with what it claims of its reference."""
+"""How references are learned: a table of methods, each with the claim that is proved about its reference."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -32,7 +32,7 @@ from trackably.systems.tightening import Tightening
 
 
 class Algorithm1(Fields):
-    """Run Algorithm 1 from k̄ = `first_step`, and give up after k̄ = `last_step`."""
+    """The block `algorithm1` of params.yaml: run Algorithm 1 from k̄ = `first_step`, and give up after `last_step`."""
 
     first_step: PositiveInt
     last_step: PositiveInt
@@ -45,9 +45,10 @@ class Algorithm1(Fields):
 
 
 class Periodic(Fields):
-    """Constrain the steps 0 … `last_step` or the time that they last, in η = `intervals` intervals.
+    """The block `periodic` of params.yaml, for methods that constrain periodic references.
 
-    `backoff` is the part of each bound's width that the optimiser keeps free.
+    Methods constrain the steps 0 … `last_step`, or in η = `intervals` intervals the time of these steps. `backoff` is
+    the part of each bound's width that the optimiser keeps free.
     """
 
     last_step: PositiveInt
@@ -59,9 +60,9 @@ class Periodic(Fields):
 class LearnedReference:
     """The result of a method: the reference, the `prior` with the learned hyperparameters, and its `objective` J.
 
-    J = l + D, where D is what the `active_bounds` cost. Without them the reference is the posterior mean, and J = l.
-    `method` is the method's name. `final_step` is k̄ at the end of Algorithm 1, `fits` is the number of nonlinear
-    programs that were solved; each is None for methods without it.
+    J = l + D: l is the negative log marginal likelihood, and D the cost of the `active_bounds`. If no bound is active,
+    the reference is the posterior mean, and J = l. `method` is the method's name. `final_step` is k̄ at the end of
+    Algorithm 1, and `fits` the number of nonlinear programs that were solved; each is None for methods without it.
     """
 
     method: str
@@ -100,7 +101,7 @@ class LearnedReference:
 class Task:
     """What a method learns from: `algorithm1` and `periodic` are blocks of params.yaml, if the experiment has them.
 
-    The `tightening` of the plant's bounds is None where nothing disturbs it.
+    The `tightening` of the plant's bounds is None if the experiment has no disturbance.
     """
 
     samples: tuple[Samples, ...]
@@ -115,7 +116,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Fit:
-    """What a method found, and how.
+    """What a method found: the solution, and numbers about the search.
 
     `fits` is the number of programs that were solved, and `iterations` are columns of a table. `final_step` and `trace`
     are those of Algorithm 1; they are None for other methods.
@@ -130,7 +131,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Failed:
-    """Why there is no reference."""
+    """A method found no reference; `explanation` is a sentence that says why."""
 
     explanation: str
 
@@ -143,12 +144,13 @@ def _nothing_more(plant: ConstrainedSystem, prior: JointPrior) -> None:
 class Method:
     """An entry of the table of methods.
 
-    What is proved of a reference is the experiment's claim, or that bounds are kept `at_instants` alone. Where
-    `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say what the proof lacks, or
-    by how much a bound is broken. `needs` are the blocks of params.yaml that the method reads, and `check` raises
-    ValueError or TypeError for a system or prior that the method is not for. Where the method `is_robust`, it learns
-    within bounds that are tightened for disturbances, and figures of disturbed loops show it. Other figures leave out a
-    reference if one learned by `looks_like` is there, and draw its curve only if `has_own_curve` holds.
+    The experiment's claim is proved about each reference, or with `at_instants` only that bounds are kept at the
+    sampling instants. If `must_be_proved` holds, a reference without a proof is an error; otherwise the metrics say
+    what the proof lacks, or by how much a bound is broken. `needs` are the blocks of params.yaml that the method reads,
+    and `check` raises ValueError or TypeError for a system or prior that the method cannot treat. If the method
+    `is_robust`, it learns within bounds that are tightened for disturbances, and figures of disturbed loops show it.
+    Other figures leave out a reference if the method `looks_like` was used too, and draw its curve only if it
+    `has_own_curve`.
     """
 
     name: str
@@ -162,12 +164,12 @@ class Method:
     is_robust: bool = False
 
     def prove(self, goal: Goal, reference: Reference) -> Outcome:
-        """Prove what the method claims, or find out what a proof lacks."""
+        """Return a proof of the method's claim about a reference, or what refutes it, or what a proof lacks."""
         return prove_at_instants(reference) if self.at_instants else goal.prove(reference)
 
 
 def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolution:
-    """Maximise the likelihood under constraints: without any, this is the usual Gaussian process regression."""
+    """Maximise the likelihood under constraints; without constraints, this is the usual Gaussian process regression."""
     return best_solution(ConstrainedProblem(task.samples, task.prior, task.space, constraints))
 
 
@@ -222,7 +224,7 @@ def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:
 
 
 def check_whole_steps(plant: ConstrainedSystem, prior: JointPrior) -> None:
-    """Raise ValueError also where the period is learned, or is not a whole multiple of the sampling time."""
+    """Raise as `check_periodic`, and ValueError if the period is learned or no whole multiple of the sampling time."""
     check_periodic(plant, prior)
     steps_of_period(prior, plant)
 
@@ -239,7 +241,7 @@ def _constrained(
 
 
 def at_all_phases(task: Task) -> tuple[Bounded, ...]:
-    """Constrain all phases."""
+    """Return constraints of every bounded quantity at all phases of the period."""
     return all_phases(task.plant, periodic_of(task).backoff)
 
 
@@ -250,7 +252,7 @@ def in_intervals(task: Task, count: int | None = None, overlap: float = 0.0) -> 
 
 
 def _rounds(task: Task, found: Solution) -> Mapping[str, Array]:
-    """Return the rounds of the exchange that led to the best solution."""
+    """Return the rounds of the exchange method that led to the best solution, as columns of a table."""
     log_theta = np.array([r.log_theta for r in found.rounds]).reshape(len(found.rounds), -1)
     return {
         "round": np.arange(1.0, len(found.rounds) + 1),
@@ -268,7 +270,7 @@ def periodic_of(task: Task) -> Periodic:
 
 
 def robustly(method: Method, name: str) -> Method:
-    """Return the method that learns in the same way, with room for every error that disturbances may cause."""
+    """Return a method that learns in the same way within bounds that are tightened for disturbances."""
     return replace(
         method,
         name=name,
@@ -353,6 +355,6 @@ METHODS = {
 
 
 def methods_in_figures(learned: Collection[str]) -> list[Method]:
-    """Return those of the `learned` references that figures without disturbances show, in the order of the table."""
+    """Return the methods of `learned` references that figures without disturbances show, in the table's order."""
     shown = [method for name, method in METHODS.items() if name in learned and not method.is_robust]
     return [method for method in shown if method.looks_like not in learned]

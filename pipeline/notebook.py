@@ -19,12 +19,12 @@ from trackably.files import write_text
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"
 _TIMEOUT = 600  # seconds for one cell
-# As in stages: the same bits, however many cores there are. A kernel is a process of its own; its environment tells it.
+# One thread in the kernel's process too, so that its results do not depend on the number of cores.
 _ONE_THREAD = dict.fromkeys(THREADS, "1")
 
 
-# Levels of red, green and blue in pictures, 0 … 255: a multiple of 15 is at most 7 away, which nobody sees, and a
-# picture has half of its bytes. Each pixel is rounded by itself: where one moves a little, no other does.
+# Levels of red, green and blue in pictures, 0 … 255, are rounded to multiples of 15: nobody sees a change by 7, and the
+# picture has half as many bytes. Each pixel is rounded by itself, so that a change of one pixel does not move others.
 _LEVELS = [15 * round(level / 15) for level in range(256)]
 
 
@@ -34,10 +34,10 @@ def exists(name: str) -> bool:
 
 
 def notebook(name: str) -> None:
-    """Execute notebooks/<name>.ipynb in place; where there is none, a copy of the template for that experiment.
+    """Execute notebooks/<name>.ipynb in place; if there is none, execute a copy of the template for that experiment.
 
     The same code, results and packages give the same bytes: there are no times, identifiers are the numbers of cells,
-    and the kernel has a fixed name. Raises InputError where a cell fails; the notebook is then left as it was.
+    and the kernel has a fixed name. Raises InputError if a cell fails; the notebook is then left as it was.
     """
     path = _path(name)
     source = _read(path if path.exists() else TEMPLATE, name)
@@ -48,9 +48,9 @@ def notebook(name: str) -> None:
             kernel_name="python3",
             record_timing=False,
             coalesce_streams=True,
-            shutdown_kernel="immediate",  # nothing is to be saved; a graceful end takes a second
+            shutdown_kernel="immediate",  # the kernel has nothing to save, and a graceful end takes a second
             resources={"metadata": {"path": str(NOTEBOOKS)}},
-            # Sockets in a folder of our own: no open port.
+            # The kernel talks by sockets in a temporary folder, and opens no port.
             config=Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}}),
         )
         try:

@@ -1,6 +1,6 @@
-"""Simulate recordings as sensors would write them: inputs of the experiments beyond the paper.
+"""Simulate recordings as sensors would write them: the samples of experiments that are not in the paper.
 
-Real recordings of the same form can take their places: only the name of the file changes in params.yaml.
+Real recordings of the same form can replace them: only the name of the file changes in params.yaml.
 """
 
 from pathlib import Path
@@ -23,7 +23,7 @@ def record(folder: Path = RECORDINGS) -> None:
 
 
 def axis(seed: int) -> str:
-    """Return the position [mm] of a machine axis that is moved by hand to its rest position, about every 60 ms [ms]."""
+    """Return a CSV file: the position [mm] of an axis moved by hand to its rest, at times [ms] about 60 ms apart."""
     rng = np.random.default_rng(seed)
     stamps = 60 * np.arange(36) + rng.integers(-9, 10, 36)
     stamps[0] = 0
@@ -34,11 +34,11 @@ def axis(seed: int) -> str:
 
 
 def breathing(seconds: float, seed: int) -> str:
-    """Return the height [mm] of a marker on the abdomen, about every 100 ms, as a tracker writes it.
+    """Return a CSV file as a tracker writes it: the height [mm] of a marker on the abdomen, about every 100 ms.
 
     Respiratory motion after Lujan et al. (1999) is rest + depth · cos²ⁿ(π t/τ − φ); n = 3 makes exhaling long and
-    inhaling short. A slow drift, noise and a resolution of 0.1 mm are added, and the faults of such files: decimal
-    commas, a repeated stamp, two rows out of order, and a row where the marker was lost.
+    inhaling short. A slow drift, noise and a resolution of 0.1 mm are added, and faults that such files have: decimal
+    commas, a repeated stamp, two rows out of order, and a row at which the marker was lost.
     """
     rng = np.random.default_rng(seed)
     ticks = np.arange(int(10 * seconds))

@@ -18,7 +18,7 @@ _RESULTS = "data/results"
 
 
 def copy_without_results(project: Path, folder: Path) -> None:
-    """Copy what git knows of a project, or would add to it, into an empty folder; what was there is deleted.
+    """Copy the files of a project that git tracks or does not ignore into a folder, without results; empty it before.
 
     Files are copied as they are in the working tree, with changes that are not committed. Raises InputError.
     """
@@ -40,7 +40,7 @@ def copy_without_results(project: Path, folder: Path) -> None:
 
 @dataclass(frozen=True)
 class Stage:
-    """A command, the files and folders that it writes, and the names of the stages whose outputs it reads."""
+    """A stage of the pipeline: a command, the files and folders that it writes, and the stages that it depends on."""
 
     name: str
     command: str
@@ -49,8 +49,8 @@ class Stage:
 
 
 def plan_of(project: Path) -> list[Stage]:
-    """Return the stages as DVC resolves them for the experiments of params.yaml. Raises InputError."""
-    from dvc.exceptions import DvcException  # noqa: PLC0415  loading DVC takes longer than many a stage
+    """Return the stages that DVC finds in dvc.yaml for the experiments of params.yaml. Raises InputError."""
+    from dvc.exceptions import DvcException  # noqa: PLC0415  loading DVC takes longer than many stages
     from dvc.repo import Repo  # noqa: PLC0415
 
     try:
@@ -69,10 +69,10 @@ def plan_of(project: Path) -> list[Stage]:
 
 
 def run(plan: Sequence[Stage], folder: Path, jobs: int, told: Callable[[str], None]) -> None:
-    """Run every stage in `folder`, at most `jobs` at a time, and tell how long each took.
+    """Run every stage in `folder`, at most `jobs` at a time, and call `told` with a line about how long each took.
 
-    Raises NoReferenceError if a stage fails, with what the stage said, or if it does not write an output. Stages that
-    have begun are then waited for.
+    Raises NoReferenceError if a stage fails, with the output of the stage, or if it does not write its files. Before
+    that, stages that have begun are waited for.
     """
     waiting, done = [*plan], set[str]()
     running: dict[Future[float], Stage] = {}
@@ -104,7 +104,7 @@ def _run(stage: Stage, folder: Path) -> float:
     if ended.returncode:
         raise NoReferenceError(f"stage {stage.name}: {ended.stdout.strip() or f'exit code {ended.returncode}'}")
     if missing := [str(output) for output in stage.outputs if not (folder / output).exists()]:
-        raise NoReferenceError(f"stage {stage.name}: has not written {', '.join(missing)}")
+        raise NoReferenceError(f"stage {stage.name}: has not written {', '.join(missing)}, but ended without an error")
     return time.perf_counter() - begin
 
 
@@ -114,15 +114,16 @@ def _run(stage: Stage, folder: Path) -> float:
     type=click.Path(file_okay=False, path_type=Path),
     default=Path(".reproduced"),
     show_default=True,
-    help="Folder for the copy; what is in it is deleted.",
+    help="Folder for the copy; files in it are deleted.",
 )
 @click.option("--jobs", type=click.IntRange(1), default=2, show_default=True, help="Stages that run at a time.")
 @click.pass_context
 def reproduce(context: click.Context, into: Path, jobs: int) -> None:
-    """Run every stage of every experiment in a copy of the project that holds no results, and compare.
+    """Run every stage of every experiment in a copy of the project without results, and compare.
 
-    Ends with the paper's claims, what they expect beside our values, and with how many artifacts are identical to those
-    in data/results, or within tolerance of them. The project itself stays as it is. Exit codes are those of `compare`.
+    The output ends with the paper's claims, the expected value of each beside ours, and the number of artifacts that
+    are identical to those in data/results, within tolerance, or different. The project itself stays as it is. Exit
+    codes are those of `compare`.
     """
     # Imported late, like the stages: `--help` should wait for nothing.
     from pipeline.compare.claims import load_claims  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""What notebooks and pages say of an experiment: sentences and tables of its results. Other results, other words."""
+"""Sentences and tables about the results of an experiment, for notebooks and pages; they follow from the results."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,7 +18,7 @@ from trackably.reference.truth import Accuracy
 from trackably.systems.constrained import ConstrainedSystem
 
 UNCONSTRAINED = "unconstrained"
-_ROUNDING = 1e-9  # of the largest cost
+_ROUNDING = 1e-9  # rises of the optimal cost by less than this part of the largest cost are rounding
 _ERRORS = {
     "misfit": "the samples are off it by {} (root mean square)",
     "held_out": "the held-out samples by {}",
@@ -36,7 +36,7 @@ class Told(str):
 
 
 def told_of_system(plant: ConstrainedSystem) -> Told:
-    """Say what the states and inputs are, how often there is an input, and what is bounded."""
+    """Name the states, the inputs, the sampling time and the bounds of a plant."""
     system = plant.system
     bounds = _listed(f"{quantity.name} in {quantity.bounds}" for quantity in plant.quantities)
     return Told(
@@ -46,7 +46,7 @@ def told_of_system(plant: ConstrainedSystem) -> Told:
 
 
 def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
-    """Say which bounds the unconstrained mean breaks, by how much and when; or that it breaks none."""
+    """Say which bounds the unconstrained posterior mean breaks, by how much and when; or that it breaks none."""
     profiles = margins[UNCONSTRAINED]
     broken = [
         f"{profile.quantity.name} leaves its bounds by {-worst:.3g} at t = {time:.4g} s"
@@ -64,7 +64,7 @@ def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
 
 
 def told_of_edges(fitted: Fitted) -> Told:
-    """Say which learned hyperparameters lie at an end of their search interval: they might go on beyond it."""
+    """Name the learned hyperparameters at an end of their search interval, as a wider one may have other optima."""
     found = [
         f"- `{method}`: {edge}, {edge.interval}{'' if edge.is_given else ', which was chosen from the samples'}."
         for method, learned in fitted.learned.items()
@@ -76,7 +76,11 @@ def told_of_edges(fitted: Fitted) -> Told:
 
 
 def told_of_price(results: Results) -> Told:
-    """Say what each proved method costs beside the unconstrained mean, how far the samples are, and if all are used."""
+    """Say for each proved method its price, and the distances of its reference from the samples.
+
+    The price is the cost of the bounds: J minus the l of the unconstrained mean. If fewer centres stand for the
+    samples, their number is given.
+    """
     metrics: Any = read_json(results.metrics)
     free = metrics[UNCONSTRAINED]
     said = [
@@ -93,13 +97,13 @@ def told_of_price(results: Results) -> Told:
 
 
 def told_of_proofs(results: Results) -> Told:
-    """Say what is proved of each method's reference, or what refutes it."""
+    """Say for each method what is proved about its reference, what refutes it, or what a proof lacks."""
     metrics: Any = read_json(results.metrics)
     return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in metrics.items()))
 
 
 def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
-    """Say which of the files are proved by Coq, with the SHA-256 of each statement; nothing where none is."""
+    """Say which certificates are proved by Coq, with the SHA-256 of each statement; empty if Coq proved none."""
     proved = proved_by_coq(results, theory)
     if not proved:
         return Told("")
@@ -117,7 +121,7 @@ def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
 
 
 def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
-    """Return the theorem of a method's certificate as Coq prints it, and the words in it."""
+    """Return the theorem of a method's certificate as Coq prints it, with the definitions of its words."""
     proved = proved_by_coq(results, theory).get(method)
     if proved is None:
         return "The certificate that is there now is not checked by Coq: `make theorem` lets it."
@@ -125,7 +129,7 @@ def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
 
 
 def told_of_truth(results: Results) -> Told:
-    """Say how far each proved reference, and its plant, is from every true signal, and how near any could be."""
+    """Say how far each proved reference and its plant are from every true signal, and the least possible distance."""
     metrics: Any = read_json(results.metrics)
     said = (
         f"- `{method}`: {name} is {Accuracy(**of)}."
@@ -136,13 +140,13 @@ def told_of_truth(results: Results) -> Told:
 
 
 def told_of_loops(results: Results) -> Told:
-    """Say, for each reference, whether the controller had a plan at each step, and whether its cost fell."""
+    """Say for each reference whether the controller had a plan at each step, and whether the optimal cost fell."""
     counted: Any = read_json(results.control)
     return Told("\n".join(f"- {sentence}" for sentence in _loops(counted)))
 
 
 def told_of_room(results: Results) -> Told:
-    """Say what room for disturbances costs, and for which sizes of their sets it was found."""
+    """Say what the robust reference costs beside `joint`, and for which sizes of the disturbance sets one is proved."""
     loops, metrics = (read_json(path) for path in (results.control, results.metrics))
     price: Any = loops["price_of_room"] if isinstance(loops, Mapping) else {}
     robust, joint = (metrics[name] for name in ("robust", "joint")) if isinstance(metrics, Mapping) else ({}, {})
@@ -156,7 +160,7 @@ def told_of_room(results: Results) -> Told:
 
 
 def told_of_disturbances(results: Results) -> Told:
-    """Say what each controller keeps on each reference under disturbances, and what became of many runs."""
+    """Say for each controller and reference whether disturbed loops keep the bounds, and the same of many runs."""
     loops: Any = read_json(results.control)
     runs = loops["disturbed"]["tube"]
     kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
@@ -165,7 +169,7 @@ def told_of_disturbances(results: Results) -> Told:
 
 
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each reference of undisturbed loops, with what was counted from each initial state."""
+    """Yield the name of each reference of undisturbed loops, with the metrics by initial state."""
     for reference, of in counted.items():
         if reference not in ("horizon", "online", "disturbed", "price_of_room"):
             yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
@@ -182,7 +186,7 @@ def _loops(counted: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
-    """Say what each controller keeps on each reference under all kinds of disturbances."""
+    """Say for each controller and reference whether loops under all kinds of disturbances keep the bounds."""
     for reference, by_controller in loops.items():
         if reference == "tube":
             continue
@@ -272,7 +276,10 @@ _HEADINGS = {"misfit": "misfit", "rmse": "error to the truth", "held_out": "erro
 
 
 def table_of_methods(results: Results) -> Table:
-    """Return l, J, the price, root mean square errors and whether there is a proof, for each method."""
+    """Return l, J, the price, root mean square errors and whether there is a proof, for each method.
+
+    l is the negative log marginal likelihood, and J is l plus the cost of active bounds.
+    """
     metrics: Any = read_json(results.metrics)
     first = next(iter(metrics.values()))
     errors = {
@@ -292,7 +299,7 @@ def _heading(key: str, kind: str) -> str:
 
 
 def table_of_hyperparameters(learned: Mapping[str, LearnedReference]) -> Table:
-    """Return what each method learned, and k̄ at the end of Algorithm 1 where it was run."""
+    """Return the hyperparameters that each method learned, and for Algorithm 1 its last k̄."""
     names = next(iter(learned.values())).prior.hyperparameters
     rows: list[list[object]] = [
         [name, *(found.prior.hyperparameters[name] for found in learned.values())] for name in names
@@ -316,7 +323,7 @@ _ROUNDING_OF_COSTS = 1e-12
 def table_of_loops(results: Results) -> Table:
     """Return the metrics of every loop by reference and initial state, for a notebook.
 
-    A cost that rises by less than 1e-12 of the highest one rises by rounding.
+    If the optimal cost rises by less than 1e-12 of the highest cost, the table shows "rounding".
     """
     counted: Any = read_json(results.control)
     by_loop = {f"{reference}, {start}": of for reference, starts in _by_start(counted) for start, of in starts.items()}
@@ -338,7 +345,7 @@ def table_of_loops(results: Results) -> Table:
 
 
 def table_of_offers(results: Results) -> Table:
-    """Return, for every reference that was learned again, whether it was taken over, and why."""
+    """Return for every reference that was learned again whether the loop tracks it from then on, and why."""
     metrics = read_json(results.control)
     assert isinstance(metrics, dict)
     offers = metrics.get("online", {}).get("offers", [])

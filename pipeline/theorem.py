@@ -1,4 +1,4 @@
-"""What Coq has proved of certificates: the record, which is read without Coq, and the command that writes it."""
+"""A record of which certificates Coq has proved, which is read without Coq, and the command that writes it."""
 
 import re
 import subprocess
@@ -21,15 +21,15 @@ from trackably.theorem import Theorem
 from trackably.theorem import theorem as stated_in
 
 THEORY = Path("theorem")
-"""The theory in Coq, and the record beside it."""
+"""The folder of the theory in Coq, and of the record `proved.json`."""
 
 
 class Proved(Fields):
     """A statement that Coq has proved, by the SHA-256 of its text.
 
-    `meaning` is the SHA-256 of Statement.v, which defines its words, and `axioms` that of the sorted names of all
-    axioms on which the proof rests. `theorems` have their claims by name. `printed` is what Coq prints of them: empty
-    where it is too long to be read.
+    `meaning` is the SHA-256 of Statement.v, which defines the words of statements, and `axioms` that of the sorted
+    names of all axioms on which the proof rests. `theorems` are the claims in words, by the name of the theorem.
+    `printed` is the text that Coq prints of the theorems: empty if it is too long to be read.
     """
 
     coq: str
@@ -41,20 +41,20 @@ class Proved(Fields):
 
 
 class Record(Fields):
-    """What is proved, by experiment and by the name of the certificate's file."""
+    """All proved statements, by experiment and by the name of the certificate's file."""
 
     experiments: dict[str, dict[str, Proved]]
 
 
 def meaning(theory: Path = THEORY) -> str:
-    """Return the SHA-256 of what the words of statements mean."""
+    """Return the SHA-256 of Statement.v, which defines the words of statements."""
     return sha256(read_bytes(theory / "Statement.v")).hexdigest()
 
 
 def proved_by_coq(results: Results, theory: Path = THEORY) -> dict[str, Proved]:
-    """Return by file what is on record as proved of the statements that the files make today.
+    """Return, by the certificate's file, the recorded proofs of the statements that the files make today.
 
-    What is on record of another statement, or of other words, proves nothing of this one, and is left out.
+    A recorded proof of another statement, or with other definitions of its words, is left out.
     """
     recorded = read_record(theory).get(results.experiment, {})
     words = meaning(theory) if recorded else ""
@@ -67,13 +67,13 @@ def proved_by_coq(results: Results, theory: Path = THEORY) -> dict[str, Proved]:
 
 
 def read_record(theory: Path = THEORY) -> Mapping[str, Mapping[str, Proved]]:
-    """Return what is on record; nothing where there is no record. Raises InputError where it cannot be read."""
+    """Return the recorded proofs, by experiment and file; empty without a record. InputError: it cannot be read."""
     path = theory / "proved.json"
     return validated(Record, read_json(path), path).experiments if path.exists() else {}
 
 
 def write_record(experiments: Mapping[str, Mapping[str, Proved]], theory: Path = THEORY) -> None:
-    """Write the record, in the order of names."""
+    """Write the record, with experiments and files in the order of their names."""
     content = {
         experiment: {name: proved.model_dump() for name, proved in sorted(of.items())}
         for experiment, of in sorted(experiments.items())
@@ -83,14 +83,14 @@ def write_record(experiments: Mapping[str, Mapping[str, Proved]], theory: Path =
 
 
 def _statement(file: Path) -> str | None:
-    """Return the SHA-256 of what a file states; None where Coq does not cover it."""
+    """Return the SHA-256 of the statement of a certificate; None if the theory in Coq does not cover it."""
     try:
         return stated_in(file).fingerprint
     except InputError:
         return None
 
 
-_LONGEST = 8000  # characters that are recorded of what Coq prints: nobody reads more
+_LONGEST = 8000  # longest text of Coq, in characters, that is recorded: nobody reads more
 _QUERY = """From Coq Require Import QArith List Reals.
 From Trackably Require Import Statement.
 From Given Require Import stated.
@@ -108,7 +108,7 @@ _AXIOM = re.compile(r"^[A-Z][\w.]+", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Run:
-    """What Coq answered to a file: all that it printed, and how long it took [s]."""
+    """The result of running Coq on a file: all that Coq printed, and how long it took [s]."""
 
     accepted: bool
     printed: str
@@ -124,8 +124,8 @@ class Run:
 def theorem(context: click.Context, experiments: tuple[str, ...], params: Path, results: Path) -> None:
     """Prove the certificates and counterexamples of EXPERIMENTS with Coq; without names, those of all experiments.
 
-    `make theorem NAME=…` compiles the theory first. What is proved is written to theorem/proved.json. Exit codes: 0 all
-    that Coq covers is proved; 1 Coq refuses a file.
+    `make theorem NAME=…` compiles the theory first. Proofs are recorded in theorem/proved.json. Exit codes: 0 all files
+    that the theory covers are proved; 1 Coq refuses a file.
     """
     known = read_record() if experiments else {}
     proved: dict[str, dict[str, Proved]] = {}
@@ -152,9 +152,9 @@ def theorem(context: click.Context, experiments: tuple[str, ...], params: Path, 
 
 
 def run_coq(stated: Theorem, theory: Path = THEORY) -> Run:
-    """Let Coq prove a file, and then print its theorems and the axioms on which they rest: only the proof is timed.
+    """Let Coq prove a file, then print its theorems and the axioms on which they rest; only the proof is timed.
 
-    Raises InputError where there is no Coq.
+    Raises InputError if Coq is not installed.
     """
     with TemporaryDirectory() as folder:
         file = Path(folder) / "stated.v"
@@ -180,18 +180,18 @@ def _coqc(file: Path, theory: Path) -> Run:
     try:
         ended = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError as error:
-        raise InputError("Coq with CoqInterval is needed: apt-get install coq libcoq-interval") from error
+        raise InputError("Coq with CoqInterval is not installed: apt-get install coq libcoq-interval") from error
     complaint = " ".join(ended.stderr.split())
     return Run(ended.returncode == 0, ended.stdout, complaint, time.perf_counter() - begin)
 
 
 def proved_in(stated: Theorem, run: Run, theory: Path = THEORY) -> Proved:
-    """Return what is recorded of a proof. Raises InputError where it rests on axioms that are not on the list."""
+    """Return the record of a proof. InputError: it rests on axioms that theorem/assumptions.txt does not name."""
     printed, *resting = run.printed.split("Axioms:\n")
     axioms = sorted({name for one in resting for name in _AXIOM.findall(one)})
     trusted, _ = ({*_AXIOM.findall(one)} for one in (theory / "assumptions.txt").read_text().split("Axioms:")[1:])
     if len(resting) != len(stated.parts) or not trusted.issuperset(axioms):
-        raise InputError(f"a proof rests on what theorem/assumptions.txt does not name: {', '.join(axioms)}")
+        raise InputError(f"a proof rests on axioms that theorem/assumptions.txt does not name: {', '.join(axioms)}")
     return Proved(
         coq=version(),
         statement=stated.fingerprint,

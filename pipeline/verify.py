@@ -28,7 +28,7 @@ from trackably.reference.truth import accuracy, with_truth
 from trackably.systems.reference import Reference
 
 _PERIODS = 100
-_ROWS = 300  # a plot shows no more
+_ROWS = 300  # most rows of the table of margins: a plot shows no more
 
 
 def metrics_of(
@@ -38,9 +38,10 @@ def metrics_of(
     profiles: Sequence[MarginProfile],
     baseline: LearnedReference,
 ) -> dict[str, Any]:
-    """Return the numbers of one learned reference by name; `profiles` are its margins at finely sampled times.
+    """Return the metrics of one learned reference by name; `profiles` are its margins at finely sampled times.
 
-    The price is J minus l of the `baseline`, in the unit of l.
+    The price is J minus the l of the reference `baseline`, where l is the negative log marginal likelihood and J is l
+    plus the cost of active bounds.
     """
     last_step = experiment.verified(sampled.samples).last_step
     reference = learned.reference
@@ -77,9 +78,9 @@ def summary_of(
 ) -> dict[str, float | None]:
     """Return the few numbers that summarise an experiment, from those of its methods `unconstrained` and `joint`.
 
-    For both methods these are J (l if nothing is constrained), the smallest margin relative to the bound's width, and
-    the root mean square distance to the truth, or to the samples held out if the truth is not known. The price, which
-    is what the guarantee costs, is given for `joint` and for the method `hyperparameters`.
+    For both methods these are the objective J, the smallest margin relative to the bound's width, and the root mean
+    square distance to the true signal, or to the samples held out if it is not known. The price, which is what the
+    guarantee costs, is given for `joint` and for the method `hyperparameters`.
     """
     both, priced = (UNCONSTRAINED.name, JOINT.name), (JOINT.name, HYPERPARAMETERS.name)
     worst = {name: min(p.worst[0] / p.quantity.bounds.width for p in margins[name]) for name in both}
@@ -106,9 +107,9 @@ def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[st
 
 
 def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
-    """Return margins at the sampled instants, for a periodic reference those of many periods.
+    """Return margins at the sampling instants up to a step; for a periodic reference, those of many periods.
 
-    The instants of each period fall on other phases than those of the period before.
+    In each period, the instants fall on other phases of the period than before.
     """
     period = reference.period
     if period is not None:
@@ -117,7 +118,10 @@ def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
 
 
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
-    """Return bounds for all times after the last verified step; None where the kernel gives none."""
+    """Return bounds and margins of a scalar reference for all times after the last verified step.
+
+    None if a sample is so near to this step that the kernel does not decay monotonically from there on.
+    """
     plant = reference.plant
     state, entry = state_and_input(plant)
     bounds = tail(reference.kernel_sums[0], last_step * plant.sampling_time)
@@ -133,9 +137,10 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
 
 
 def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float]:
-    """Return root mean squares: `misfit` of the samples; `rmse` of the truth and `held_out` where they are known.
+    """Return root mean square distances by name: `misfit` from the samples, `rmse` from the true signal, `held_out`.
 
-    The truth is compared at the verified steps.
+    The true signal is compared at the verified steps, if it is known. `held_out` is the distance from the samples that
+    are held out, if there are any.
     """
     times = reference.instants(np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float))
     signals = reference.kernel_sums
@@ -152,7 +157,7 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
 
 
 def _condensed(sampled: Sampled) -> dict[str, Any]:
-    """Return for each name with condensed samples how many there are, and how many centres; else an empty result."""
+    """Return the numbers of samples and centres for each name whose samples are condensed; empty if none are."""
     counts = {
         name: {"samples": len(of) + of.scatter.count, "centres": len(of)}
         for name, of in sampled.by_name.items()
@@ -173,7 +178,7 @@ def _roots(kind: str, mean_squares: Mapping[str, float]) -> dict[str, float]:
 def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
     """Return what each bound costs, summed over the times at which it is active.
 
-    The sum of all is the price D. The price of a bound may be negative; such a bound only stops what others cause.
+    The sum of all these prices is D. The price of a bound is negative if the bound is active only because of others.
     """
     prices: dict[str, float] = {}
     for bound in active:
@@ -183,9 +188,9 @@ def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
 
 
 def verify(experiment: Experiment, results: Results) -> None:
-    """Write the margins of every learned reference, what can be proved of it, its metrics, and a summary.
+    """Write the margins, the proof and the metrics of every learned reference, and a summary.
 
-    Raises NoReferenceError, before anything is written, where a method must have a proof and there is none.
+    Raises NoReferenceError, before anything is written, if a method must have a proof and there is none.
     """
     fitted = read_fit_of(experiment, results)
     baseline = fitted.learned[UNCONSTRAINED.name]
@@ -210,14 +215,14 @@ def verify(experiment: Experiment, results: Results) -> None:
 
 
 def _accuracy(proof: Outcome) -> dict[str, dict[str, Any]]:
-    """Return the proved distances from true signals, and the least possible ones, by state; nothing without `truth`."""
+    """Return the proved and the least possible distances from true signals, by state; empty without `truth`."""
     if not isinstance(proof, Certificate) or not proof.truth:
         return {}
     return {"accuracy": {truth.state: asdict(accuracy(proof, truth.state)) for truth in proof.truth}}
 
 
 def _write_proof(results: Results, method: str, proof: Outcome) -> None:
-    """Write a certificate or a counterexample; remove those of an earlier run, which are about another reference."""
+    """Write a certificate or a counterexample; remove files of an earlier run, which are about another reference."""
     for path, kind in (
         (results.certificate(method), Certificate),
         (results.counterexample(method), Counterexample),
@@ -229,7 +234,7 @@ def _write_proof(results: Results, method: str, proof: Outcome) -> None:
 
 
 def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: Reference) -> Outcome:
-    """Prove what the method claims of a reference, or find out what a proof lacks."""
+    """Return a proof of the method's claim about a reference, or what refutes it, or what a proof lacks."""
     proof = METHODS[method].prove(experiment.goal(sampled.samples), reference)
     if not isinstance(proof, Certificate):
         return proof

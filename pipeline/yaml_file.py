@@ -19,7 +19,7 @@ class Fields(BaseModel):
     @model_validator(mode="wrap")
     @classmethod
     def _tell_fields(cls, written: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
-        """Add to the complaint about an unknown field which known ones were not given."""
+        """Add to errors about unknown fields the names of the known fields that are not given."""
         try:
             return validate(written)
         except ValidationError as error:
@@ -32,14 +32,14 @@ M = TypeVar("M", bound=Fields)
 
 
 def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
-    """Return the content of an entry of the file, or of the whole file, as a `model`.
+    """Return the `content` of an entry of the file, or of the whole file, as an object of the class `model`.
 
     Raises InputError that names all mistakes, each after its place in the file.
     """
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        # A misspelt field is also missing: the misspelling comes first, as it helps more.
+        # A field with a misspelt name is also missing: the error about its name comes first, as it helps more.
         ordered = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
         placed = [(".".join(map(str, (*entry, *e["loc"]))), _complaint(e)) for e in ordered]
         said = "; ".join(f"{place}: {complaint}" if place else complaint for place, complaint in placed)
@@ -47,7 +47,7 @@ def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
 
 
 def _complaint(error: ErrorDetails) -> str:
-    """Say what was expected, and what came instead."""
+    """Return what was expected and what came instead, to be written after the place in the file."""
     match error["type"]:
         case "missing":
             return "is missing"
@@ -69,7 +69,7 @@ def _complaint(error: ErrorDetails) -> str:
 
 
 def _told(error: ErrorDetails, others: list[str]) -> InitErrorDetails:
-    """Return the same error; of an unknown field in this mapping with the `others` that are known, but not given."""
+    """Return the error as it is, or about an unknown field with the `others` that are known, but not given."""
     is_own = error["type"] == "extra_forbidden" and len(error["loc"]) == 1
     context = {"others": others} if is_own else error.get("ctx")
     kind = PydanticCustomError(error["type"], error["msg"], context)

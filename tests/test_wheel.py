@@ -125,7 +125,7 @@ for name in trackably.__all__:
         print(error)
 """
     said = run_without_extras(code, tmp_path).splitlines()
-    sentence = r"(\w+): no package '\w+', which pip install 'trackably\[(\w+)\]' installs"
+    sentence = r"(\w+): needs the package '\w+', which is not installed: pip install 'trackably\[(\w+)\]'"
     found = {match[1]: match[2] for line in said if (match := re.fullmatch(sentence, line))}
     assert len(found) == len(said)
     assert found["read_mcap"] == "recordings"

@@ -13,7 +13,7 @@ The public names, by task:
 - proofs that others hand over: `check`
 - control: `Controller`, `TubeController`, `simulate`, and `Relearner` to learn in the loop
 
-A name is loaded when it is first used. Where a package is missing, the error names the extra that installs it.
+A name is loaded when it is first used. If a package is missing, the error names the extra that installs it.
 """
 
 from importlib import import_module
@@ -211,7 +211,7 @@ __all__ = [*_MODULES]  # noqa: PLE0604
 def __getattr__(name: str) -> Any:
     if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from trackably.extras import optional  # noqa: PLC0415  a checker alone has no extras
+    from trackably.extras import optional  # noqa: PLC0415  a bundle of the checker lacks this module
 
     with optional(name):
         value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

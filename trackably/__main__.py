@@ -2,7 +2,7 @@
 
 import signal
 
-if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # it is ignored in the background
+if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # ignored by background jobs
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
 
 import argparse
@@ -19,8 +19,8 @@ from trackably.theorem import SILENT, theorem
 
 _CODES = """Exit codes: 0 FILE is proved, and what it proves is printed; 1 a step of the proof fails; 2 FILE cannot be
 used; 3 not decided within N seconds; 4 FILE is a valid counterexample: its reference is not trackable; 5 FILE
-is a valid contradiction: no reference keeps its bounds and values; 130 interrupted. Of several files, it is the largest
-of their codes: 0 only if all are proved.
+is a valid contradiction: no reference keeps its bounds and values; 130 interrupted. With several files, the exit
+code is the largest of their codes: 0 only if all are proved.
 """
 
 _ANSWERS = """Exit codes: 0 proved; 1 refuted: the time, the bound and the amount are printed; 2 a file cannot be
@@ -38,23 +38,27 @@ def main(arguments: list[str]) -> int:
     written = "what `save_certificate`, `save_counterexample` or `save_contradiction` wrote"
     checking = commands.add_parser(
         "check",
-        help="check a certificate or a counterexample, with nothing of what found it",
+        help="check a certificate or a counterexample; the checker shares no code with what found it",
         epilog=_CODES,
     )
     checking.add_argument("files", type=Path, metavar="FILE", nargs="+", help=written)
-    checking.add_argument("--seconds", type=float, metavar="N", help="answer within about this time: 3 if undecided")
-    checking.add_argument("--exact", action="store_true", help="without float64 intervals; takes longer")
+    checking.add_argument(
+        "--seconds", type=float, metavar="N", help="stop after about N seconds; the exit code is 3 if undecided"
+    )
+    checking.add_argument("--exact", action="store_true", help="check without float64 intervals; takes longer")
     certifying = commands.add_parser("certify", help="prove or refute a trajectory that is given", epilog=_ANSWERS)
     _certify_arguments(certifying)
     stating = commands.add_parser("theorem", help="write a certificate as a file for the proof assistant Coq")
     stating.add_argument("file", type=Path, metavar="FILE", help=written)
     stating.add_argument(
-        "--output", type=Path, metavar="COQ", help="file to write; without it FILE's name with .v, here"
+        "--output", type=Path, metavar="COQ", help="file to write; by default FILE's name with .v, in this folder"
     )
-    stating.add_argument("--emulated", action="store_true", help="do not trust the processor's float64; takes longer")
+    stating.add_argument(
+        "--emulated", action="store_true", help="let Coq emulate float64, and not use the processor's; takes longer"
+    )
     given = parser.parse_args(arguments)
     if given.command == "certify":
-        from trackably.given.command import run  # noqa: PLC0415  all modules that find proofs
+        from trackably.given.command import run  # noqa: PLC0415  loads all modules that search for proofs
 
         return run(given)
     try:
@@ -90,14 +94,30 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--interpolation",
         choices=_INTERPOLATIONS,
-        help="prove all times between the rows; left out, the rows alone, as states and inputs at the steps",
-    )
-    parser.add_argument("--claim", choices=("all_times", "all_phases"), help="left out, from the first row to the last")
-    parser.add_argument(
-        "--tolerance", type=float, default=1e-9, metavar="X", help="of the next state, where the rows alone are proved"
+        help="join the rows by curves, and prove all times between them; by default, the rows alone are proved, as "
+        "states and inputs at the steps",
     )
     parser.add_argument(
-        "--decimal", choices=(".", ","), default=".", help="the decimal mark in TABLE, a point if left out"
+        "--claim",
+        choices=("all_times", "all_phases"),
+        help="the times to prove; by default, from the first row to the last",
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        default=1e-9,
+        metavar="X",
+        help="if the rows alone are proved: the largest difference of a state from what the system predicts (1e-9)",
+    )
+    parser.add_argument(
+        "--decimal", choices=(".", ","), default=".", help="the decimal mark in TABLE; by default a point"
+    )
+    parser.add_argument(
+        "--scale",
+        action="append",
+        default=[],
+        metavar="NAME=FACTOR",
+        help="multiply the numbers of a state or an input in TABLE: position=1e-3 converts mm to m; may be repeated",
     )
     parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 
@@ -111,7 +131,7 @@ def _state(file: Path, output: Path, emulated: bool) -> int:
 
 
 if __name__ == "__main__":
-    logging.basicConfig(format="%(message)s")  # to stderr, where a terminal would show a line
+    logging.basicConfig(format="%(message)s")  # log messages go to stderr, as progress bars do
     LOG.setLevel(logging.INFO)
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -16,9 +16,9 @@ from trackably.arrays import Array
 _SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
 
 
-_LONGEST = 200  # characters of a value in a message
+_LONGEST = 200  # most characters of a value in a message
 _SHORTENER = reprlib.Repr()
-_SHORTENER.maxother = 60  # characters of objects such as dates
+_SHORTENER.maxother = 60  # most characters of other objects, such as dates
 
 
 def short(value: object) -> str:
@@ -138,7 +138,7 @@ def _came(given: object) -> str:
 
 def is_number(value: object) -> TypeGuard[float]:
     """Whether `value` is a real number that fits into a float64, rounded if need be; True and False do not count."""
-    if isinstance(value, float):  # most values are floats
+    if isinstance(value, float):  # fast path, as most values are floats
         return True
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real | Decimal | Fraction):
         return False

@@ -18,7 +18,7 @@ _LEFT_OUT = {"tests", "__pycache__"}
 
 
 def write_bundle(out: Path) -> None:
-    """Write the zip application. Raise OSError where it cannot be written."""
+    """Write the zip application to `out`. Raises OSError if it cannot be written."""
     files = {"__main__.py": _MAIN.encode(), "trackably/__init__.py": b""}
     files |= {f"trackably/checker/{name}": data for name, data in _sources("trackably.checker")}
     files |= {f"mpmath/{name}": data for name, data in _sources("mpmath")}

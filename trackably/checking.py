@@ -17,12 +17,12 @@ _PATIENCE = 3.0  # seconds before a terminal shows a line
 
 
 def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:
-    """Check a certificate or a counterexample, given as a file or as the content of one, and return the verdict.
+    """Check a certificate or a counterexample, given as a file or as its parsed content, and return the verdict.
 
     `Proved` and `Refuted` say in words what holds; `Failed` and `NotACertificate` say why nothing is shown, `Undecided`
-    that the check took longer than `seconds`. An `exact` check does without float64 intervals; it takes longer. On a
+    that the check took longer than `seconds`. An `exact` check uses no float64 intervals; it takes longer. On a
     terminal, a line shows how far a long check is; elsewhere the logger "trackably" says so every 10 s, at level INFO.
-    Raises InputError where the file cannot be read, and ValueError where `seconds` are not positive.
+    Raises InputError if the file cannot be read, and ValueError if `seconds` is not positive.
     """
     if seconds is not None:
         positive("check: seconds", seconds)
@@ -39,7 +39,7 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
 def check_file(path: Path | str) -> str:
     """Return what the certificate in a file proves, in words.
 
-    Raises NoReferenceError where it proves nothing, and InputError where the file is no certificate.
+    Raises NoReferenceError if the certificate proves nothing, and InputError if the file is no certificate.
     """
     path = path_of("certificate", path)
     match check(path):

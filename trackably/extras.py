@@ -37,4 +37,4 @@ def optional(what: str) -> Iterator[None]:
         if package not in EXTRA_OF:
             raise
         command = f"pip install 'trackably[{EXTRA_OF[package]}]'"
-        raise MissingExtra(f"{what}: no package {package!r}, which {command} installs") from None
+        raise MissingExtra(f"{what}: needs the package {package!r}, which is not installed: {command}") from None

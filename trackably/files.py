@@ -18,7 +18,7 @@ YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 """Most levels of nesting in YAML, and most values (numbers, texts, sequences and mappings)."""
 
 ACCEPTED = "accepted file"
-"""Key in `vars(outcome)` of the bytes of the outcome's file, once the checker has accepted them."""
+"""Name of the attribute in which an outcome keeps the bytes of its file, once the checker has accepted them."""
 
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
@@ -66,10 +66,10 @@ def write_atomically(path: Path, data: bytes) -> None:
             os.fsync(file.fileno())  # else a power failure may keep the new name and lose the bytes
         neighbour.replace(path)
     except OSError as error:
-        error.filename = str(path)  # users do not know the temporary file's name
+        error.filename = str(path)  # for the message: users do not know the temporary file's name
         raise
     finally:
-        neighbour.unlink(missing_ok=True)  # after the renaming there is nothing to remove
+        neighbour.unlink(missing_ok=True)  # removes the temporary file after an error; after the renaming there is none
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:
@@ -116,7 +116,7 @@ def unreadable(path: Path, error: OSError) -> InputError:
     if isinstance(error, FileNotFoundError):
         looked = "" if path.is_absolute() else f" in {Path.cwd()}"
         return InputError(f"{path}: there is no such file{looked}")
-    if os.path.isdir(path):  # noqa: PTH112  `path.is_dir()` raises where a name is too long
+    if os.path.isdir(path):  # noqa: PTH112  `path.is_dir()` raises OSError if a name is too long
         return InputError(f"{path}: expected a file, got a folder")
     return InputError(f"{path}: cannot be read ({error.strerror or error})")
 
@@ -153,7 +153,7 @@ def read_yaml(path: Path, most: int | None = None) -> object:
 def to_json(value: object) -> bytes:
     """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    return text.encode(errors="backslashreplace")  # a lone surrogate, of a file's name, is \udcff in JSON too
+    return text.encode(errors="backslashreplace")  # \udcff for a byte of a file name that is no UTF-8
 
 
 _ENDED = re.compile(r"\n---\s*\Z")
@@ -166,7 +166,7 @@ def from_yaml(data: bytes) -> object:
     A part counts again for each alias that refers to it. Numbers with the tag !degrees, as robot descriptions of ROS
     have them, become radians. ModuleNotFoundError: ruamel.yaml is not installed.
     """
-    from ruamel.yaml import YAML  # noqa: PLC0415  an extra
+    from ruamel.yaml import YAML  # noqa: PLC0415  an optional package
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
 
     try:

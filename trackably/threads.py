@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-# Freed memory: the C library gives it back to the system, and asks for it again for the next array.
+# Keep freed memory, which the C library would return to the system, and request again for the next array.
 
 _LARGEST = 31 << 20  # bytes: allocations above 32 MiB do not raise glibc's limits
 
@@ -43,6 +43,6 @@ def one_blas_thread() -> Iterator[None]:
 def _libraries() -> Any:
     """Return a controller of all loaded BLAS libraries, which takes 10 ms; NumPy and SciPy are loaded first."""
     import scipy.linalg  # noqa: F401, PLC0415
-    from threadpoolctl import ThreadpoolController  # noqa: PLC0415  loaded by what learns only
+    from threadpoolctl import ThreadpoolController  # noqa: PLC0415  only needed to learn
 
     return ThreadpoolController()

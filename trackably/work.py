@@ -19,7 +19,7 @@ class BudgetEnded(Exception):
 
 
 def seconds_left() -> float | None:
-    """Return how much time is left for the work in this context [s]; None where there is no end."""
+    """Return how much time is left for the work in this context [s]; None if it has no time budget."""
     return None if (end := _END.get()) == inf else max(end - monotonic(), 0.0)
 
 
@@ -47,9 +47,9 @@ def watch(by: Callable[[Work], object]) -> Iterator[None]:
 
 
 def done(work: Work) -> None:
-    """Report a finished piece of work; results never depend on who watches.
+    """Report a finished piece of work to the function given to `watch`, if there is one; results do not depend on it.
 
-    BudgetEnded: the time of `until` has come.
+    BudgetEnded: the time given to `until` has passed.
     """
     if watcher := _WATCHER.get():
         watcher(work)

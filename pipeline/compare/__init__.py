@@ -1,1 +1,1 @@
-"""Compare two sets of artifacts: what moved, by how much and where, and which of the paper's claims still hold."""
+"""Compare two sets of results: which values differ, by how much and where, and which of the paper's claims hold."""

@@ -1,6 +1,6 @@
-"""Artifacts as values at places: JSON, CSV, logs, vector graphics and notebooks in one form.
+"""Read artifacts (JSON, CSV, logs, SVG, notebooks) as values at places, such as `sound.tail.start`, for comparison.
 
-Text is taken apart: words have to stay, and numbers may move within tolerance."""
+A text becomes its words, which must not change, and its numbers, which may change within tolerance."""
 
 import csv
 import json
@@ -25,11 +25,11 @@ from trackably.errors import InputError
 
 
 class UnreadableError(Exception):
-    """An artifact is not of the format that its name promises; the message says why, without naming the file."""
+    """A file does not have the format of its suffix; the message says why, without naming the file."""
 
 
 class Absent(Enum):
-    """Stands for the value at a place that one side does not have."""
+    """Stands for a missing value: the other of two compared artifacts has a value at this place."""
 
     ABSENT = "absent"
 
@@ -43,7 +43,7 @@ Found = Value | Absent
 
 @dataclass(frozen=True, slots=True)
 class Leaf:
-    """A single value; rules know it by its `field`."""
+    """A single value; its `field` decides which rule of tolerances.yaml applies to it."""
 
     field: str
     value: Value
@@ -53,25 +53,25 @@ Leaves = dict[str, Leaf]
 """Values by place, in the order of the artifact."""
 
 Parts = dict[tuple[str, str], Leaves]
-"""The parts of an artifact by topic and field. Only logs have more than the part ("", "")."""
+"""The parts of an artifact by topic and field. A log has one for each field; any other file has the part ("", "")."""
 
 COORDINATES, OUTLINE, STRUCTURE, TEXT, NUMBERS, ABOUT = (
     *("coordinates", "outline", "structure"),
     *("text", "numbers", "metadata"),
 )
-"""The fields of figures that rules know; those of notebooks are these, and the following."""
+"""Fields of values in figures, which rules refer to. Notebooks have values of these fields and of the two below."""
 SOURCE, THEOREM = "source", "theorem"
 
 
 def parts_of(path: Path) -> Parts:
-    """Return the values of an artifact. Raises UnreadableError."""
+    """Return the values of an artifact by part and place. Raises UnreadableError."""
     if path.suffix == ".mcap":
         return _recording(read_recording(path))
     return {("", ""): _READERS.get(path.suffix, _unknown)(path.read_bytes())}
 
 
 def same(base: Found, new: Found) -> bool:
-    """Whether two values are equal; NaN equals NaN, and a truth value no number."""
+    """Whether two values are equal. NaN equals NaN; True and False equal no number."""
     if isinstance(base, bool) or isinstance(new, bool):
         return base is new
     if isinstance(base, float) and isinstance(new, float) and math.isnan(base):
@@ -83,15 +83,15 @@ _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w
 
 
 def prose_leaves(place: str, text: str, words: str, numbers: str) -> Iterator[tuple[str, Leaf]]:
-    """Yield the text without its numbers as a value of the field `words`, and each number as one of `numbers`."""
-    plain = text.replace("−", "-")  # as figures write it
+    """Yield a text without its numbers as a value of the field `words`, and each number as one of `numbers`."""
+    plain = text.replace("−", "-")  # figures write a minus sign in place of a hyphen
     yield place, Leaf(words, _NUMBER.sub("#", plain))
     for i, number in enumerate(_NUMBER.findall(plain), start=1):
         yield f"{place}, number {i}", Leaf(numbers, float(number))
 
 
 def read_json(data: bytes) -> object:
-    """Read JSON with NaN and infinities: a comparison has to say where they are. Raises UnreadableError."""
+    """Read JSON; NaN and infinities are accepted, because a comparison has to find them. Raises UnreadableError."""
     try:
         content: object = json.loads(data.decode())
     except (ValueError, RecursionError) as error:
@@ -100,7 +100,7 @@ def read_json(data: bytes) -> object:
 
 
 def json_leaves(content: object) -> Leaves:
-    """Return every value by its path: `sound.tail.start`, `weights[3]`."""
+    """Return every value of parsed JSON by its path, such as `sound.tail.start` or `weights[3]`."""
     return {path: Leaf(path, value) for path, value in _walk(content, "")}
 
 
@@ -119,7 +119,10 @@ def _walk(content: object, path: str) -> Iterator[tuple[str, Value]]:
 
 
 def _told(content: object) -> Leaves:
-    """Return the same, with sentences taken apart: the words are at `proof`, its numbers at `proof, number 1` …"""
+    """Return the values of `json_leaves`, with each sentence split into its words and its numbers.
+
+    The words of a sentence at `proof` are at this place, and its numbers at `proof, number 1`, …
+    """
     leaves: Leaves = {}
     for path, leaf in json_leaves(content).items():
         sentence = isinstance(leaf.value, str) and " " in leaf.value
@@ -128,7 +131,7 @@ def _told(content: object) -> Leaves:
 
 
 def _table(data: bytes) -> Leaves:
-    """Read a CSV table. Raises UnreadableError where the header repeats a name, or a row has another length."""
+    """Read a CSV table. Raises UnreadableError if the header repeats a name, or a row has another length."""
     try:
         header, *rows = csv.reader(StringIO(data.decode(), newline=""), strict=True)
     except (ValueError, csv.Error) as error:
@@ -138,14 +141,14 @@ def _table(data: bytes) -> Leaves:
     leaves = {}
     for number, row in enumerate(rows, start=2):
         if len(row) != len(header):
-            raise UnreadableError(f"line {number} has {len(row)} cells below a header of {len(header)}")
+            raise UnreadableError(f"line {number}: expected {len(header)} cells, as in the header, got {len(row)}")
         for column, cell in zip(header, row, strict=True):
             leaves[f"column {column}, line {number}"] = Leaf(column, _cell(cell))
     return leaves
 
 
 def _cell(text: str) -> Value:
-    """Return a number where the cell holds one, None where it is empty."""
+    """Return the number in a cell of CSV, None if the cell is empty, or else its text."""
     try:
         return float(text) if text else None
     except ValueError:
@@ -153,13 +156,13 @@ def _cell(text: str) -> Value:
 
 
 def read_recording(path: Path) -> Log:
-    """Read a log and check every bit of it. Raises UnreadableError."""
+    """Read a log of this project, which is checked bit by bit (`read_log`). Raises UnreadableError."""
     return _read_once(path, sha256(path.read_bytes()).digest())
 
 
 @lru_cache(maxsize=4)
 def _read_once(path: Path, content: bytes) -> Log:
-    """Claims and certificates look up one value after the other in the same logs, whose `content` is a digest."""
+    """Read a log once for several values that are looked up in it; `content` is the SHA-256 of the file."""
     try:
         return read_log(path)
     except InputError as error:
@@ -167,7 +170,7 @@ def _read_once(path: Path, content: bytes) -> Log:
 
 
 def _recording(log: Log) -> Parts:
-    """Return the columns of every series, other topics, attachments, and the metadata with the units."""
+    """Return the parts of a log: the columns of every series, other topics, attachments, and metadata with units."""
     parts: Parts = {}
     for series in log.series:
         places = [*_distinct(f"t = {t:.12g} s" for t in series.times.tolist())]
@@ -185,7 +188,7 @@ def _recording(log: Log) -> Parts:
 
 
 def _distinct(names: Iterator[str]) -> Iterator[str]:
-    """Yield names, those that were there before with their number."""
+    """Yield names; a name that was yielded before gets a number: "name, number 2"."""
     often: Counter[str] = Counter()
     for name in names:
         often[name] += 1
@@ -193,8 +196,8 @@ def _distinct(names: Iterator[str]) -> Iterator[str]:
 
 
 _LENGTHS = {"x", "y", "width", "height", "cx", "cy", "r", "x1", "x2", "y1", "y2", "viewBox", "transform", "points", "d"}
-# matplotlib names markers, clip paths, hatches and collections' paths by a hash of their look: rounding changes the
-# name. They are named by their order instead; their look is compared where they are defined.
+# matplotlib names markers, clip paths, hatches and paths of collections by a hash of their coordinates, which rounding
+# changes. Here, they are named by their order instead; the coordinates are compared where these elements are defined.
 _HASHED = re.compile(r"(?<![\w-])(?:[mph]|C[0-9a-f]+_[0-9a-f]+_)[0-9a-f]{10}(?![\w-])")
 
 
@@ -233,27 +236,27 @@ def _element(element: ElementTree.Element, place: str) -> Iterator[tuple[str, Le
         seen[tag] += 1
         name = child.get("id", "definition-")
         named = f"{tag}[{seen[tag]}]" if name.startswith("definition-") else name
-        # The letters of a text: the comment before them says what they are, and where they stand is theirs.
+        # A group after a comment draws the letters of the text in the comment: only its attributes are compared.
         shown = ElementTree.Element(child.tag, child.attrib) if before == "comment" and tag == "g" else child
         yield from _element(shown, f"{place}/{named}".removeprefix("svg/"))
         before = tag
 
 
 def _tag(element: ElementTree.Element) -> str:
-    tag: object = element.tag  # of a comment it is a function
+    tag: object = element.tag  # a text, but a function if the element is a comment
     return tag.rpartition("}")[2] if isinstance(tag, str) else "comment"
 
 
 _TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "z": 0, "Z": 0}
-"""Points that follow a letter; all are absolute, as matplotlib writes them."""
+"""Number of points after each letter of an SVG path; coordinates are absolute, as matplotlib writes them."""
 
 
 def _outline(path: str) -> dict[str, float]:
-    """Return the centre of a path and its extent, in the figure's units; nothing where it has no line.
+    """Return the centre and the extent of an SVG path, in the figure's units, by name; empty if it draws no line.
 
-    They depend neither on where lines begin or break, nor on points on them. Curves count as the polygons of their
-    control points. Nothing is returned for letters other than those above either.
+    Centre and extent do not depend on where lines begin or break, nor on additional points on a line. Curves count as
+    the polygons of their control points. The result is also empty for a path with a letter that is not in `_POINTS`.
     """
     pieces: list[Array] = []
     for part in path.split("M")[1:]:
@@ -274,7 +277,7 @@ def _outline(path: str) -> dict[str, float]:
     return {name: float(number) for name, number in found.items()}
 
 
-_BY_COQ = "checked by Coq"  # in texts that are shown of these very bits of a certificate alone
+_BY_COQ = "checked by Coq"  # in texts that a notebook shows only if the certificate has exactly the recorded bits
 
 
 def _notebook(data: bytes) -> Leaves:
@@ -299,7 +302,7 @@ def _notebook(data: bytes) -> Leaves:
 
 
 def _shown(output: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return what an output shows by media type."""
+    """Return the contents of a notebook cell's output by media type, such as text/plain."""
     match output["output_type"]:
         case "stream":
             return {output["name"]: output["text"]}

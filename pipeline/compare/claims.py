@@ -20,11 +20,11 @@ CLAIMS = Path("claims.yaml")
 
 
 ATTACHMENT = "attachment "
-"""What the topic of an attachment begins with, before its name."""
+"""The beginning of a `topic` that means an attachment of a log; the attachment's name follows."""
 
 
 class Condition(Fields):
-    """Strict bounds for a number, or its value; `{}` admits any number."""
+    """A condition for a number: strict bounds `above` and `below`, or the value `equals`; `{}` admits any number."""
 
     above: float | None = None
     below: float | None = None
@@ -41,13 +41,14 @@ class Condition(Fields):
 class Locator(Fields):
     """The place of a value: a path in JSON, or one row of a column of a CSV table or of a log's topic.
 
-    JSON is a file, or an attachment of a log, whose `topic` is then `attachment NAME`.
+    JSON is read from a file, or from the attachment NAME of a log if `topic` is `attachment NAME`.
 
-    `where` has a condition for each column that it names; a row without a number there does not meet it. Among the rows
-    that meet all conditions, `pick` takes the first, the last, or the one with the largest value.
+    `where` has conditions by the name of a column; a row without a number in this column does not meet the condition.
+    Among the rows that meet all conditions, `pick` takes the first, the last, or the one with the largest value.
 
-    `against` a table with the same column, the value of a row is |ours − theirs| / |theirs|. Rows are paired by that
-    table's first column; a row or a number that one side lacks is an infinite difference.
+    If `against` names a CSV table with the same column, the value of a row is |ours − theirs| / |theirs|. The first
+    column of that table must be the same in both, otherwise all differences are infinite. The difference is also
+    infinite in a row in which only one table has a number.
     """
 
     file: str
@@ -65,8 +66,8 @@ class Locator(Fields):
         given = self.model_fields_set & {"path", "topic", "column"}
         if needed.get(Path(self.file).suffix) != given:
             raise ValueError(
-                "expected a .json file and a path, a .csv file and a column, or .mcap, topic and column (path where "
-                "the topic is an attachment)"
+                "expected a .json file and a path, a .csv file and a column, or an .mcap file, a topic and a column (a "
+                "path if the topic is an attachment)"
             )
         return self
 
@@ -78,14 +79,14 @@ class Locator(Fields):
 
 
 class Printed(Fields):
-    """A number of data/paper/printed_numbers.csv."""
+    """A number that the paper prints: the `quantity` of an `experiment` in data/paper/printed_numbers.csv."""
 
     experiment: str
     quantity: str
 
 
 class Claim(Fields):
-    """A statement, its `source`, the value that it is about, and one expectation.
+    """A statement in words, its `source`, the place of the `value` that it is about, and one expectation.
 
     The value `equals` a number (null: there must be no value) or the `printed` number, up to `within`; or it is
     `at_least` or `at_most` a number or another value of the same results.
@@ -103,12 +104,12 @@ class Claim(Fields):
     @model_validator(mode="after")
     def _expects_one_thing(self) -> Self:
         if len(self.model_fields_set & {"equals", "printed", "at_least", "at_most"}) != 1:
-            raise ValueError("expected one of equals, printed, at_least and at_most")
+            raise ValueError("expected one of equals, printed, at_least and at_most, and only one")
         return self
 
     @property
     def expected(self) -> str:
-        """State the expectation in a few characters."""
+        """The expectation in a few characters, such as "≥ 0" or "1.5 ± 0.1"."""
         for sign, limit in (("≥", self.at_least), ("≤", self.at_most)):
             if limit is not None:
                 return f"{sign} {limit}" if isinstance(limit, Locator) else f"{sign} {limit:g}"
@@ -150,15 +151,15 @@ def load_claims(path: Path = CLAIMS) -> Claims:
 
 
 Columns = Mapping[str, Sequence[float]]
-"""Numbers by column; NaN where there is none."""
+"""Numbers by column; NaN for a missing number."""
 
 
 class _NoValueError(Exception):
-    """There is no value where a locator points; the message says what is missing."""
+    """There is no value at the place of a `Locator`; the message says what is missing."""
 
 
 def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
-    """Return the verdicts for both folders. Raises InputError where the claim refers to an unknown printed number."""
+    """Return the verdicts for both folders. Raises InputError if the claim refers to an unknown printed number."""
     verdicts = {root: _verdict(claim, results_folder(root)) for root in {base, new}}
     return JudgedClaim(claim.claim, claim.source, claim.expected, verdicts[base], verdicts[new])
 
@@ -172,7 +173,7 @@ def _verdict(claim: Claim, results: Path) -> Verdict:
 
 
 def _value(locator: Locator, results: Path) -> Value:
-    """Return the value at a place. Raises _NoValueError with the reason where there is none."""
+    """Return the value at a place. Raises _NoValueError with the reason if there is none."""
     file = results / locator.file
     if not file.exists():
         raise _NoValueError(f"{locator.file} is not there")
@@ -209,7 +210,10 @@ def _columns(locator: Locator, file: Path) -> Columns:
 
 
 def _differences(columns: Columns, column: str, against: Path) -> list[float]:
-    """Return |ours − theirs| / |theirs| of each row: NaN where neither has a number, infinite where one has none."""
+    """Return |ours − theirs| / |theirs| of each row: NaN if neither table has a number, infinite if only one has.
+
+    All differences are infinite if the first columns of both tables differ.
+    """
     published = read_columns(against)
     key, ours = next(iter(published)), columns[column]
     if published[key].tolist() != [*columns.get(key, ())]:
@@ -235,5 +239,5 @@ def _pick(locator: Locator, columns: Columns) -> float:
     if locator.pick == "largest":
         values = sorted(value for value in values if not math.isnan(value))
     if not values:
-        raise _NoValueError("no row meets the conditions")
+        raise _NoValueError(f"no row of column {column!r} meets the conditions of `where`")
     return values[0 if locator.pick == "first" else -1]

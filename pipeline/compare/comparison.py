@@ -29,8 +29,8 @@ NOTEBOOKS = Path("notebooks")
 def artifacts(root: Path, with_notebooks: bool = True) -> dict[str, Path]:
     """Return the artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
-    The folder is that of a project, or of its results alone. Hidden files and records of the environment, which is
-    compared by itself, are no artifacts.
+    The folder is that of a project, or of its results alone. Hidden files are left out, and so are records of the
+    environment, which `versions` compares.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
@@ -47,7 +47,10 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: Tolerances) -> list[Row]:
-    """Return the rows of one artifact, whose file may be missing on one side: one for each part of a log."""
+    """Compare the files of one artifact, and return a row; for a log, a row for each of its parts.
+
+    A file that is missing on one side is None.
+    """
     if base is None or new is None:
         return [Row(name, "", "", Status.EXTRA if base is None else Status.MISSING)]
     same, is_log = base.read_bytes() == new.read_bytes(), base.suffix == ".mcap"
@@ -72,7 +75,7 @@ def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: To
 def _judge(
     artifact: str, part: tuple[str, str], base: Leaves | None, new: Leaves | None, tolerances: Tolerances
 ) -> Row:
-    """Judge a part by the tolerances, and return its row; None is a part that one side does not have."""
+    """Compare one part of an artifact within the tolerances, and return its row; a missing part is None."""
     if base is None or new is None:
         return Row(artifact, *part, Status.EXTRA if base is None else Status.MISSING)
     found, left_out = [], set()
@@ -86,7 +89,7 @@ def _judge(
             left_out.add(rule.name)
         else:
             found.append(Difference(place, one, other, rule))
-    excess = [difference.excess for difference in found]  # there may be a million of them: each is measured once
+    excess = [difference.excess for difference in found]  # computed once each, as there may be a million differences
     beyond = sum(of > 1 for of in excess)
     return Row(
         artifact,
@@ -101,21 +104,21 @@ def _judge(
 
 
 def versions(base: Path, new: Path) -> tuple[Version, ...]:
-    """Return both environments as results record them."""
+    """Return the environments that both folders record: for each name the two versions."""
     sides = recorded(results_folder(base)), recorded(results_folder(new))
     return tuple(Version(name, sides[0].get(name), sides[1].get(name)) for name in NAMES)
 
 
 def recorded(results: Path) -> dict[str, str]:
-    """Return what the experiments of a results folder record; several values of a name are joined by " or ".
+    """Return the environment that the experiments of a results folder record; different values are joined by " or ".
 
-    Raises InputError where a record is not an object of names and versions.
+    Raises InputError if a record is not an object of names and versions.
     """
     found: dict[str, set[str]] = {}
     for path in sorted(results.glob(f"*/{ENVIRONMENT}")):
         content = read_json(path)
         if not isinstance(content, dict) or not all(isinstance(text, str) for text in content.values()):
-            raise InputError(f"{path}: expected an object of names and versions")
+            raise InputError(f"{path}: expected a JSON object of names and versions")
         for name, value in content.items():
             found.setdefault(name, set()).add(value)
     return {name: " or ".join(sorted(values)) for name, values in found.items()}
@@ -125,14 +128,14 @@ def recorded(results: Path) -> dict[str, str]:
 def laid_out(name: str) -> Iterator[Path]:
     """Yield a folder with the artifacts of `name`: that folder itself, or those of that revision of this repository.
 
-    Raises InputError where `name` is neither.
+    Raises InputError if `name` is neither.
     """
     if Path(name).is_dir():
         yield Path(name)
         return
     found = _git("rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}")
     if found.returncode:
-        raise InputError(f"{name}: is neither a folder nor a revision of this repository")
+        raise InputError(f"{name}: is neither a folder nor a revision of this git repository")
     done = _git("archive", "--format=zip", found.stdout.decode().strip())
     if done.returncode:
         raise InputError(f"{name}: cannot be read by git: {done.stderr.decode().strip()}")
@@ -147,7 +150,7 @@ def _git(*arguments: str) -> "subprocess.CompletedProcess[bytes]":
     try:
         return subprocess.run(["git", *arguments], capture_output=True, check=False)
     except FileNotFoundError as error:
-        raise InputError("git is not installed, and only folders can be compared without it") from error
+        raise InputError("git is not installed; without git, give folders in place of revisions") from error
 
 
 def compare(
@@ -158,10 +161,10 @@ def compare(
     base_name: str | None = None,
     new_name: str | None = None,
 ) -> Comparison:
-    """Return what moved from the folder `base` to the folder `new`, each of a project or of its results alone.
+    """Compare the folder `new` with the folder `base`, each of a project or of its results alone.
 
     Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises
-    InputError where a folder holds no results, or a claim refers to a printed number that does not exist.
+    InputError if a folder holds no results, or a claim refers to a printed number that does not exist.
     """
     with_notebooks = all((root / NOTEBOOKS).is_dir() for root in (base, new))
     sides = [artifacts(root, with_notebooks) for root in (base, new)]

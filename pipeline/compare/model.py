@@ -1,4 +1,4 @@
-"""Rules by artifact, topic and field, and the result of a comparison as plain data; `reports` renders it."""
+"""Rules of tolerances.yaml, and the result of a comparison as plain data, which `reports` formats."""
 
 import math
 from collections import Counter
@@ -34,10 +34,10 @@ EVERYTHING: Patterns = ("*",)
 
 
 class Rule(Fields):
-    """How far values may move if their artifact, topic and field each match one of the rule's patterns.
+    """How far values may differ, if their artifact, topic and field each match one of the rule's patterns.
 
-    A number may move by the larger of `absolute` and `relative` times its size in BASE; any other value has to stay as
-    it is. With `ignore`, values are not compared at all.
+    A number may differ from that in BASE by the larger of `absolute` and `relative` times its size in BASE; any other
+    value must be equal. With `ignore`, values are not compared.
     """
 
     name: str
@@ -52,11 +52,11 @@ class Rule(Fields):
     def _says_something(self) -> Self:
         said = self.model_fields_set & {"absolute", "relative"}
         if bool(said) == self.ignore:
-            raise ValueError(f"rule {self.name!r} needs absolute or relative, or else `ignore: true`")
+            raise ValueError(f"rule {self.name!r}: expected absolute, relative or both, or only `ignore: true`")
         return self
 
     def allowed(self, base: float) -> float:
-        """Return how far a number may move that is `base` in BASE."""
+        """Return by how much a number may differ from its value `base` in BASE."""
         return max(self.absolute, self.relative * abs(base))
 
     def __str__(self) -> str:
@@ -75,11 +75,11 @@ class Tolerances(Fields):
     def _leaves_nothing_out(self) -> Self:
         last = self.rules[-1] if self.rules else None
         if last is None or (last.artifact, last.topic, last.field) != (EVERYTHING,) * 3:
-            raise ValueError("the last rule has to match everything, with no artifact, topic or field of its own")
+            raise ValueError("the last rule has to match everything: leave out its artifact, topic and field")
         return self
 
     def rules_for(self, artifact: str, topic: str) -> Callable[[str], Rule]:
-        """Return a function that finds the rule of a field, and searches only once for fields of the same name."""
+        """Return a function that gives the rule for a field of this artifact and topic, and caches its answers."""
         among = [rule for rule in self.rules if _any(artifact, rule.artifact) and _any(topic, rule.topic)]
         return cache(lambda field: next(rule for rule in among if _any(field, rule.field)))
 
@@ -117,26 +117,28 @@ class Difference:
 
     @property
     def absolute(self) -> float | None:
-        """Return |new − base|; None where one of them is not a finite number."""
+        """Return |new − base|; None if one of them is not a finite number."""
         return abs(self.new - self.base) if is_finite(self.base) and is_finite(self.new) else None
 
     @property
     def relative(self) -> float | None:
-        """Return |new − base| / |base|; None where `base` is zero or one of them is not a finite number."""
+        """Return |new − base| / |base|; None if `base` is zero or one of them is not a finite number."""
         if self.absolute is None or not is_finite(self.base) or self.base == 0:
             return None
         return self.absolute / abs(self.base)
 
     @property
     def excess(self) -> float:
-        """Return the difference as a multiple of what the rule allows; infinite where no rule can allow it."""
+        """Return the difference as a multiple of what the rule allows; infinite if no change is allowed, or a
+        value is not a finite number.
+        """
         if self.absolute is None or not is_finite(self.base) or not (allowed := self.rule.allowed(self.base)):
             return math.inf
         return self.absolute / allowed
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """Whether a value is a number, which a truth value is not."""
+    """Whether a value is a number; True and False are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
@@ -149,8 +151,9 @@ def is_finite(value: object) -> TypeGuard[int | float]:
 class Row:
     """The outcome for one artifact, or for one topic and field of a log.
 
-    `worst` is the largest difference, as a multiple of its tolerance, if there is one. `compared` counts the
-    values that were looked at (0 where the bytes agree), `differing` the differences, `beyond` those beyond tolerance.
+    `worst` is the difference that is the largest multiple of its tolerance; None without differences. `compared` counts
+    the compared values (0 if the files have the same bytes), `differing` the differences, and `beyond` the differences
+    beyond tolerance.
     """
 
     artifact: str
@@ -170,7 +173,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a claim holds on one side. `found` is the value that it is about; `reason` says why there is none."""
+    """Whether a claim holds in one folder. `found` is its value; `reason` says why there is no value."""
 
     holds: bool
     found: Found
@@ -179,7 +182,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class JudgedClaim:
-    """A claim with its source, its expectation, and the verdicts on both sides."""
+    """A claim with its source, its expectation, and the verdicts for both folders."""
 
     text: str
     source: str
@@ -190,7 +193,7 @@ class JudgedClaim:
 
 @dataclass(frozen=True)
 class Version:
-    """One entry of the environment; None where a side does not record it."""
+    """The versions that both folders record for one name; None for a folder that does not record it."""
 
     name: str
     base: str | None
@@ -203,7 +206,7 @@ class Version:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Everything that a comparison says; `base` and `new` are the names of the two sides."""
+    """The result of a comparison; `base` and `new` are the names of the two folders or revisions."""
 
     base: str
     new: str
@@ -219,5 +222,5 @@ class Comparison:
 
     @property
     def within(self) -> bool:
-        """Whether all artifacts are there and within tolerance, and all claims hold in `new`."""
+        """Whether no artifact is missing or beyond tolerance, and all claims hold in `new`."""
         return all(row.status in FINE for row in self.rows) and all(claim.new.holds for claim in self.claims)

@@ -10,7 +10,7 @@ _LONG = 48
 
 
 def shown(value: Found) -> str:
-    """Show a value with all its digits; long text is cut."""
+    """Format a value with all its digits; long text is cut."""
     if isinstance(value, Absent):
         return "absent"
     text = "null" if value is None else repr(value)
@@ -18,7 +18,7 @@ def shown(value: Found) -> str:
 
 
 def differing_text(base: Found, new: Found) -> tuple[str, str]:
-    """Show two values; long texts are cut such that the first difference is seen."""
+    """Format two values; long texts are cut so that their first difference is visible."""
     if isinstance(base, str) and isinstance(new, str) and max(len(base), len(new)) > _LONG - 2:
         start = next((i for i, (a, b) in enumerate(zip(base, new, strict=False)) if a != b), min(len(base), len(new)))
         start = max(0, start - 8)
@@ -27,7 +27,7 @@ def differing_text(base: Found, new: Found) -> tuple[str, str]:
 
 
 def size(difference: Difference) -> str:
-    """Say how far the values are apart, where they are numbers, and how far the rule lets them be."""
+    """Say how far two numbers are apart, and how far the rule allows; of other values that no change is allowed."""
     if (absolute := difference.absolute) is None:
         return f"allowed no change ({difference.rule.name})"
     relative = "" if difference.relative is None else f", relative {difference.relative:.2g}"
@@ -35,14 +35,14 @@ def size(difference: Difference) -> str:
 
 
 def verdict(found: Verdict) -> str:
-    """Say pass or fail, with the value or the reason why there is none."""
+    """Say pass or fail, with the value of the claim, or the reason why there is none."""
     word = "pass" if found.holds else "FAIL"
     value = f"{found.found:.10g}" if isinstance(found.found, float) else shown(found.found)
     return f"{word}: {found.reason or value}"
 
 
 def closing(comparison: Comparison) -> str:
-    """Return one line with all counts."""
+    """Return one line with the numbers of artifacts by outcome, and of claims that hold."""
     rows = ", ".join(f"{number} {status.value}" for status, number in comparison.counts.items())
     claims = comparison.claims
     held = [sum(side.holds for side in sides) for sides in zip(*((c.base, c.new) for c in claims), strict=True)]
@@ -50,14 +50,14 @@ def closing(comparison: Comparison) -> str:
     return f"{rows}{told}: {'within tolerance' if comparison.within else 'NOT within tolerance'}"
 
 
-_WIDEST = 24  # a reason why there is no value is longer, and moves the rest of its line
+_WIDEST = 24  # widest column of values; a reason in place of a value may be longer, and shifts the rest of its line
 
 
 _WORST_FIRST = (Status.DIFFERENT, Status.MISSING, Status.EXTRA, Status.WITHIN, Status.IDENTICAL)
 
 
 def to_text(comparison: Comparison, hidden: Collection[Status] = (Status.IDENTICAL,)) -> str:
-    """Return the artifacts but those of the `hidden` outcomes, the claims, the environment, and a closing line."""
+    """Return artifacts, claims, environment and a closing line; artifacts with a `hidden` outcome are left out."""
     rows = [row for row in comparison.rows if row.status not in hidden]
     blocks = [
         [f"BASE {comparison.base}", f"NEW  {comparison.new}", *comparison.notes],
@@ -83,7 +83,7 @@ def _row_lines(row: Row) -> Iterator[str]:
 
 
 def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
-    """Yield a table; the claim and its source are the last column, since they have no fixed width."""
+    """Yield the lines of a table of claims; the last column, of any width, is the claim with its source."""
     if not claims:
         return
     rows = [("expected", "BASE", "NEW", "claim [source]")]
@@ -103,11 +103,11 @@ def _environment_lines(comparison: Comparison) -> Iterator[str]:
         yield f"    not recorded on both sides: {', '.join(unknown)}"
 
 
-_MOST = 60_000  # characters: longer comments are refused by the best-known host
+_MOST = 60_000  # characters: hosts of pull requests refuse longer comments
 
 
 def to_markdown(comparison: Comparison) -> str:
-    """Return the closing line as a heading, and what is not within tolerance, the claims and the environment as text.
+    """Return a heading with all counts, and below it artifacts beyond tolerance, claims and environment as text.
 
     The text is indented, so that nothing in it is read as Markdown or HTML.
     """

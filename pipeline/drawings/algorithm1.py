@@ -1,4 +1,4 @@
-"""Figures of Algorithm 1: its iterations, the likelihood's landscape, and illustrations of its ideas."""
+"""Figures of Algorithm 1: its iterations, the likelihood over the hyperparameters, and illustrations of its ideas."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -51,9 +51,10 @@ from trackably.systems.reference import Reference
 
 @dataclass(frozen=True)
 class Landscape:
-    """l(θ) and the smallest relative margin at each (`theta1[j]`, `theta2[i]`), shapes (len(theta2), len(theta1)).
+    """Values over two hyperparameters: l(θ), the negative log marginal likelihood, and the smallest relative margin.
 
-    The point is feasible where `margin` ≥ 0. Both are NaN where K + σ_n² I cannot be factored.
+    Values at (`theta1[j]`, `theta2[i]`) have the index [i, j]. A point is feasible if its `margin` is not negative.
+    Both values are NaN if K + σ_n² I cannot be factored.
     """
 
     theta1: Array
@@ -65,7 +66,7 @@ class Landscape:
 def evaluate_on_grid(problem: ConstrainedProblem, theta1: Array, theta2: Array) -> Landscape:
     """Evaluate a problem on a grid of its two learned hyperparameters. ValueError unless there are two."""
     if len(problem.prior.learned) != 2:
-        raise ValueError(f"a landscape needs two learned hyperparameters, got {', '.join(problem.prior.learned)}")
+        raise ValueError(f"landscape: expected two learned hyperparameters, got {', '.join(problem.prior.learned)}")
     values = np.array([[_at(problem, np.log([first, second])) for first in theta1] for second in theta2])
     return Landscape(theta1, theta2, values[..., 0], values[..., 1])
 
@@ -89,9 +90,9 @@ _EVERY: Final = 5  # iterations from one marker of a published curve to the next
 def convergence(
     trace: Trace, state_set: Interval, prior_mean: float, published: Mapping[str, Array] | None = None
 ) -> Figure:
-    """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark where each of its tests first holds.
+    """Draw hyperparameters and bounds at each iteration of Algorithm 1; mark the first iteration that passes each test.
 
-    `published` curves have the names of the trace, with `k_bar`; NaN is not drawn.
+    `published` curves have the names of the columns of a trace, and `k_bar` for the iterations; NaN is not drawn.
     """
     count = len(trace.hyperparameters)
     figure = Figure(figsize=(PAGE, max(3.8, 1.3 * count)))
@@ -122,7 +123,7 @@ def _published(axes: Axes, k: Array, values: Array) -> None:
 
 
 def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
-    """Draw m̄ and the `margin` of the prior mean in X; the state test holds if m̄ is smaller than this margin."""
+    """Draw the bound m̄ and the `margin` of the prior mean to the ends of X; the state test is that m̄ is smaller."""
     axes.plot(trace.k_bar, trace.mean_bound, color=BLUE)
     axes.set_ylabel(r"bound $\bar{m}$ on $|m^+ - m|$ [–]")
     axes.set_yscale("log")
@@ -133,7 +134,7 @@ def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
 
 
 def _derivative_bound(axes: Axes, trace: Trace) -> None:
-    """Draw ±ṁ̄, and the growth rates between which it has to lie."""
+    """Draw the derivative bounds ±ṁ̄, and the growth rates between which they have to lie."""
     k, low, high, bound = trace.k_bar, trace.growth_lower, trace.growth_upper, trace.derivative_bound
     is_possible = (low < 0) & (high > 0)
     axes.fill_between(k, low, high, where=is_possible, facecolor=FAINT, edgecolor="none")
@@ -166,13 +167,13 @@ def _mark(
 
 # Contours of l − min l, each about three times the one before.
 _LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
-_WIDE: Final = 0.3  # of the width of the panel
+_WIDE: Final = 0.3  # part of the panel's width from which on a contour is labelled
 _KEYS: Final = (
     Line2D([], [], color=INK, marker=".", markersize=4, linewidth=0.8, label="iterations of Algorithm 1"),
     Patch(facecolor=FAINT, edgecolor=INK, linewidth=1.6, label="all constraints hold"),
     Line2D([], [], color=GREY, linewidth=0.6, label=r"$l(\theta) - \min l$"),
 )
-# One marker for each position, nested, so that optima that coincide are all visible.
+# One marker for each reference in their order; they are nested, so that optima that coincide are all visible.
 _OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
     {"marker": "D", "markersize": 4.5},
     {"marker": "s", "markersize": 4.5},
@@ -185,7 +186,7 @@ _OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
 def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str, Reference]) -> Figure:
     """Draw objective and feasible set on each grid, the iterations of Algorithm 1, and the optimum of each reference.
 
-    The grids span the first two hyperparameters of the trace. Others, if learned too, are not shown.
+    The grids span the first two hyperparameters of the trace; other learned hyperparameters are not shown.
     """
     figure = Figure(figsize=(PAGE, 4.0))
     lowest = min(float(np.nanmin(panel.objective)) for panel in panels)
@@ -207,9 +208,9 @@ def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str
 
 
 def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
-    """Draw contours of l above its lowest value, the wide ones labelled, and the feasible set shaded with its boundary.
+    """Draw contours of l − `lowest`, and shade the feasible set with its boundary.
 
-    Labels of narrow ones would lie on what is marked in them.
+    Only wide contours are labelled, because labels of narrow ones would cover the markers in them.
     """
     grid = panel.theta1, panel.theta2
     axes.contourf(*grid, panel.margin, levels=[0, np.inf], colors=[FAINT], zorder=1)
@@ -222,7 +223,7 @@ def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
 
 
 def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
-    """Mark the optimum of each reference."""
+    """Mark the learned hyperparameters `names` of each reference."""
     for (name, style), marker in zip(reference_styles(references).items(), cycle(_OPTIMUM_MARKERS)):
         theta = references[name].kernel_sums[0].kernel.hyperparameters
         at = [float(theta[n]) for n in names]
@@ -243,7 +244,7 @@ def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
 
 @with_style
 def tube(reference: Reference, steps: Array) -> Figure:
-    """Draw a scalar reference at consecutive `steps` k: the states, the tube in reach from each, and the inputs."""
+    """Draw a scalar reference at consecutive `steps` k: states, the tube reachable from each state, and inputs."""
     figure = Figure(figsize=(COLUMN, 3.5))
     states, inputs = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
     _fans(states, reference, steps)
@@ -288,7 +289,8 @@ def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
 def asymptotic(reference: Reference, samples: Samples, transient_step: int, final_step: int, last_step: int) -> Figure:
     """Draw an asymptotically constant scalar reference up to `last_step`, and the bound m ± m̄ where it is decreasing.
 
-    The signal that is sampled varies until `transient_step`; from `final_step` k̄ on the bound lies inside X.
+    The true signal varies until `transient_step` and is constant afterwards; from `final_step` k̄ on, the bound lies
+    inside X.
     """
     figure = Figure(figsize=(COLUMN, 2.5))
     axes = figure.subplots()
@@ -306,14 +308,14 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
     state_bounds(axes, state_interval(reference))
     figure.legend(loc="outside upper center", ncols=3)
-    side = "right" if transient_step > last_step / 4 else "left"  # within the grey band if it is wide enough
+    side = "right" if transient_step > last_step / 4 else "left"  # in the grey band if it is wide enough
     direct_label(axes, transient_step, bottom, " transient ", ha=side, va="bottom")
     direct_label(axes, final_step, bottom, rf" $\bar{{k}}$ = {final_step}", va="bottom")
     return figure
 
 
 def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
-    """Draw m ± m̄(t) from where all samples lie further back than ζ, within the limits of the axes."""
+    """Draw m ± m̄(t) at times that are later than every sample by more than ζ, within the limits of the axes."""
     (signal,) = reference.kernel_sums
     tails = [(step, found) for step, t in zip(k, reference.instants(k), strict=True) if (found := tail(signal, t))]
     if not tails:
@@ -324,20 +326,20 @@ def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
     axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **style)
 
 
-_HEIGHT = 1.7  # in
-_PANELS, _BOXES = (0.01, 0.44), (0.325, 0.735, 0.925)  # left ends, and middles, as parts of the width
+_HEIGHT = 1.7  # of the figure, in inches
+_PANELS, _BOXES = (0.01, 0.44), (0.325, 0.735, 0.925)  # left ends of panels and middles of boxes, as parts of the width
 _WIDTH, _BOTTOM, _TOP = 0.2, 0.2, 0.86
 _MIDDLE = (_BOTTOM + _TOP) / 2
 _ARROWS = (0.214, 0.277), (0.373, 0.436), (0.644, 0.688), (0.781, 0.893)
-_HALF, _BELOW = 0.075, 0.12  # of the height: half a box of one line, and where the state goes back
-_ROOM = 0.25  # beyond the bound, of the height of what is drawn
+_HALF, _BELOW = 0.075, 0.12  # parts of the height: half a box of one line, and the level of the arrow back
+_ROOM = 0.25  # free height beyond the bound, as a part of the height of the curves
 
 
 @with_style
 def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | None) -> Figure:
     """Draw samples (and the `truth`, if known) → reference generator → learned `reference` → controller → plant.
 
-    `times` [s] of shape (n,) are those of both panels; the scheme is about scalar systems.
+    Both panels show the `times` [s] (n,); the system is scalar.
     """
     figure = Figure(figsize=(PAGE, _HEIGHT))
     figure.set_layout_engine("none")
@@ -362,7 +364,7 @@ def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | 
 
 
 def _panel(axes: Axes, title: str, last: float, lowest: float, bound: float) -> None:
-    """Shade what lies beyond the bound, and leave of the axes two arrows' worth of lines."""
+    """Shade the area beyond the bound, and set limits, title and label of a panel without ticks."""
     room = _ROOM * (bound - lowest)
     axes.axhspan(bound, bound + room, facecolor=FAINT, edgecolor="none")
     axes.axhline(bound, color=INK, linewidth=0.8)
@@ -380,7 +382,7 @@ def _box(figure: Figure, middle: float, words: str) -> None:
 
 
 def _arrow(figure: Figure, *corners: tuple[float, float]) -> None:
-    """Draw a line through corners, in parts of the figure, with a head at its end."""
+    """Draw an arrow along a line through corners, given as parts of the figure's width and height."""
     figure.add_artist(
         FancyArrowPatch(
             path=Path(corners),

@@ -1,4 +1,4 @@
-"""Figures of closed loops: over time, in the plane, with their feasible sets, where no plan was found, disturbed."""
+"""Figures of closed loops: over time, in the plane, with feasible sets, around steps without a plan, disturbed."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -52,7 +52,7 @@ _ROUNDING: Final = 1e-16
 def closed_loop(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int, units: Units) -> Figure:
     """Draw states and inputs up to `last_step`, one column for each reference by its label.
 
-    Steps are shaded where no initial state leaves the controller with a plan.
+    Steps at which the controller has no plan from any of the initial states are shaded.
     """
     figure, panels = _over_steps(loops, plant, (0, last_step), INITIAL_STATE_STYLES, units)
     for column, (label, by_state) in zip(panels.T, loops.items(), strict=True):
@@ -71,10 +71,10 @@ def _over_steps(
     units: Units,
     zoomed: bool = False,
 ) -> tuple[Figure, NDArray[Any]]:
-    """Draw states and inputs with their bounds and references over the steps that are `shown`, the first and the last.
+    """Draw states and inputs with their bounds and references, from the first to the last step of `shown`.
 
-    There is a row for each coordinate, and a column for each label of the loops, which are drawn in `styles` by name.
-    Panels show all that is between the bounds, or, where they are `zoomed`, what loops and references take of it.
+    There is a row for each coordinate, and a column for each label of the loops; `styles` are by initial state. Panels
+    show the whole range between the bounds, or, if `zoomed`, only the range of loops and references.
     """
     names, bounds = plant.names, bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
@@ -118,7 +118,7 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
 
 
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
-    """Shade steps at which no loop that still runs has a plan, and mark the step at which the last loop ended."""
+    """Shade the steps at which no running loop has a plan, and mark the step at which the last loop ended."""
     ends = {name: float(course.steps[-1]) for name, course in by_state.items()}
     ended = max(ends.values())
     infeasible = {name: set(course.infeasible.tolist()) for name, course in by_state.items()}
@@ -143,7 +143,7 @@ _UPDATES: Final[dict[float, dict[str, Any]]] = {
 def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units: Units) -> Figure:
     """Draw the loop around its first infeasible step, and mark the `horizon` steps over which a plan would reach.
 
-    Steps at which there is no plan are shaded.
+    Steps without a plan are shaded.
     """
     first = float(course.infeasible[0])
     shown = max(0.0, first - horizon), min(first + 3 * horizon, float(course.steps[-1]))
@@ -166,7 +166,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
 
 @with_style
 def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: Units) -> Figure:
-    """Draw a loop whose reference is learned again, and mark each update as `taken` (1 or 0) or not."""
+    """Draw a loop whose reference is learned again, and mark each update; `taken` is 1 if it was accepted, else 0."""
     shown = 0.0, float(course.steps[-1])
     figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units)
     for axes in panels[:, 0]:
@@ -180,7 +180,7 @@ def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: 
     return figure
 
 
-# From the shortest horizon to the longest. Wider bands lie below, and their edges differ in dashes too.
+# Styles from the shortest horizon to the longest. Wider bands lie below, and the dashes of their edges differ, too.
 _EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
     {"color": NAVY, "linestyle": "-"},
     {"color": ORANGE, "linestyle": (0, (5, 1.4))},
@@ -245,7 +245,7 @@ def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Cours
 
 _EVERY: Final = 5
 _CLOSE: Final = 0.01
-"""Relative to the picture: lines to the reference that are shorter than this are left out."""
+"""Lines from states to the reference that are shorter than this part of the picture are left out."""
 
 
 @with_style
@@ -292,7 +292,7 @@ _NAMED: Final[tuple[dict[str, Any], ...]] = (
     {"color": NAVY, "marker": "s", "markersize": 6, "linestyle": "none", "zorder": 4},
 )
 _SHOWN: Final = (-0.03, 0.12)
-"""Margins relative to a width that are shown; a panel shows larger ones if no loop has such small margins."""
+"""The range of margins, as parts of a width, that a panel shows; it is larger if no loop has such small margins."""
 
 
 @with_style
@@ -307,9 +307,9 @@ def tube_runs(
 ) -> Figure:
     """Draw the tube around a reference, and runs of the disturbed system inside of it.
 
-    On the left over time, on the right as differences from the reference, between the distances of the bounds. `room`
-    is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count` `runs`
-    (x_lowest, x_highest) is shaded, and `single` ones are drawn.
+    Left panels show values over time, right panels differences from the reference, with the distances to the bounds.
+    `room` is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count`
+    runs, the columns x_lowest and x_highest of `runs`, is shaded, and the runs `single` are drawn.
     """
     names, bounds = plant.names, bounds_of(plant)
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
@@ -346,16 +346,16 @@ def disturbed_loops(
 ) -> Figure:
     """Draw the smallest margins of states and inputs, one column for each pair of controller and reference by label.
 
-    Loops are by kind of disturbance. Margins are parts of a width, and negative where a bound is broken; large ones are
-    cut off. `failures` are the first steps without a plan or outside of the bounds, by the same labels. Steps are
-    shaded where no loop of a column has a plan.
+    `loops` are by this label, then by the kind of disturbance. Margins are parts of a width, and negative if a bound is
+    broken; large margins are cut off. `failures` are the first steps without a plan or outside of the bounds, by the
+    same labels, None without a failure. Steps at which no loop of a column has a plan are shaded.
     """
     figure = Figure(figsize=(PAGE, 3.4))
     panels = figure.subplots(2, len(loops), sharex=True, sharey="row", squeeze=False)
     last = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values())
     for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
         first = failures[label]
-        # What becomes of loops is in the title: inside the panel it would hide curves.
+        # Whether loops fail is said in the title, because a text inside the panel would hide curves.
         column[0].set_title(f"{label}:\n{'never fails' if first is None else f'fails at step {first:.0f}'}")
         column[-1].set_xlabel(step_label(plant.sampling_time))
         lost = set.intersection(*(set(course.infeasible.tolist()) for course in by_kind.values()))
@@ -387,7 +387,7 @@ def price_of_room(
 ) -> Figure:
     """Draw price and misfit of robust references over the size of the disturbance sets; some sizes are `named`.
 
-    Sizes are relative to the sets that are given. A misfit may have a unit, if `misfit_unit` names one.
+    Sizes are factors of the given sets. A misfit may have a unit, if `misfit_unit` names one.
     """
     figure = Figure(figsize=(PAGE, 2.8))
     unit = f" [{misfit_unit}]" if misfit_unit else ""
@@ -404,7 +404,7 @@ def price_of_room(
 
 
 def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval | None) -> None:
-    """Draw where the bounds are, seen from the reference, as far as the panel shows them."""
+    """Draw the bounds minus the reference as lines, and shade the area beyond them, within the panel's limits."""
     if bounds is None:
         return
     for bound, end in zip((bounds.lower, bounds.upper), axes.get_ylim(), strict=True):
@@ -415,7 +415,7 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
 
 
 def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:
-    """Return the smallest margins of states and inputs over the steps, as parts of the widths: shapes (K,)."""
+    """Return the smallest margins of the states and of the inputs at each step, as parts of widths: shapes (K,)."""
     states, inputs = course.together(plant.system.states), course.together(plant.system.inputs)
     X, U = (Inequalities.of(bounded) for bounded in (plant.state_set, plant.input_set))
     return np.min(X.slack(states), axis=1), np.min(U.slack(inputs), axis=1)

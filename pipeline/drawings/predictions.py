@@ -44,7 +44,7 @@ _MARKERS: Final = 16
 
 @dataclass(frozen=True)
 class Closer:
-    """The steps that a second panel shows, first and last, and its title."""
+    """A second panel: its title, and the first and the last step that it shows."""
 
     title: str
     first: float
@@ -63,12 +63,12 @@ def prediction(
     published: Mapping[str, Array] | None = None,
     final_step: int | None = None,
 ) -> Figure:
-    """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the one `tube_of` names.
+    """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the reference `tube_of`.
 
-    Dots mark steps that need an inadmissible input; a second panel looks `closer`. `true_reference` is the signal that
-    is sampled, at `steps`. `final_step` k̄ is the last constrained step; where there is none, both bounds of the state
-    are shown. `published` are curves over the steps `k`: the means, and the ends of the tube at k + 1, in reach from
-    step k.
+    Dots mark steps that need an inadmissible input; a second panel shows the steps of `closer`. `true_reference` has
+    the values of the true signal at `steps`. `final_step` k̄ is the last constrained step; if it is None, both bounds
+    of the state are shown. `published` are curves over the steps `k`: means, and the ends of the tube at k + 1, which
+    is reachable from step k.
     """
     figure = Figure(figsize=(PAGE, 3.3))
     windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1]))]
@@ -109,7 +109,10 @@ def prediction(
 
 
 def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
-    """Return the steps between which a reference is outside X, and a few around; None where that is never or often."""
+    """Return the range of steps at which a reference is outside X, and a few steps around it.
+
+    None if no reference leaves X, or if this range has more than a third of the length of all steps.
+    """
     outside = [state_interval(r).margin(state_at_steps(r, steps)) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
     if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:
@@ -120,7 +123,7 @@ def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
 
 
 def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
-    """Draw the reachable tube one step after each of the `steps`: pale, and the part inside X darker."""
+    """Draw the reachable tube one step after each of the `steps` in a pale colour, and its part inside X darker."""
     (low, high), states = tube_after_steps(reference, steps), state_interval(reference)
     inside = np.maximum(low, states.lower), np.minimum(high, states.upper)
     axes.fill_between(steps + 1, low, high, facecolor=FAINT, edgecolor="none", label=r"tube $\mathcal{T}_k$")
@@ -156,7 +159,7 @@ class GrowthIntervals:
 
 
 def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
-    """Draw a dot at each state from which no admissible input leads to the next."""
+    """Draw a dot at each state of a reference from which no admissible input leads to the next state."""
     inadmissible = input_interval(reference).margin(input_at_steps(reference, steps)) < 0
     if np.any(inadmissible):
         x = state_at_steps(reference, steps[inadmissible])
@@ -194,8 +197,7 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
 def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
     """Draw the optimum of the paper's program (8) over its number of intervals, and the optima of other methods.
 
-    `levels` are these optima by their labels, in the order of the figures that show the methods' references, before
-    program (8).
+    `levels` are the optima of other methods by their labels, in the order in which other figures draw their references.
     """
     figure = Figure(figsize=(COLUMN, 2.6))
     axes = figure.subplots()

@@ -35,14 +35,14 @@ from trackably.gp.samples import Samples
 from trackably.reference.truth import sides_at
 from trackably.systems.reference import Reference
 
-# Parts of the width between bounds: margins below the first get a logarithmic axis, which is linear below the second.
+# Parts of the width between bounds: below the first, margins get a logarithmic axis, which is linear below the second.
 _NARROW: Final = 0.05
 _LINEAR_BELOW: Final = 1e-4
 
 
 @with_style
 def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units) -> Figure:
-    """Draw the margins of each reference by its label, one panel for each bounded quantity, and mark the worst ones."""
+    """Draw the margins of references by label, a panel for each bounded quantity, and mark the smallest margins."""
     styles = reference_styles(profiles)
     quantities = [profile.quantity for profile in next(iter(profiles.values()))]
     figure, panels = stacked_panels(len(quantities), 0.5, 1.7)
@@ -72,7 +72,7 @@ def _profile(axes: Axes, profile: MarginProfile, style: dict[str, Any]) -> None:
 
 
 def _shade_violations(axes: Axes, shown_below: float) -> None:
-    """Shade negative margins, where bounds are violated, and show at least `shown_below` of them."""
+    """Shade the range of negative margins, and let the axis reach down to −`shown_below` at least."""
     bottom = min(axes.get_ylim()[0], -shown_below)
     axes.set_ylim(bottom)
     axes.axhspan(bottom, 0, facecolor=FAINT, edgecolor="none", zorder=0)
@@ -83,10 +83,11 @@ def _shade_violations(axes: Axes, shown_below: float) -> None:
 def true_signals(
     reference: Reference, truths: Sequence[TrueSignal], sampled: Mapping[str, Samples], units: Units
 ) -> Figure:
-    """Draw where true signals may be beside the reference, one panel for each state: sides, samples, proved distances.
+    """Draw the differences between true signals and the reference, one panel for each state.
 
-    Samples have bars as long as the sensor's error. Thin lines are the proved distance in each cell; dotted ones are
-    that of the plant at steps, where it is disturbed.
+    A band shows where true signals may be. Samples have bars as long as the sensor's error. Thin lines are the proved
+    distance in each interval between samples; dotted lines are the proved distance of the plant at steps, if it is
+    disturbed.
     """
     figure, panels = stacked_panels(len(truths), 0.6, 2.2)
     for axes, truth in zip(panels, truths, strict=True):
@@ -118,7 +119,7 @@ def _course(reference: Reference, state: str, times: Array) -> Array:
 _IN_A_CELL: Final = 17
 _ARROWS: Final = 8
 _ARROW: Final = 0.012
-"""How long an arrow is, as a part of the course."""
+"""The length of an arrow, as a part of the length of the path."""
 
 _BROKEN: Final[tuple[dict[str, Any], ...]] = (
     {"color": PURPLE, "linewidth": 7.0, "alpha": 0.45},
@@ -126,7 +127,7 @@ _BROKEN: Final[tuple[dict[str, Any], ...]] = (
     {"color": PALE, "linewidth": 7.0, "alpha": 0.9},
     {"color": NAVY, "linewidth": 7.0, "alpha": 0.35},
 )
-"""Styles of what is broken, in the order of the quantities."""
+"""Styles that mark broken bounds, one for each quantity in their order."""
 
 
 @with_style
@@ -140,8 +141,8 @@ def path(
 ) -> Figure:
     """Draw references at `times` [s] in the `plane` of two states, with arrows that show where they lead.
 
-    The first reference is marked wherever it breaks a bound. `samples` of both states are drawn where they were taken
-    at the same times, and the `truth` where it is known.
+    The parts of the first reference that break a bound are marked. `samples` of both states are drawn if they were
+    taken at the same times, and the true signal `truth` if it is known.
     """
     figure = Figure(figsize=(PAGE, 4.2))
     axes = figure.subplots()
@@ -161,20 +162,20 @@ def path(
 
 
 def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
-    """Name both axes, and give them one scale."""
+    """Label both axes with the states and their units, and give them the same scale."""
     first, second = (axis_label(name, units) for name in plane)
     axes.set(xlabel=first, ylabel=second)
     axes.set_aspect("equal", adjustable="datalim")
 
 
 def _in_plane(reference: Reference, plane: tuple[str, str], times: Array) -> Array:
-    """Return the two states at `times`, shape (…, 2)."""
+    """Return the two states of the `plane` at `times` [s], shape (…, 2)."""
     columns = [reference.plant.system.states.index(name) for name in plane]
     return reference.state_at(times)[..., columns]
 
 
 def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, times: Array) -> None:
-    """Mark the parts of a course at which a quantity is outside of its bounds, one style for each quantity."""
+    """Mark the parts of a path (n, 2) at which a quantity is outside of its bounds, one style for each quantity."""
     styles = iter(_BROKEN * len(reference.quantities))
     for quantity in reference.quantities:
         values = quantity([signal.summed for signal in reference.signals], times)
@@ -187,7 +188,7 @@ def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, ti
 
 
 def _draw_direction(axes: Axes, course: Array) -> None:
-    """Draw arrows along a course, at equal distances."""
+    """Draw arrows along a path (n, 2), at equal distances."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
     style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 20, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
     for at in (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]:
@@ -196,7 +197,7 @@ def _draw_direction(axes: Axes, course: Array) -> None:
 
 
 def _point(course: Array, lengths: Array, at: float) -> tuple[float, float]:
-    """Return the point of a course at a distance along it."""
+    """Return the point of a path at the distance `at` along it; `lengths` are the distances of its points."""
     return float(np.interp(at, lengths, course[:, 0])), float(np.interp(at, lengths, course[:, 1]))
 
 
@@ -207,8 +208,8 @@ _MARKS: Final = "so^"
 def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise_std: float) -> Figure:
     """Draw price, misfit and error of references by their labels over the upper bound of the state, tightest last.
 
-    The price is J minus `least`, the l of the reference `baseline`, which is named first in other figures and keeps its
-    style there. `noise_std` is drawn beside the misfit.
+    The price is J minus `least`, the l of the reference `baseline`. References have the styles of other figures, in
+    which `baseline` is the first one. `noise_std` is drawn beside the misfit.
     """
     figure = Figure(figsize=(PAGE, 2.7))
     panels = figure.subplots(1, 3)

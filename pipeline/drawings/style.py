@@ -1,4 +1,4 @@
-"""What figures have in common: markers and labels, panels over time, steps without a plan, scalar systems."""
+"""Common parts of figures: markers and labels, panels over time, steps without a plan, scalar systems."""
 
 from pathlib import Path
 from typing import Any, Final
@@ -31,7 +31,7 @@ PUBLISHED: Final[dict[str, Any]] = {
     "markeredgewidth": 0.7,
     "zorder": 4,
 }
-"""Markers of a published curve, some of its points: the line below them stays visible."""
+"""Markers for some points of a published curve; they are white inside, so that the line below stays visible."""
 SYMBOLS: Final = {
     "signal_std": r"$\theta_1$ [–]",
     "lengthscale": r"$\theta_2$ [s]",
@@ -43,7 +43,7 @@ INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
     "above": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "from above it"},
     "below": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "from below it"},
 }
-"""By the names that `pipeline.loops.trajectory` gives."""
+"""Styles of loops by the names of initial states that `pipeline.loops.trajectory` gives."""
 CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
 _REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
 _NO_PLAN: Final[dict[str, Any]] = {
@@ -61,12 +61,12 @@ def step_label(sampling_time: float) -> str:
 
 
 def direct_label(axes: Axes, x: float, y: float, text: str, **style: Any) -> None:
-    """Write a word beside what it names."""
+    """Write a text at the point (x, y), beside the curve that it names."""
     axes.text(x, y, text, **{"fontsize": 7, "zorder": 6, **style})
 
 
 def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> None:
-    """Draw the bounds of X that lie within the present limits; name them at the given side, if any."""
+    """Draw the bounds of X that lie within the limits of the axes, with labels at the given side; None: no labels."""
     bottom, top = axes.get_ylim()
     for bound in (states.lower, states.upper):
         if bottom < bound < top:
@@ -84,7 +84,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def stacked_panels(count: int, base_height: float, each: float) -> tuple[Figure, NDArray[Any]]:
-    """Return a figure with one panel below the other; heights are in inches."""
+    """Return a figure with `count` panels below each other, and the panels; heights are in inches."""
     figure = Figure(figsize=(PAGE, base_height + each * count))
     return figure, figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
 
@@ -97,7 +97,7 @@ def draw_coordinate(axes: Axes, course: Course, name: str, plant: ConstrainedSys
 
 
 def shade_no_plan(axes: Axes, steps: Array) -> None:
-    """Shade each run of consecutive steps, up to the step after it."""
+    """Shade the steps without a plan: each run of consecutive `steps`, up to the step after it."""
     for first, last in runs_of(steps):
         axes.axvspan(first, last + 1, **_NO_PLAN)
 
@@ -113,7 +113,7 @@ def input_at_steps(reference: Reference, steps: Array) -> Array:
 
 
 def tube_after_steps(reference: Reference, steps: Array) -> tuple[Array, Array]:
-    """Return the ends of the reachable tube at step k + 1: the states in reach from x_r(k)."""
+    """Return the ends of the reachable tube at step k + 1: the states that are reachable from x_r(k)."""
     return reachable_tube(reference, reference.instants(steps))
 
 

@@ -1,4 +1,4 @@
-"""params.yaml → frozen, validated experiments. Everything is checked here, once, before anything is computed."""
+"""params.yaml → frozen, validated experiments. All entries are checked here, once, before anything is computed."""
 
 from pipeline.experiments.load import PARAMS, load_experiment, load_experiments, parameters_of
 from pipeline.experiments.model import Experiment

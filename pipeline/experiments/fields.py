@@ -1,4 +1,4 @@
-"""The parts of an experiment as written in params.yaml, but for its system and its samples."""
+"""The parts of an experiment as written in params.yaml, except its system and its samples."""
 
 import dataclasses
 import math
@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 def parse_kernel(written: object) -> Kernel:
-    """Return the kernel that a mapping with a `type` describes: hyperparameters are known, learned, or left out.
+    """Return the kernel of a mapping with a `type` and hyperparameters, which are known, learned, or left out.
 
     Raises ValueError, naming the field, for an unknown type, field or value.
     """
@@ -58,7 +58,7 @@ def parse_kernel(written: object) -> Kernel:
 
 
 def parse_hyperparameter(written: object) -> float:
-    """Return a positive number (known) or what is learned in [lower, upper]. ValueError for anything else."""
+    """Return a positive number (known), or a hyperparameter to learn in [lower, upper]. ValueError otherwise."""
     try:
         return hyperparameter("nothing" if written is None else written)
     except ValueError as error:
@@ -74,7 +74,7 @@ def _part(name: str, parse: Callable[[object], T], written: object) -> T:
 
 
 def parse_claim(written: object) -> Claim:
-    """Read `all_times`, `all_phases` or `{window: [start, end]}` [s]. Raises ValueError for anything else."""
+    """Return the claim of `all_times`, `all_phases` or `{window: [start, end]}` [s]. ValueError for anything else."""
     match written:
         case "all_times" | "all_phases":
             return as_claim(written)
@@ -90,9 +90,9 @@ ClaimField = Annotated[Claim, BeforeValidator(parse_claim)]
 
 
 def by_name(written: object) -> object:
-    """Return a mapping that has entries as it is. ValueError: anything else."""
+    """Return `written` if it is a mapping with entries. ValueError otherwise."""
     if not isinstance(written, dict) or not written:
-        raise ValueError("expected a mapping from the name of what is sampled")
+        raise ValueError("expected a mapping from the names of sampled states, as {position: …}")
     return written
 
 
@@ -118,14 +118,14 @@ def _plain_unit(unit: str) -> str:
 
 
 LISTED = Strict(False)
-"""Of a tuple or a set that is written as a list."""
+"""Lets a field with a tuple or a set accept the lists of YAML."""
 ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
 CentresField = Annotated[Centres, PlainValidator(_centres)]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
 UnitField = Annotated[str, AfterValidator(_plain_unit)]
 MOST_STEPS = 1_000_000
 StepCount = Annotated[PositiveInt, Field(le=MOST_STEPS)]
-"""More sampling steps would take days, and their logs more room than there is."""
+"""A number of sampling steps; a larger one would take days of computation, and logs that fill the disk."""
 Counts = Annotated[tuple[PositiveInt, ...], LISTED]
 
 
@@ -162,7 +162,7 @@ class PriorFields(Fields):
     """The prior mean, the kernel, and the noise; hyperparameters and the mean are known or learned in an interval.
 
     Hyperparameters that are left out, noise_std among them, are learned in an interval chosen from the samples. A mean
-    that is left out is learned in any.
+    that is left out is learned without an interval.
     """
 
     mean: Annotated[float | tuple[float, float] | None, BeforeValidator(_mean)] = None
@@ -171,13 +171,13 @@ class PriorFields(Fields):
 
     @property
     def prior(self) -> Prior:
-        """The prior of what is sampled; a mean that is to be learned is in the middle of its interval, or zero."""
+        """The prior of the sampled state; a mean to be learned starts in the middle of its interval, or at zero."""
         mean = sum(self.mean) / 2 if isinstance(self.mean, tuple) else self.mean
         return Prior(self.kernel, self.noise_std, mean or 0.0)
 
 
 class NoiseFields(Fields):
-    """The noise of what is sampled beside another state that shows the same flat output, and has its prior."""
+    """The noise of samples of a second state that shows the same flat output as another one, which has the prior."""
 
     noise_std: PositiveFloat
 
@@ -191,22 +191,23 @@ PriorField = Annotated[PriorFields | NoiseFields, BeforeValidator(_which_prior)]
 
 
 class Search(Fields):
-    """From how many points the search starts."""
+    """The search for hyperparameters: the number of points from which it `starts`."""
 
     starts: Annotated[PositiveInt, Field(le=MOST_STARTS)] = 8
 
 
 class Verification(Fields):
-    """Compute margins up to step `last_step`, at `instants_per_step` times in each sampling interval."""
+    """Margins are computed up to step `last_step`, at `instants_per_step` times in each sampling interval."""
 
     last_step: StepCount
     instants_per_step: PositiveInt = 1
 
 
 class StudyFields(Fields):
-    """Solve program (8) with each η of `conservatism`, and learn from samples that the first `draws` seeds give.
+    """The studies: program (8) of the paper with each number of intervals η in `conservatism`, and other problems.
 
-    `tightness` are upper bounds of the state: references are learned for each of them too.
+    References are also learned from samples drawn with each of the first `draws` seeds, and for each upper bound of the
+    state in `tightness`.
     """
 
     conservatism: Counts = ()
@@ -215,7 +216,7 @@ class StudyFields(Fields):
 
 
 class Published(Fields):
-    """Files with curves that the paper prints, for figures that show them beside ours."""
+    """Files with curves that the paper prints, for figures that show these curves beside ours."""
 
     prediction: ProjectPath | None = None
     iterations: ProjectPath | None = None
@@ -224,7 +225,7 @@ class Published(Fields):
 
 
 class Stream(Fields):
-    """Later samples of the ground truth, drawn as those of `Drawn`."""
+    """Samples of the ground truth at later `steps`, which arrive while the loop runs; they are drawn as in `Drawn`."""
 
     steps: Steps
     noise_std: PositiveFloat
@@ -232,11 +233,11 @@ class Stream(Fields):
 
 
 class Relearning(Fields):
-    """Samples arrive while the loop runs, and the reference is learned again from the last `window` of each signal.
+    """Samples arrive while the loop runs, and the reference is learned again from the last `window` samples.
 
-    The first reference is learned from the samples up to step `first`, or from all samples where `first` is left out.
-    Later ones are learned `every` so many steps while samples arrive. These are those of `stream`, or the held-out
-    samples where `stream` is left out.
+    `window` is a number of samples of each signal. The first reference is learned from the samples up to step `first`,
+    or from all samples without `first`. Later references are learned after each `every` steps while samples arrive.
+    Samples that arrive are those of `stream`, or without `stream` the held-out samples.
     """
 
     first: PositiveInt | None = None
@@ -249,8 +250,8 @@ class Control(Fields):
     """Tracking MPC over `horizon` steps, for `steps` steps from each initial state.
 
     The cost is the squared error relative to the widths of the sets, with the weight `input_weight` for inputs. A loop
-    ends after more than `patience` infeasible steps. Figures show the first `shown` steps, and logs hold the first
-    `logged` ones. Feasible sets are computed for each of the `horizons`.
+    ends after more than `patience` infeasible steps. Figures show the first `shown` steps of a loop, and logs hold its
+    first `logged` steps. Feasible sets are computed for each of the `horizons`.
     """
 
     horizon: PositiveInt = 20

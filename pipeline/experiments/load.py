@@ -1,4 +1,4 @@
-"""params.yaml as validated experiments, and the references of an earlier run of one."""
+"""Load the experiments of params.yaml, validated, and the references that the fit stage learned for one of them."""
 
 import json
 import math
@@ -23,7 +23,7 @@ def load_experiments(path: Path = PARAMS) -> dict[str, Experiment]:
 
 
 def load_experiment(name: str, path: Path = PARAMS) -> Experiment:
-    """Return one experiment. Of the others only the names are checked. Raises InputError."""
+    """Return one experiment; of the other entries, only the names are checked. Raises InputError."""
     entries = _entries(path)
     if name not in entries:
         raise InputError(f"{path}: there is no experiment {name!r}; there are {', '.join(entries)}")
@@ -31,7 +31,7 @@ def load_experiment(name: str, path: Path = PARAMS) -> Experiment:
 
 
 def parameters_of(name: str, path: Path = PARAMS) -> str:
-    """Return the entry of an experiment as JSON, for the logs that are made with it. Raises InputError."""
+    """Return the entry of an experiment as JSON, which its logs store. Raises InputError."""
     return json.dumps(_entries(path).get(name), ensure_ascii=False, default=str)
 
 
@@ -50,14 +50,13 @@ def _experiment(path: Path, name: str, fields: object) -> Experiment:
     return validated(Experiment, {**fields, "name": name}, path, "experiments", name)
 
 
-_NEAR = 1e-6  # relative: sampled systems and tightened bounds are rounded in other ways on other machines
+_NEAR = 1e-6  # relative tolerance, as other machines round sampled systems and tightened bounds differently
 
 
 def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
-    """Read references that were learned for this system, within these bounds.
+    """Read the references of the fit stage, if they were learned for the experiment's system and bounds.
 
-    Raises InputError where the fit stage has not run, or not since the experiment has another system or other sets, or
-    for a damaged log.
+    Raises InputError if the fit stage has not run, if it ran for another system or other sets, or for a damaged log.
     """
     fitted = read_fit(results)
     for method, learned in fitted.learned.items():
@@ -70,7 +69,7 @@ def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
 
 
 def _is_near(one: object, other: object) -> bool:
-    """Whether two JSON values differ by the rounding of numbers at most."""
+    """Whether two JSON values are equal up to rounding of their numbers."""
     match one, other:
         case dict(), dict():
             return one.keys() == other.keys() and all(_is_near(one[key], other[key]) for key in one)

@@ -1,4 +1,4 @@
-"""The one form of an experiment, and what its fields mean to mathematics."""
+"""The form of an experiment in params.yaml, and the objects of the library that its fields describe."""
 
 import math
 import re
@@ -58,7 +58,7 @@ _RESERVED = {
 
 
 def refused_names(names: Iterable[object]) -> list[str]:
-    """Return one sentence for each name that cannot be an experiment's; an empty list where all can."""
+    """Return one sentence for each name that an experiment cannot have; an empty list if there is none."""
     names = list(names)
     return [*(reason for name in names if (reason := _refusal(name))), *_same_but_for_case(names)]
 
@@ -75,7 +75,7 @@ def _refusal(name: object) -> str | None:
 
 
 def _same_but_for_case(names: list[object]) -> list[str]:
-    """Return a sentence for each pair that differs only by case: some file systems hold only one of the two."""
+    """Return a sentence for each pair of names that differ only by case, as some file systems cannot hold both."""
     first: dict[str, str] = {}
     found = []
     for name in names:
@@ -85,11 +85,11 @@ def _same_but_for_case(names: list[object]) -> list[str]:
 
 
 def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields | NoiseFields]) -> Iterator[str]:
-    """Yield one sentence for each prior that does not fit what its name shows. Raises ValueError for unknown names."""
+    """Yield one sentence for each prior that does not fit the state of its name. ValueError: a name is unknown."""
     for first, *others in kinds_by_name(plant, prior):
         of_first = prior[first]
         if isinstance(of_first, NoiseFields):
-            yield f"prior.{first}: mean and kernel are missing"
+            yield f"prior.{first}: mean and kernel are missing: expected a kernel, and a mean unless it is learned"
         elif others and isinstance(of_first.noise_std, Learned):
             yield f"prior.{first}.noise_std: must be a number, as {' and '.join(others)} show the same flat output"
         for name in others:
@@ -98,7 +98,7 @@ def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields
 
 
 def mistakes_of_origin(samples: Mapping[str, Source], samples_from: Path) -> Iterator[str]:
-    """Yield one sentence for each source that is not in `samples_from`, where DVC looks for changes."""
+    """Yield one sentence for each source of samples that is not below `samples_from`, the path that DVC watches."""
     files = {name: file for name, source in samples.items() if (file := source.file) is not None}
     for name, file in files.items():
         if not file.is_relative_to(samples_from):
@@ -107,7 +107,7 @@ def mistakes_of_origin(samples: Mapping[str, Source], samples_from: Path) -> Ite
         yield f"samples_from: all samples are drawn; expected {GROUND_TRUTHS_FILE}, got {samples_from}"
 
 
-_ROUNDING = 1e-9  # steps: the ends of a window are rounded
+_ROUNDING = 1e-9  # in steps: an end of a window this near to a step counts as at the step
 
 
 def _methods(written: object) -> object:
@@ -126,15 +126,15 @@ class Experiment(Fields):
     """A system, its sets, samples, a prior, a claim, and the methods by which references are learned.
 
     `samples_from` is the file that the samples come from, or a folder above all their files: when it changes, DVC runs
-    the stages again. `samples` and `prior` are by the names of sampled states, one at least for each flat output, or of
-    "rate of x" of a state x. Of several that show one flat output, the first has the prior, and the others their noise
-    alone. Of more than 2000 samples of a name, fewer `centres` are learned from, as many as the samples need whatever
-    the kernel; a number says how many at most, None that each sample is one. What `shared` names is the same for all
-    flat outputs. Figures name the `units` of states and inputs, and show the two states of `plane`, if given, in their
-    plane. All references keep the part `margin` of each width free at either bound. Robust methods also leave room for
-    every error that a `disturbance` may cause; the other methods know nothing of it. Certificates bound the distance
-    from every signal of which `truth` is true, by the name of its samples. `algorithm1` and `periodic` are
-    for the methods that need them. What `verification` is, where it is left out, `verified` says.
+    the stages again. `samples` and `prior` are by name: the name of a state, or "rate of x" for a state x, at least one
+    for each flat output. If several names show one flat output, the first has the prior, and the others only their
+    noise. If a name has more than 500 samples, references are learned from fewer `centres`, as many as the samples
+    need for any kernel; a number is the largest number of centres, and None makes each sample a centre. Hyperparameters
+    that `shared` names are the same for all flat outputs. Figures name the `units` of states and inputs, and draw paths
+    in the plane of the two states `plane`, if given. All references keep the part `margin` of each width free at either
+    bound. Robust methods also leave room for every error that a `disturbance` may cause; the other methods ignore it.
+    Certificates bound the distance from every true signal that fits `truth`, by the name of its samples. `algorithm1`
+    and `periodic` are read by the methods that need them. Without `verification`, it is chosen as `verified` says.
     """
 
     name: str
@@ -164,7 +164,7 @@ class Experiment(Fields):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        """Refuse fields that do not fit each other: say of each check what is wrong, every sentence once."""
+        """Raise ValueError if fields do not fit each other, with the sentences of all checks, each once."""
         said: dict[str, None] = {}
         for check in _CHECKS:
             try:
@@ -183,7 +183,7 @@ class Experiment(Fields):
             yield f"samples and prior must have the same names, got {names}"
 
     def _mistakes_of_mathematics(self) -> Iterator[str]:
-        """Yield what system, sets and priors lack, or else the claims and methods that do not suit them."""
+        """Yield mistakes of the priors; without any, claims and methods that do not suit the system and the priors."""
         if mistakes := list(mistakes_of_priors(self.plant, self.prior)):
             yield from mistakes
             return
@@ -226,7 +226,7 @@ class Experiment(Fields):
                 yield f"{' and '.join(missing)}: is missing, but the method {method.name} needs it"
         if self.disturbance and ROBUST.name not in self.methods:
             given = ", ".join(self.methods)
-            yield f"methods: expected {ROBUST.name} among them where there is a disturbance, got {given}"
+            yield f"methods: expected {ROBUST.name} among them, because there is a disturbance, got {given}"
         if self.algorithm1 and self.verification and self.verification.last_step < self.algorithm1.last_step:
             yield (
                 f"verification.last_step must not lie before algorithm1.last_step = {self.algorithm1.last_step}, "
@@ -237,13 +237,13 @@ class Experiment(Fields):
         if self.study is None:
             return
         if (self.study.conservatism or self.study.draws) and self.periodic is None:
-            yield "study: compares periodic programs, but the block periodic is missing"
+            yield "study: expected the block periodic too, as conservatism and draws compare periodic programs"
         if self.study.draws and not all(isinstance(source, Drawn) for source in self.samples.values()):
-            yield "study.draws: compares seeds, but the samples are not drawn"
+            yield "study.draws: expected samples with a ground_truth and a seed, as it draws them with other seeds"
         if len(self.samples) > 1 and (self.study.draws or self.study.tightness):
             yield f"study: draws and tightness are for samples of one name, got {', '.join(self.samples)}"
         if self.study.tightness and not (self.truths and self.state_set.rows.tolist() == [[1.0]]):
-            yield "study.tightness: moves the bound of one state whose ground truth is known, in a box"
+            yield "study.tightness: expected one state in a box, and its ground truth, as the bound is moved"
         for upper in self.study.tightness:
             try:
                 _ = self.with_upper_bound(upper).plant
@@ -252,14 +252,14 @@ class Experiment(Fields):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with its sets; their bounds are tightened where a margin asks for it."""
+        """The system with its sets, whose bounds are tightened if the experiment has a `margin`."""
         if self.margin:
             return tightened(self.system, self.state_set, self.input_set, None, self.margin).plant
         return ConstrainedSystem(self.system.discrete, self.state_set, self.input_set)
 
     @property
     def tightening(self) -> Tightening | None:
-        """How the bounds are tightened for disturbances, if there are any, and by the margin."""
+        """The tightening of the bounds for the disturbance and by the margin; None without a disturbance."""
         if self.disturbance is None:
             return None
         return tightened(self.system, self.state_set, self.input_set, self.disturbance, self.margin)
@@ -270,7 +270,7 @@ class Experiment(Fields):
         return tightening.plant if tightening and METHODS[method].is_robust else self.plant
 
     def with_upper_bound(self, upper: float) -> "Experiment":
-        """Return the same experiment with another upper bound of its only state."""
+        """Return the experiment with another upper bound of its only state."""
         return self.model_copy(update={"state_set": Polytope.box(self.state_set.lower, [upper])})
 
     @property
@@ -279,7 +279,7 @@ class Experiment(Fields):
         return {name: self.samples[name] for kinds in kinds_by_name(self.plant, self.samples) for name in kinds}
 
     def measured(self, samples: Mapping[str, Samples]) -> Measurements:
-        """Return samples by name with their noise, and fewer `centres` that stand for them where that is wanted."""
+        """Return samples by name with their noise; fewer `centres` stand for them, as the experiment says."""
         noise = {name: fields.noise_std for name, fields in self.prior.items()}
         return Measurements.of(samples, self.plant, noise, self.centres)
 
@@ -291,18 +291,18 @@ class Experiment(Fields):
 
     @property
     def truths(self) -> Mapping[str, GroundTruth]:
-        """The signals behind the samples, by name of what is sampled, where they are known."""
+        """The true signals of samples by their names, if they are known."""
         known = {name: source.ground_truth for name, source in self.sources.items()}
         return {name: GROUND_TRUTHS[truth] for name, truth in known.items() if truth is not None}
 
     def signals(self, samples: Mapping[str, Samples]) -> dict[str, Sought]:
-        """Return, by name, the signals of which `truth` is true.
+        """Return by name what is known of the true signals from `truth` and the samples.
 
-        Raises NotTrackableError where none explains the samples, and InputError where centres stand for the samples.
+        Raises NotTrackableError if no signal explains the samples, and InputError if centres stand for the samples.
         """
         if fewer := [name for name in self.truth if samples[name].scatters]:
             raise InputError(
-                f"experiment {self.name}: truth: centres stand for samples of {fewer[0]}; set centres: null"
+                f"experiment {self.name}: truth: centres stand for samples of {fewer[0]}; set centres: null to use all"
             )
         return true_signals(self.truth, None, samples, self.plant, self.claim)[1]
 
@@ -312,7 +312,7 @@ class Experiment(Fields):
         return tuple(METHODS[name] for name in self.methods)
 
     def search_space(self, samples: tuple[Samples, ...]) -> SearchSpace:
-        """Return the intervals in which hyperparameters are learned, as given or as they suit the samples."""
+        """Return the intervals in which hyperparameters are learned, as given or chosen from the samples."""
         return SearchSpace.around(samples, self.learned_prior, self.search.starts)
 
     def goal(self, samples: tuple[Samples, ...]) -> Goal:
@@ -320,13 +320,13 @@ class Experiment(Fields):
         return goal_for(self.claim, samples, self.learned_prior, self.plant)
 
     def task(self, samples: tuple[Samples, ...]) -> Task:
-        """Return what methods learn from."""
+        """Return the argument of methods: samples, prior, plant, search space and goal."""
         of = samples, self.learned_prior, self.plant, self.search_space(samples), self.goal(samples)
         return Task(*of, self.algorithm1, self.periodic, self.tightening)
 
     @property
     def loop_steps(self) -> range:
-        """The steps of closed loops: from 0 on, or those whose horizons lie in the window that is proved."""
+        """The steps of closed loops: from 0 on, or for a claimed window the steps whose horizon ends in the window."""
         if not isinstance(self.claim, Window):
             return range(self.control.steps)
         first, last = (t / self.plant.sampling_time for t in self.claim.span)
@@ -334,10 +334,10 @@ class Experiment(Fields):
         return range(start, min(start + self.control.steps, math.floor(last + _ROUNDING) - self.control.horizon))
 
     def verified(self, samples: tuple[Samples, ...]) -> Verification:
-        """Return how far margins are computed: as `verification` says, or as far as anything is of interest.
+        """Return up to which step margins are computed: as `verification` says, or by default the latest of several.
 
-        That is twice as long as these samples, to the end of a window that is claimed, two periods where all phases
-        are, and to the last step of each method.
+        These are twice the time of the samples, the end of a claimed window, two periods if all phases are claimed, and
+        the last step of each method.
         """
         if self.verification:
             return self.verification
@@ -354,7 +354,7 @@ class Experiment(Fields):
         return space.bounds["period"].upper if "period" in space.bounds else known or 0.0
 
     def check(self, samples: tuple[Samples, ...]) -> None:
-        """Raise ValueError where steps do not last the longest period that may be learned from these samples."""
+        """Raise ValueError if steps do not last the longest period that may be learned from these samples."""
         if not isinstance(self.claim, AllPhases):
             return
         t_s, longest = self.plant.sampling_time, self._longest_period(samples)
@@ -377,13 +377,13 @@ _CHECKS = (
     Experiment._mistakes_of_methods,
     Experiment._mistakes_of_the_study,
 )
-"""What yields one sentence for each field that does not fit the others, or raises what the mathematics refuses."""
+"""Checks of an experiment: each yields one sentence for each field that does not fit, or raises ValueError."""
 
 
 def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> Experiment:
-    """Return the experiment with known prior means: those that were not are learned from the samples.
+    """Return the experiment with known prior means: means that are not given as numbers are learned from the samples.
 
-    Raises NoReferenceError where the likelihood of the samples cannot be evaluated.
+    Raises NoReferenceError if the likelihood of the samples cannot be evaluated.
     """
     given = {name: of.mean for name, of in experiment.prior.items() if isinstance(of, PriorFields)}
     names = experiment.learned_prior.names

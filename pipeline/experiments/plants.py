@@ -1,4 +1,4 @@
-"""Systems, sets and disturbances as written in params.yaml, and what disturbances leave of the bounds."""
+"""Systems, sets and disturbances as written in params.yaml, and bounds that are tightened for disturbances."""
 
 import dataclasses
 import re
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 def _by(read: Callable[[Any], T]) -> Callable[[Any], T]:
-    """Return a validator that reads a field in this way, and says what is wrong without naming the field again."""
+    """Return a validator that reads a field by `read`; its errors do not name the field, as the caller names it."""
 
     def validated(written: Any) -> T:
         try:
@@ -41,7 +41,7 @@ Vector = Annotated[tuple[float, ...], BeforeValidator(_by(vector))]
 
 @dataclass(frozen=True, eq=False)
 class WrittenSystem:
-    """A system, and the `fields` that describe it."""
+    """A system, and the `fields` of params.yaml that describe it."""
 
     fields: Mapping[str, Any]
     discrete: System
@@ -57,9 +57,9 @@ TruthField = Annotated[Truth, PlainValidator(_by(lambda written: Truth(**fields_
 
 
 class DisturbanceSetFields(Fields):
-    """A box, {w : H w ≤ h}, the hull of `vertices`, or a zonotope.
+    """A box, a polytope {w : H w ≤ h}, the convex hull of `vertices`, or a zonotope.
 
-    The latter holds `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1.
+    The zonotope has the points `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1.
     """
 
     lower: Vector | None = None
@@ -77,7 +77,7 @@ class DisturbanceSetFields(Fields):
 
     @property
     def set(self) -> DisturbanceSet:
-        """Return W. Raises ValueError where it is unbounded, or shapes do not fit."""
+        """Return the set. Raises ValueError if it is unbounded, or shapes do not fit."""
         forms: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
             ("lower", "upper"): Zonotope.box,
             ("H", "h"): ConvexHull.halfspaces,
@@ -91,7 +91,7 @@ class DisturbanceSetFields(Fields):
 
 
 class VertexFields(Fields):
-    """A plant that the model may stand for: what of A, B and c differs from the system's."""
+    """A vertex of the model error: those of A, B and c that differ from the system's."""
 
     A: Matrix | None = None
     B: Matrix | None = None
@@ -99,11 +99,11 @@ class VertexFields(Fields):
 
 
 class Disturbance(DisturbanceSetFields):
-    """W of x(k+1) = A x(k) + B u(k) + c + w(k), and `noise` V of the measured y(k) = x(k) + v(k), if there is some.
+    """The set W of disturbances w in x(k+1) = A x(k) + B u(k) + c + w(k), and of measurement noise if there is any.
 
-    With a `model_error`, (A, B, c) is anywhere in the convex hull of these plants, of a linear system. `feedback` is K
-    of u = u_r + K (y − x_r); left out, a regulator is chosen. What room for them costs is learned for other `sizes` of
-    both sets and of the model's error too, as parts of the given ones.
+    `noise` is the set V of v in the measured state y(k) = x(k) + v(k). With a `model_error`, (A, B, c) of a linear
+    system is anywhere in the convex hull of its vertices. `feedback` is K in u = u_r + K (y − x_r); by default, a
+    regulator is chosen. References are also learned for W, V and model error multiplied by each of `sizes`.
     """
 
     noise: DisturbanceSetFields | None = None
@@ -118,7 +118,7 @@ def tightened(
 ) -> Tightening:
     """Return the bounds tightened for disturbances and by a margin.
 
-    Raises ValueError as `ConstrainedSystem` and `tightening` do. Stages ask often: what is found is remembered.
+    Raises ValueError as `ConstrainedSystem` and `tightening` do. Results are cached, because stages need them often.
     """
     given = ConstrainedSystem(system.discrete, state_set, input_set)
     if disturbance is None:
@@ -130,7 +130,7 @@ def tightened(
 
 def _model_error(system: WrittenSystem, plants: tuple[VertexFields, ...]) -> ModelError:
     if "A" not in system.fields:
-        raise ValueError("disturbance.model_error: expected a system that is written with A and B")
+        raise ValueError("disturbance.model_error: expected a linear system that is written with A and B")
     A, B = system.fields["A"], system.fields["B"]
     known = [(v.A or A, v.B or B, v.c or system.fields.get("c") or [0.0] * len(A)) for v in plants]
     if system.fields.get("continuous"):

@@ -1,4 +1,4 @@
-"""Where the samples of one name come from, as written in params.yaml: a ground truth, a CSV file or an MCAP file."""
+"""Sources of the samples of one name, as written in params.yaml: a ground truth, a CSV file or an MCAP file."""
 
 from math import inf
 from pathlib import Path
@@ -16,11 +16,11 @@ STEPS = "steps"
 """The time unit of stamps that count sampling steps."""
 
 GROUND_TRUTHS_FILE = Path("pipeline/published/ground_truth.py")
-"""What drawn samples come from."""
+"""The file that drawn samples depend on."""
 
 
 class Drawn(Fields):
-    """Drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
+    """Samples drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
 
     ground_truth: GroundTruthName
     steps: Steps
@@ -29,15 +29,16 @@ class Drawn(Fields):
 
     @property
     def file(self) -> None:
-        """There is no file: samples are drawn."""
+        """None, because samples that are drawn have no file."""
 
 
 class Excerpt(Fields):
     """Which part of a recording references are learned from, and which part is held out to compare with.
 
-    References are learned from the samples between `start` and `end` [s] (left out: the last sample), roughly `every`
-    seconds apart (0: all). The samples of the next `held_out` seconds are held out. Times count from `start`; values
-    are multiplied by `scale`, and count from `level`, or from the median of the samples that are learned from.
+    References are learned from the samples between `start` and `end` [s] (by default the last sample), roughly `every`
+    seconds apart (0: all). The samples of the next `held_out` seconds are held out. Times count from `start`. Values
+    are multiplied by `scale`, and `level` is subtracted from them: a number, or the median of the samples that are
+    learned from.
     """
 
     start: NonNegativeFloat = 0.0
@@ -52,7 +53,7 @@ class Excerpt(Fields):
         if not self.start < self.end:
             raise ValueError(f"expected start < end, got {self.start} and {self.end}")
         if self.held_out and self.end == inf:
-            raise ValueError("held_out: expected the end of what is learned from, which what is held out follows")
+            raise ValueError("held_out: expected an end too, as the samples after it are held out")
         return self
 
 
@@ -74,7 +75,10 @@ def _known_clock(written: object) -> object:
 
 
 def _message_time(written: object) -> object:
-    """Read `log`, `publish`, or {field: header.stamp, unit: ...}; no unit: the field has seconds and nanoseconds."""
+    """Return the message time of `log`, `publish`, or {field: header.stamp, unit: ...}.
+
+    Without a unit, the field has seconds and nanoseconds.
+    """
     match written:
         case "log":
             return LOG_TIME
@@ -93,12 +97,12 @@ Repairs = Annotated[tuple[str, ...], LISTED, BeforeValidator(_known_repairs)]
 
 
 class CsvColumn(Fields):
-    """A column of a CSV file over its time column; see trackably.recordings.read_csv. `repairs` follow their order.
+    """Samples in a column of a CSV file, at the times of its time column; see trackably.recordings.read_csv.
 
-    `time_unit` is a unit, `steps` where stamps count sampling steps, or the `date_format` (and `zone`) of the stamps.
-    A `time_column` of null counts rows from 0, and `columns` name those of a file without a header. The lines `skip`
-    are left out; the cells `missing` have no value. Without an `excerpt` references are learned from all samples.
-    Where the `ground_truth` is known, errors are computed.
+    `time_unit` is a unit, `steps` if stamps count sampling steps, or the `date_format` (and `zone`) of the stamps. If
+    `time_column` is null, rows are counted from 0. `columns` are the names of columns of a file without a header. The
+    lines `skip` are left out; cells with a text of `missing` have no value. `repairs` are applied in their order.
+    Without an `excerpt`, references are learned from all samples. With a `ground_truth`, errors are computed.
     """
 
     csv: ProjectPath
@@ -123,7 +127,7 @@ class CsvColumn(Fields):
 
 
 class McapField(Fields):
-    """A field of the messages on a topic of an MCAP file, over their `time`; see trackably.recordings.read_mcap."""
+    """Samples in a field of the messages on a topic of an MCAP file; see trackably.recordings.read_mcap."""
 
     mcap: ProjectPath
     topic: str
@@ -144,7 +148,7 @@ Source = Drawn | CsvColumn | McapField
 
 
 def which_source(written: object) -> object:
-    """Return the source that the keys tell. Raises ValueError where they tell none."""
+    """Return the source that the keys of a mapping describe. Raises ValueError if they describe none."""
     if not isinstance(written, dict):
         raise ValueError("expected a mapping with one of `csv`, `mcap`, `ground_truth`")
     for key, source in (("csv", CsvColumn), ("mcap", McapField), ("ground_truth", Drawn)):

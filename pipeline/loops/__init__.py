@@ -1,1 +1,1 @@
-"""Closed loops of experiments: what disturbs them, where they begin, and the numbers that describe them."""
+"""Closed loops of experiments: their disturbances, initial states and metrics."""

@@ -1,4 +1,4 @@
-"""Loops under an experiment's disturbances: by two controllers, hundreds of runs at once, and what room costs."""
+"""Loops under an experiment's disturbances with two controllers, hundreds of runs, and the price of robustness."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -61,8 +61,8 @@ _WARM_UP = 60
 def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Successor, Disturbances]:
     """Return the plant's successor function and its disturbances in W, which are drawn, greedy or constant.
 
-    The plant moves as its model. If the model may be wrong, it moves as one of the vertices: "drawn" draws a vertex at
-    each step, "greedy" takes the one that brings the state nearest to a bound, and "constant" keeps one.
+    The plant obeys its model. With a model error, it obeys one of the error's vertices: "drawn" draws a vertex at each
+    step, "greedy" takes the vertex that brings the state nearest to a bound, and "constant" keeps the same vertex.
     """
     W, of_disturbance, of_plant = tightened.disturbance, np.random.default_rng(seed), np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
@@ -90,7 +90,7 @@ def noise(tightened: Tightening, seed: int) -> Disturbances | None:
 
 
 def start(Z: InvariantSet, seed: int) -> Array:
-    """Return an error (n,) in Z that disturbances have caused."""
+    """Return an error (n,) in Z that a sequence of extreme disturbances in W has caused, starting from zero."""
     rng, e = np.random.default_rng(seed), np.zeros(Z.disturbance.dimension)
     for _ in range(_WARM_UP):
         e = Z.closed_loop @ e + Z.disturbance.farthest(rng.standard_normal(len(e)))
@@ -100,8 +100,9 @@ def start(Z: InvariantSet, seed: int) -> Array:
 def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[dict[str, Course], int]:
     """Return runs along the window of a robust reference by topic, and how often a bound was broken in them.
 
-    The measured state begins in x_r ⊕ Z. There the tube controller applies u = u_r + K (y − x_r): its plan is the
-    reference, and no program is solved. Every third run has drawn, greedy or constant disturbances; noise is drawn.
+    The measured state begins in x_r ⊕ Z. There, the plan of the tube controller is the reference: it applies
+    u = u_r + K (y − x_r), and no program has to be solved. Disturbances are drawn, greedy and constant in turn, from
+    run to run; measurement noise is drawn.
     """
     runs = np.array([_run(tightened, window, first_step, r) for r in range(COUNT)])
     n, given = window.states.shape[1], tightened.given
@@ -133,12 +134,10 @@ Numbers = dict[str, float | int | str | None]
 def disturbed_loops(
     experiment: Experiment, references: Mapping[str, TrackedReference]
 ) -> tuple[dict[str, Course], dict[str, object]]:
-    """Return the loops by reference, controller and kind of disturbance, many runs, and the numbers of both.
+    """Return disturbed loops and many runs by their topics in the log, and the metrics of both.
 
-    Loops and runs are by topic.
-
-    All of them begin on the reference, or in the tube around it, and last as long as figures show, 300 steps at most.
-    After 30 steps without a plan a loop ends.
+    There is a loop for each reference, controller and kind of disturbance. Loops begin on the reference, and runs in
+    the tube around it. Both have as many steps as figures show, 300 at most. A loop ends after 30 steps without a plan.
     """
     tightened = experiment.tightening
     assert tightened, "asked for where there is a disturbance"
@@ -203,11 +202,11 @@ Columns = dict[str, list[float] | float]
 
 
 def prices(experiment: Experiment, fitted: Fitted) -> Columns:
-    """Return `sizes` of W and V relative to the given sets, and for each the `price` J − min l and the `misfit`.
+    """Return `sizes` of W and V as factors of the given sets, and for each the `price` J − min l and the `misfit`.
 
-    Size 0 is the reference `joint`, and size 1 the reference `robust`. References of other sizes are learned here, from
-    the hyperparameters of their neighbours, for the same feedback, and proved. Sizes without a proved reference are
-    left out. `largest` is the size at which nothing is left of the bounds.
+    The reference of size 0 is `joint`, and that of size 1 is `robust`. References for other sizes are learned here for
+    the same feedback, starting from the hyperparameters of the next smaller size, and proved. Sizes without a proved
+    reference are left out. `largest` is the size from which on tightened bounds leave no admissible states or inputs.
     """
     tightened = experiment.tightening
     assert tightened, "asked for where there is a disturbance"
@@ -232,9 +231,9 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
 
 
 def scaled(tightened: Tightening, size: float) -> Tightening:
-    """Return the bounds tightened for sets and a model's error of another size.
+    """Return the tightening for W, V and a model error that are `size` times as large.
 
-    Raises ValueError where nothing is left of them.
+    Raises ValueError if tightened bounds leave no admissible states or inputs.
     """
     W, V, by = tightened.disturbance, tightened.noise, Fraction(size)
     assert W is not None, "asked for where there is a disturbance"
@@ -255,7 +254,7 @@ def _learned_for(
 ) -> Certified | None:
     try:
         plant = scaled(tightened, size).plant
-    except ValueError:  # nothing is left
+    except ValueError:  # tightened bounds leave nothing
         return None
     task = experiment.task(sampled.samples)
     nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), fallback=None)
@@ -264,5 +263,5 @@ def _learned_for(
 
 
 def _misfit(sampled: Sampled, reference: Reference) -> float:
-    """Return the root mean square of samples minus reference, all that is sampled having the same weight."""
+    """Return the root mean square of samples minus reference; all sampled names have the same weight."""
     return float(np.sqrt(np.mean([*sampled.mean_squares(reference.signals).values()])))

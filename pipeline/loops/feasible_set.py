@@ -14,22 +14,22 @@ from trackably.control.references import TrackedReference
 from trackably.systems.linear import LinearSystem
 
 _CORNER = 1e-7
-"""Relative to the set's size: a support point that lies beyond an edge by no more counts as on the edge."""
+"""A support point that lies beyond an edge by at most this part of the set's size counts as on the edge."""
 
 
 def feasible_set(controller: Controller, reference: TrackedReference, k: int) -> Array:
     """Return the corners of the set of states x(k) ∈ X from which the controller has a plan at step `k`.
 
     The shape is (corners, n): both ends of an interval for one state, the corners of a polygon in counterclockwise
-    order for two, and no corner where the set is empty. The corners are exact up to the accuracy of linear programs,
+    order for two, and no corner if the set is empty. The corners are exact up to the accuracy of linear programs,
     because a linear program decides for each edge whether the set extends beyond it. Raises ValueError for more than
-    two states, for a nonlinear system, and where the set is unbounded.
+    two states, for a nonlinear system, and if the set is unbounded.
     """
     n = len(controller.plant.system.states)
     if not isinstance(controller.plant.system, LinearSystem):
-        raise ValueError("feasible set: it is drawn for linear systems only, whose sets are convex")
+        raise ValueError("feasible set: expected a linear system, whose feasible sets are convex, got a nonlinear one")
     if n > 2:
-        raise ValueError(f"feasible set: it is drawn for one or two states, got {n}")
+        raise ValueError(f"feasible set: expected a system of one or two states, got {n}")
     projection = _Projection.at(controller, reference, k)
     if projection.support(np.eye(n)[0]) is None:
         return np.empty((0, n))
@@ -50,7 +50,7 @@ def feasible_set(controller: Controller, reference: TrackedReference, k: int) ->
 class _Projection:
     """{x : M z ≤ b and E z = f for some z}, with x = `origin` + `scales` e(0) and z = (e(0), …, e(N), v(0), …).
 
-    The polyhedron is in scales, because the solver's tolerances are absolute.
+    Errors e of states and v of inputs are divided by their scales, because the solver's tolerances are absolute.
     """
 
     M: Array
@@ -73,7 +73,7 @@ class _Projection:
         return cls(M, b, E, f, x_r, scales.states)
 
     def support(self, direction: Array) -> Array | None:
-        """Return a state of the set that is farthest in a direction; None where the set is empty."""
+        """Return a state of the set that is farthest in a direction; None if the set is empty."""
         n, along = len(self.scales), direction * self.scales
         program = scipy.optimize.linprog(
             np.concatenate([-along / np.max(np.abs(along)), np.zeros(self.M.shape[1] - n)]),
@@ -85,14 +85,14 @@ class _Projection:
             method="highs-ds",
         )
         if program.status == 3:
-            raise ValueError("feasible set: it is unbounded, and has no corners; bound the state set")
+            raise ValueError("feasible set: expected a bounded set, which has corners; bound all states")
         return None if program.x is None else np.asarray(self.origin + self.scales * program.x[:n])
 
     def farthest(self, direction: Array) -> Array:
-        """Return the same as `support` for a set that is not empty. Raises ArithmeticError where the solver fails."""
+        """Return a state that is farthest in a direction; the set is not empty. ArithmeticError: the solver fails."""
         found = self.support(direction)
         if found is None:
-            raise ArithmeticError("feasible set: the numbers are beyond the solver")
+            raise ArithmeticError("feasible set: the solver fails; choose other units if numbers are extreme")
         return found
 
 
@@ -122,10 +122,10 @@ _INSTANTS = 80
 def feasible_over_time(
     controller: Controller, reference: TrackedReference, horizons: tuple[int, ...], steps: range
 ) -> dict[str, Course]:
-    """Return the feasible set for each horizon, by topic; nothing for nonlinear systems and three states or more.
+    """Return the feasible set for each horizon, by topic; empty for nonlinear systems and three states or more.
 
-    For one state it is `lower` and `upper`, at up to 81 of the `steps`. For two it is the corners under the names of
-    the states, at the first of them. Horizons too short for the system are left out.
+    For one state, a course has the ends `lower` and `upper` of the set at up to 81 of the `steps`. For two states, it
+    has the corners at the first step, under the names of the states. Horizons too short for the system are left out.
     """
     system, states = controller.plant.system, controller.plant.system.states
     if not isinstance(system, LinearSystem) or len(states) > 2:

@@ -1,6 +1,6 @@
 """Learn references again while the loop runs, from samples that are drawn or were held out.
 
-A new one is accepted only if it keeps every guarantee.
+The loop tracks a new reference only if all guarantees of the loop remain valid.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -32,7 +32,7 @@ from trackably.systems.sampling import sampled_signals
 def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> tuple[Samples, ...]:
     """Return the last `count` samples of each flat output up to the time `until` [s].
 
-    Raises ValueError where there is none.
+    Raises ValueError if a flat output has no sample up to this time.
     """
     return tuple(_last(s, until, count) for s in samples)
 
@@ -50,8 +50,8 @@ class ReferenceUpdate:
     """A reference learned at step `k`, and whether the controller tracks it from then on.
 
     `sample_counts` are the numbers of samples of each flat output. `reason` says why the reference was `accepted` or
-    not. `widening` is the least part of their widths by which the sets would have to be widened for a plan, where that
-    is the reason.
+    not. If the reason is that there is no plan, `widening` is the least part of their widths by which the sets would
+    have to be widened for a plan.
     """
 
     k: int
@@ -72,7 +72,7 @@ class OnlineLoop:
 
     @property
     def offers(self) -> Course:
-        """Return for each update whether it was `taken` (1 or 0), and the `widening`; NaN if there is none."""
+        """Return for each update whether it was `taken` (1 or 0), and the `widening`; NaN without a widening."""
         columns = {
             "taken": np.array([float(o.accepted) for o in self.updates]),
             "widening": np.array([np.nan if o.widening is None else o.widening for o in self.updates]),
@@ -81,7 +81,7 @@ class OnlineLoop:
 
     @property
     def records(self) -> list[dict[str, object]]:
-        """Return the updates as control.json shows them."""
+        """Return the updates in the form in which control.json stores them."""
         return [
             {
                 "step": o.k,
@@ -105,14 +105,14 @@ def simulate_online(
     """Simulate the closed loop from `initial_state` (n,) at step 0, and learn the reference again at each arrival.
 
     The loop begins on the reference `first`. An arrival is (k, samples): a step, in increasing order, and the samples
-    of the window that ends there (`receding_window`). Since the current reference is certified for all times, nothing
-    is lost where a new one is not accepted. Raises ValueError where `first` is certified for less, and where arrivals
+    of the window that ends there (`receding_window`). Since the current reference is certified for all times, the loop
+    can stay on it if a new one is not accepted. Raises ValueError if `first` is certified for less, and if arrivals
     are not in increasing order within `steps`.
     """
     if not holds_for_all_times(first):
         raise ValueError(
-            f"online: the first reference must be certified for all time, but only for "
-            f"{times_of(first.certificate.claim)}"
+            "online: the first reference must be certified for all time, but it is certified for "
+            f"{times_of(first.certificate.claim)} only"
         )
     now, state, reference = 0, np.asarray(initial_state, dtype=float), first.reference
     parts: list[ClosedLoop] = []
@@ -150,7 +150,7 @@ def decide_update(
         return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)
     if isinstance(result, Unsolved):
         return ReferenceUpdate(k, counts, learned, False, result.explanation)
-    # The tolerance allows for rounding on a reference that is tracked already. A new reference must do without it.
+    # The tolerance allows for rounding on a reference that is tracked already; plans on a new one must keep the bounds.
     if not result.keeps_sets:
         reason = f"within the tolerance only: {result.explanation}"
         return ReferenceUpdate(k, counts, learned, False, reason, -result.slack)
@@ -160,13 +160,13 @@ def decide_update(
 def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
     """Join loops that follow each other, each starting at the last state of the one before.
 
-    Where the reference changes between two loops the cost may rise; `reference_states` at that step are those of the
-    new reference.
+    If the reference changes between two loops, the cost may rise there; `reference_states` at this step are those of
+    the new reference.
     """
 
     def joined(name: str) -> Array:
         parts = [getattr(loop, name) for loop in loops]
-        with_ends = name.endswith("states")  # the last state of a loop is the first one of the next
+        with_ends = name.endswith("states")  # the last state of a loop is the first state of the next loop
         return np.concatenate([*(part[: -1 if with_ends else None] for part in parts[:-1]), parts[-1]])
 
     of_steps = ("inputs", "reference_inputs", "costs", "stage_costs", "slacks")
@@ -182,10 +182,10 @@ _AFTERWARDS = 50
 
 
 def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) -> OnlineLoop | None:
-    """Run the loop from the first certified reference on; return None where the experiment does not ask for it.
+    """Run the loop from the first certified reference on; return None if the experiment does not ask for it.
 
-    Raises InputError where no samples arrive, and NoReferenceError where the first reference is not certified for all
-    times. If it is, the loop loses nothing by refusing an offer.
+    Raises InputError if no samples arrive, and NoReferenceError if the first reference is not certified for all
+    times. If it is certified, the loop can stay on it whenever a new reference is refused.
     """
     wanted = experiment.control.online
     if wanted is None:
@@ -216,7 +216,7 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
-    """Return the first samples of every signal together with those that arrive later."""
+    """Return the first samples of every signal together with the samples that arrive while the loop runs."""
     later = {name: _drawn(experiment, wanted, name) for name in sampled.by_name}
     later = {name: drawn or sampled.held_out_by_name.get(name) for name, drawn in later.items()}
     if missing := [name for name, samples in later.items() if samples is None]:

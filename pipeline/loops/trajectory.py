@@ -1,4 +1,4 @@
-"""Closed loops over time: where they begin, their numbers, and the form in which they are logged, read and drawn."""
+"""Closed loops over time: initial states, metrics, and the form in which loops are logged, read and drawn."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 
 ON, ABOVE, BELOW = "on", "above", "below"
 _SMALLEST = 1e-3
-"""Relative to the widths: initial states that are closer to the reference than this are not tried."""
+"""Initial states that differ from the reference by less than this part of the widths are not tried."""
 
 
 def initial_states(controller: "Controller", reference: TrackedReference, step: int = 0) -> dict[str, Array]:
     """Return states (n,) at a step by name: `on` the reference, `above` it and `below` it.
 
-    The latter two differ from the reference by ± half the widths of the state set, halved until the state lies in the
-    set and the controller has a plan there. They are left out where even a thousandth of the widths is too much.
+    `above` and `below` differ from the reference by ± half the widths of the state set, or by less: the difference is
+    halved until the state lies in the set and the controller has a plan there. They are left out if a thousandth of the
+    widths is still too much.
     """
     on_reference = reference.window(step, 1).states[0]
     widths = 1 / np.sqrt(np.diag(controller.Q))
@@ -49,7 +50,7 @@ def _is_feasible(controller: "Controller", reference: TrackedReference, step: in
 
 
 def loop_metrics(loop: ClosedLoop, plant: ConstrainedSystem) -> dict[str, float | int | str | None]:
-    """Return the numbers of a closed loop by name.
+    """Return the metrics of a closed loop by name.
 
     Errors are x − x_r for each state. Margins are the smallest ones of the applied inputs, and of all states but the
     first. `largest_rise` is the largest V(k + 1) − (V(k) − ℓ(k)), which is at most zero on a trackable reference.
@@ -74,8 +75,10 @@ def loop_metrics(loop: ClosedLoop, plant: ConstrainedSystem) -> dict[str, float 
 
 
 def first_untrackable_step(reference: TrackedReference, plant: ConstrainedSystem, steps: range) -> int | None:
-    """Return the first of the `steps` at which the state or the input of a reference is outside its set; None where
-    there is no such step."""
+    """Return the first of the `steps` at which the state or the input of a reference is outside its set.
+
+    None if there is no such step.
+    """
     window = reference.window(steps.start, len(steps))
     outside = (plant.state_set.margin(window.states[:-1]) < 0) | (plant.input_set.margin(window.inputs) < 0)
     return steps[int(np.argmax(outside))] if np.any(outside) else None
@@ -92,8 +95,9 @@ _OF_PLANS = ("cost", "stage_cost", "slack")
 class Course:
     """Named `columns` over `steps`, each of shape (K,); NaN where there is no value.
 
-    Those of a closed loop are its states and inputs, those of the reference (`x_reference`), and cost, stage_cost and
-    slack of each step. At the last step nothing is applied: it has states alone. Costs are NaN at infeasible steps too.
+    A closed loop has columns of its states and inputs, of those of the reference (`x_reference`), and cost, stage_cost
+    and slack of each step. At the last step, no input is applied: it has values of states only. Costs are NaN at steps
+    without a plan, too.
     """
 
     steps: Array
@@ -117,11 +121,11 @@ class Course:
         return self.columns[name]
 
     def together(self, names: Sequence[str], suffix: str = "") -> Array:
-        """Return some columns beside each other: shape (K, names)."""
+        """Return the columns `names`, with the `suffix` added to each name, as an array of shape (K, len(names))."""
         return np.stack([self.columns[name + suffix] for name in names], axis=-1)
 
     def until(self, step: int) -> Self:
-        """Return the part up to and including a step."""
+        """Return the part of the course up to and including a step."""
         kept = self.steps <= step
         return type(self)(self.steps[kept], {name: values[kept] for name, values in self.columns.items()})
 
@@ -133,17 +137,17 @@ class Course:
 
 
 def runs_of(steps: Array) -> list[tuple[int, int]]:
-    """Return the first and the last step of each run of consecutive steps, of steps in their order."""
+    """Return the first and the last step of each run of consecutive steps; `steps` are increasing."""
     runs = np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
     return [(int(run[0]), int(run[-1])) for run in runs if run.size]
 
 
 Courses = Mapping[str, Course]
-"""By topic: /loops/REFERENCE/START, /feasible/horizon_N, /online, /offers, /disturbed/REFERENCE/CONTROLLER/KIND, …"""
+"""Courses by topic: /loops/REFERENCE/START, /feasible/horizon_N, /online, /offers, /disturbed/REFERENCE/…"""
 
 
 def _with_last(values: Array) -> Array:
-    """Append NaN for the last step."""
+    """Append NaN for the last step, which has no value."""
     return np.concatenate([values, np.full((1, *values.shape[1:]), np.nan)])
 
 
@@ -152,7 +156,7 @@ def _named(names: Sequence[str], values: Array) -> dict[str, Array]:
 
 
 def many_courses(steps: Array, plant: ConstrainedSystem, runs: Array, kept: int) -> dict[str, Course]:
-    """Return the range of runs (R, K, n + m) of states and inputs at `steps` (K,), and the first ones by themselves."""
+    """Return the range of `runs` (R, K, n + m) of states and inputs at `steps` (K,), and `kept` runs, by topic."""
     names = (*plant.system.states, *plant.system.inputs)
     ends = {"lowest": runs.min(axis=0), "highest": runs.max(axis=0)}
     columns = {f"{name}_{end}": values[:, i] for end, values in ends.items() for i, name in enumerate(names)}
@@ -164,7 +168,7 @@ STAGE = "control"
 
 
 def below(courses: Courses, *path: str) -> dict[str, Course]:
-    """Return the courses whose topics begin with a path, by what follows."""
+    """Return the courses whose topics begin with a path, by the rest of their topics."""
     start = "".join(f"/{part}" for part in path) + "/"
     return {topic.removeprefix(start): course for topic, course in courses.items() if topic.startswith(start)}
 
@@ -182,7 +186,7 @@ def write_loops(results: Results, plant: ConstrainedSystem, courses: Courses, me
 
 
 def read_loops(results: Results, plant: ConstrainedSystem) -> Courses:
-    """Read what `write_loops` wrote. Raises InputError where the stage has not run, or for a damaged log."""
+    """Read what `write_loops` wrote. Raises InputError if the stage has not run, or for a damaged log."""
     series = read_stage(results, STAGE).series
     return {of.topic: Course(np.round(of.times / plant.sampling_time), of.fields) for of in series}
 

@@ -1,1 +1,1 @@
-"""The paper: its algorithms for scalar systems, its printed numbers and curves, and the signals behind its samples."""
+"""The paper: its algorithms for scalar systems, printed numbers and curves, and the true signals of its samples."""

@@ -1,6 +1,7 @@
 """Algorithm 1 of the paper: constrained learning of asymptotically constant references.
 
-Constrain the first k̄ steps, learn, and test whether the bounds from t̄ = k̄ T_s on hold for ever; otherwise add a step.
+In each iteration, the first k̄ steps are constrained, hyperparameters are learned, and tests decide whether bounds hold
+at all times from t̄ = k̄ T_s on. If a test fails, k̄ is increased by one.
 """
 
 from collections.abc import Callable, Mapping
@@ -26,7 +27,7 @@ from trackably.work import done
 
 @dataclass(frozen=True)
 class Tail:
-    """Bounds of a learned signal for all t ≥ `start` [s], where every sample is more than ζ before `start`.
+    """Bounds of a learned signal for all t ≥ `start` [s]; every sample is earlier than `start` by more than ζ [s].
 
     `mean_bound` m̄ ≥ |m⁺(t) − m| and `derivative_bound` (unit per second) ≥ |ṁ⁺(t)|: over-estimates, by the triangle
     inequality and monotone decay.
@@ -39,16 +40,19 @@ class Tail:
 
     @property
     def states(self) -> Interval:
-        """The interval that contains the signal, around the *prior* mean (line 7 of the paper: the posterior's)."""
+        """The interval m ± m̄ around the prior mean m that contains the signal.
+
+        Line 7 of the paper takes the posterior mean instead.
+        """
         return Interval(self.mean - self.mean_bound, self.mean + self.mean_bound)
 
     def keeps_states(self, plant: ConstrainedSystem) -> bool:
-        """Test line 7: every later state lies in X."""
+        """The test of line 7: every later state lies in X."""
         state_set, _ = interval_sets(plant)
         return state_set.margin_of(self.states) >= 0
 
     def keeps_rates(self, rates: tuple[float, float]) -> bool:
-        """Test line 9 (both signs): every later step lies in [τ_low, τ_high] T_s, which is inside the tube."""
+        """The test of line 9, for both signs: the change in every later step lies in [τ_low, τ_high] T_s."""
         low, high = rates
         return low <= -self.derivative_bound and self.derivative_bound <= high
 
@@ -64,7 +68,7 @@ class Tail:
 
 
 def tail(signal: KernelSum, start: float) -> Tail | None:
-    """Return the bounds from `start` [s] on; None if a sample is within ζ of it, as they need monotone decay."""
+    """Return the bounds from `start` [s] on; None if a sample is within ζ of `start`, where kernels may still grow."""
     if not start - np.max(signal.centres) > signal.kernel.decay_distance:
         return None
     kappa, rate = np.abs(signal.kernel.jet(start - signal.centres, 1)) @ np.abs(signal.weights)
@@ -73,7 +77,7 @@ def tail(signal: KernelSum, start: float) -> Tail | None:
 
 @dataclass(frozen=True)
 class Reading:
-    """The choices that the paper leaves open: the steps that iteration k̄ constrains, and the states of growth rates.
+    """A reading of the paper, which leaves open the steps that iteration k̄ constrains and the states of growth rates.
 
     `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k leads to the state at k + 1.
     `growth_states` returns the interval of states for which the growth rates have to hold.
@@ -146,7 +150,7 @@ class Iteration:
         """Say which test fails, and by how much."""
         if self.tail is None or self.growth_rates is None:
             zeta = self.solution.posterior.signals[0].kernel.decay_distance
-            return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so that no bound is monotone"
+            return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so bounds may still grow"
         low, high = self.growth_rates
         return (
             f"at k̄ = {self.k_bar} later states may reach {self.tail.states} "
@@ -158,7 +162,7 @@ class Iteration:
 
 @dataclass(frozen=True)
 class Run:
-    """All iterations and their outcome: a Solution, NoSolution, or None if no iteration passed its tests."""
+    """All iterations, and the outcome: a Solution, NoSolution, or None if no iteration passed its tests."""
 
     iterations: tuple[Iteration, ...]
     outcome: Solution | NoSolution | None
@@ -239,7 +243,7 @@ class Trace:
 
     @classmethod
     def from_columns(cls, columns: Mapping[str, Array]) -> Self:
-        """Invert `columns`: a column that is not a field of a trace is a hyperparameter."""
+        """Return the trace with these columns; columns that are not fields of a trace are those of hyperparameters."""
         own = {name: columns[name] for name in ("k_bar", *_OF_EACH)}
         return cls(hyperparameters={name: columns[name] for name in columns if name not in own}, **own)
 

@@ -1,4 +1,4 @@
-"""The signals behind samples that are drawn. The learner never sees them."""
+"""The true signals from which samples are drawn; learning never uses the signals themselves."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from trackably.gp.samples import Samples
 
 def setpoint_change(t: Array) -> Array:
     """Return r = sin(2π t) − 1 until 0.25 s, then 0, of Example 1 (T_s = 0.01 s: sin(πk/50) − 1 for k < 25)."""
-    # Half a millisecond less, so that k T_s = 0.25 counts as reached, however it is rounded.
+    # Compare with half a millisecond less, so that k T_s = 0.25 counts as reached however it is rounded.
     return np.asarray(np.where(t < 0.25 - 5e-4, np.sin(2 * np.pi * t) - 1, 0.0))
 
 
@@ -31,7 +31,7 @@ def docking_y(t: Array) -> Array:
 
 
 _ROUND = 20.0
-"""How long a round of the figure eight takes [s]."""
+"""The duration of one round of the figure eight [s]."""
 
 
 def eight_x(t: Array) -> Array:

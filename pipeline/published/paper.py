@@ -44,7 +44,10 @@ def period_of_curve(times: Array, values: Array, between: tuple[float, float], h
 
 
 def states_behind(plant: ConstrainedSystem, lower: Array, upper: Array) -> tuple[Array, Array]:
-    """Return the smallest and largest states behind growth rates [1/s]: Assumption 5, solved for x (a < 1, b > 0)."""
+    """Return the smallest and largest states that have given growth rates [1/s]: Assumption 5 solved for x.
+
+    The system has a < 1 and b > 0.
+    """
     (a, b, c), (_, inputs), t_s = coefficients(plant), interval_sets(plant), plant.sampling_time
     return (b * inputs.lower + c - t_s * lower) / (1 - a), (b * inputs.upper + c - t_s * upper) / (1 - a)
 
@@ -64,7 +67,7 @@ _T = SYSTEM.sampling_time
 _KERNEL = Periodic(signal_std=1.0, lengthscale=1.5, period=1.0)
 _CENTRES = np.arange(7) / 7
 _WORST = 0.37
-"""The time [s] at which the input can be largest within (8); it was found by trying a hundred times."""
+"""The time [s], of a hundred that were tried, at which the input of a reference that keeps (8) can be largest."""
 _TIMES_EACH = 60
 _ROOM = 3e-3
 """How much the bounds of (8) are tightened, so that they also hold between the times of the linear program."""
@@ -84,5 +87,5 @@ def reference_between_intervals() -> Reference:
 
 
 def _basis(t: Array, order: int) -> Array:
-    """Return the kernels' derivatives of this order: shape (times, centres)."""
+    """Return the derivatives of an `order` of the kernels at times t [s]: shape (times, centres)."""
     return np.asarray(_KERNEL.jet(t[:, None] - _CENTRES, order)[order])

@@ -28,12 +28,12 @@ class GrowthRates(Bounded):
 
         (T_s ṁ⁺(t) + (1 − a) m⁺(s) − c)/b ∈ U   for all t and s of the interval.
 
-    This is a semi-infinite constraint, smooth in θ, whose places are pairs (t, s): minima and maxima need not be
-    differentiated. It is stricter than the exact input constraint, which has t = s.
+    This is a semi-infinite constraint, smooth in θ and imposed at pairs of times (t, s), so that minima and maxima need
+    not be differentiated. It is stricter than the exact input constraint, for which t = s.
 
-    A step that begins in one interval and ends in a later one is covered by neither: a gap of the paper's Lemma 2. With
-    an `overlap` of T_s [s] the rates of an interval hold that much longer, so that they cover each step that begins in
-    it: u_r(s) is the mean of the expression above over t ∈ [s, s + T_s].
+    A step that begins in one interval and ends in a later one is covered by the rates of neither: a gap of the paper's
+    Lemma 2. With an `overlap` of T_s [s], the rates of an interval hold until T_s after its end, so that they cover
+    each step that begins in the interval: u_r(s) is the mean of the expression above over t ∈ [s, s + T_s].
     """
 
     plant: ConstrainedSystem
@@ -51,7 +51,7 @@ class GrowthRates(Bounded):
         return np.empty((0, 2))
 
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return the two worst pairs of each interval, one for each bound of U."""
+        """Return the two pairs (t, s) of each interval with the least margin to the bounds of U, one for each bound."""
         (signal,), (a, b, _) = posterior.signals, self._coefficients
         slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b, overlap=self.overlap)
         lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
@@ -97,7 +97,7 @@ def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tu
 def _extremes(
     signal: KernelSum, edges: tuple[float, ...], order: int, sign: float, overlap: float = 0.0
 ) -> tuple[Array, Array]:
-    """Return the times at which sign · m⁺⁽ᵒʳᵈᵉʳ⁾ is smallest and largest in each interval, and `overlap` [s] beyond."""
+    """Return the times of the least and the largest sign · m⁺⁽ᵒʳᵈᵉʳ⁾ in each interval, prolonged by `overlap` [s]."""
 
     def derivative(t: Array) -> Array:
         return np.asarray(sign * signal.jet(t, order)[order])
@@ -153,12 +153,12 @@ def on_period(prior: JointPrior, plant: ConstrainedSystem) -> tuple[Constraint, 
 
 
 def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:
-    """Return n for a known period n T_s.
+    """Return the number n of sampling steps in a known period n T_s.
 
     Raises ValueError if the period is learned or no whole multiple of T_s, and TypeError for kernels without one.
     """
     if any(name.endswith("period") for name in prior.learned):
-        raise ValueError("the period is learned, so that no finite set of instants is all that ever occurs")
+        raise ValueError("the period is learned: expected a known one, as only then finitely many instants repeat")
     period, sampling_time = period_of([part.kernel for part in prior.parts]), plant.sampling_time
     steps = round(period / sampling_time)
     if steps < 1 or abs(period / sampling_time - steps) > _WHOLE * steps:

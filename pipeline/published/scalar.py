@@ -14,7 +14,7 @@ from trackably.systems.trajectories import Quantity
 def scalar(
     a: float, b: float, c: float = 0.0, *, state_set: Interval, input_set: Interval, sampling_time: float
 ) -> ConstrainedSystem:
-    """x(k+1) = a x(k) + b u(k) + c with x ∈ X and u ∈ U. ValueError for b = 0 or sets without interior."""
+    """Return the system x(k+1) = a x(k) + b u(k) + c with x ∈ X and u ∈ U. ValueError: b = 0, or an empty interior."""
     x, u = (Polytope.box(np.array([s.lower]), np.array([s.upper])) for s in (state_set, input_set))
     return ConstrainedSystem(LinearSystem.scalar(a, b, c, sampling_time=sampling_time), x, u)
 
@@ -26,7 +26,7 @@ def is_scalar(plant: ConstrainedSystem) -> bool:
 
 
 def state_and_input(plant: ConstrainedSystem) -> tuple[Quantity, Quantity]:
-    """Return the state and the input of a scalar system. ValueError for other systems, and where one is not bounded."""
+    """Return the state and the input of a scalar system. ValueError: another system, or one of them is not bounded."""
     _refuse_others(plant)
     state, input_ = plant.quantities
     return state, input_

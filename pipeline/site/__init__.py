@@ -1,1 +1,1 @@
-"""The report: a static site from what the stages left, which needs neither a server nor a network."""
+"""The report: a static site of the documentation and the results, which needs neither a server nor a network."""

@@ -1,4 +1,4 @@
-"""The site, built with Sphinx from `docs/`, results, notebooks and files; and the paper, with the results' numbers."""
+"""Build the site with Sphinx from `docs/`, results and notebooks, and write the paper with numbers of the results."""
 
 import io
 import re
@@ -40,14 +40,14 @@ Cell = dict[str, Any]
 
 
 def folded(notebook: Path) -> bytes:
-    """Return a notebook whose code is folded away, and whose setting-up cell is not shown."""
+    """Return a notebook whose code cells are folded; a cell without output that begins with % is hidden."""
     content: Any = read_json(notebook)
     content["cells"] = [_folded(cell) for cell in content["cells"]]
     return to_json(content)
 
 
 def errata(notebooks: Sequence[Path]) -> bytes:
-    """Return one notebook with what all of these say about the paper, with the evidence."""
+    """Return one notebook with the sections about the paper's errata of all given notebooks, with their evidence."""
     opened: Mapping[str, Any] = {path.stem: read_json(path) for path in notebooks}
     cells = [_markdown(f"{_ERRATA.removeprefix('#')}\n\n{_OPENING}")]
     for content in opened.values():
@@ -59,7 +59,10 @@ def errata(notebooks: Sequence[Path]) -> bytes:
 
 
 def _about_the_paper(cells: Sequence[Cell]) -> Iterator[Cell]:
-    """Yield what follows the heading, up to the next one of its level; a cell may hold both."""
+    """Yield the cells of the section about errata, up to the next heading of its level.
+
+    A cell that contains one of both headings is cut there.
+    """
     inside = False
     for cell in cells:
         if cell["cell_type"] == "code":
@@ -98,13 +101,13 @@ _LOGS = {
 
 
 Page = dict[str, Any]
-"""What templates need of an experiment: sentences and tables as Markdown, figures, and files with what they are."""
+"""The data of an experiment for templates: sentences and tables in Markdown, figures, files with descriptions."""
 
 
 def page_of(experiment: Experiment, results: Results, theory: Path, notebook: str = "") -> Page:
-    """Return the page of an experiment; what Coq has proved is on record in the folder `theory`.
+    """Return the page of an experiment; the folder `theory` has the record of proofs by Coq.
 
-    Raises InputError where a stage has not run.
+    Raises InputError if a stage has not run.
     """
     metrics: Any = read_json(results.metrics)
     return {
@@ -140,15 +143,14 @@ _HERE = Path(__file__).parent
 _FLOAT_DIGITS = 6
 _TEMPLATE = "template.ipynb"
 _OF_FILES = re.compile(r"\[([^\]]+)\]\((?!\w+:|#|figures/)[^)]*\)")
-"""A link to a file of the repository, which is no page of the site."""
+"""A Markdown link to a file of the repository that is no page of the site."""
 
 
 def write_sources(project: Path, into: Path) -> list[Page]:
     """Write the sources of a project's site into a folder, and return the pages of its experiments.
 
-    These are the pages of its `docs/`, and those of the report, which begins with `results`.
-
-    Experiments without results are left out. Raises InputError where none has any.
+    Sources are the pages of `docs/`, and those of the report, whose first page is `results`. Experiments without
+    results are left out. Raises InputError if no experiment has results.
     """
     root = project / "data" / "results"
     pages = []
@@ -184,7 +186,7 @@ def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], more: Sequence
 
 
 def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> list[str]:
-    """Write the experiments' notebooks, those that are about no experiment, and the errata; name the last two kinds."""
+    """Write notebooks and errata as pages; return the names of the errata and of notebooks about no experiment."""
     for path in notebooks:
         write_atomically(into / f"notebook-{path.name}", folded(path))
     others = sorted({*(project / "notebooks").glob("*.ipynb")} - {*notebooks} - {project / "notebooks" / _TEMPLATE})
@@ -195,7 +197,7 @@ def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> li
 
 
 def _write_benchmark(benchmarks: Path, into: Path) -> list[str]:
-    """Write the pages that benchmarks left, as far as they are there, and name them."""
+    """Write the existing pages of the benchmarks, and return their names."""
     written = []
     for folder, page in ((benchmarks, "benchmark"), (benchmarks / "rivals", "rivals/page")):
         if (table := folder / "README.md").exists():
@@ -216,7 +218,7 @@ def _cell(text: object) -> str:
 
 
 def _plain(text: str) -> str:
-    """Return Markdown of one line that shows the text as it is."""
+    """Return Markdown in one line that shows a text unchanged."""
     return re.sub(r"([!-/:-@[-`{-~])", r"\\\1", " ".join(text.split()))
 
 
@@ -255,10 +257,10 @@ _SETTINGS = {
     "nb_execution_mode": "off",
     "nb_render_markdown_format": "myst",
     "myst_enable_extensions": ["dollarmath"],
-    "myst_disable_syntax": ["html_block", "html_inline"],  # a page shows what texts say, and runs none of it
+    "myst_disable_syntax": ["html_block", "html_inline"],  # HTML in texts is shown as text, and not run
     "myst_heading_anchors": 3,
     "myst_links_external_new_tab": False,
-    # A notebook names files of the project, which are not pages.
+    # Notebooks link to files of the project that are no pages.
     "suppress_warnings": [
         "myst.xref_missing",
         "misc.highlighting_failure",
@@ -272,7 +274,7 @@ _SETTINGS = {
 def build(project: Path, output: Path) -> list[str]:
     """Build the site of a project into a folder, and return the warnings of Sphinx.
 
-    Raises InputError where there are no results, or where a page cannot be built.
+    Raises InputError if there are no results, or if a page cannot be built.
     """
     said, warned = io.StringIO(), io.StringIO()
     with TemporaryDirectory() as temporary:
@@ -288,7 +290,7 @@ def build(project: Path, output: Path) -> list[str]:
 
 
 def text_of(project: Path) -> str:
-    """Return the paper in Markdown. Raises InputError where results are missing."""
+    """Return the paper in Markdown. Raises InputError if results are missing."""
     names = list(load_experiments(project / "params.yaml"))
     results = {name: Results(name, project / "data" / "results") for name in names}
     summaries: dict[str, Any] = {name: read_json(found.summary) for name, found in results.items()}

@@ -1,4 +1,4 @@
-"""What Sphinx is taught: formulas drawn by matplotlib, docstrings in its markup, and lists of packages."""
+"""An extension of Sphinx: formulas drawn by matplotlib, docstrings in its markup, and tables of packages."""
 
 import pkgutil
 import re
@@ -17,10 +17,10 @@ from sphinx.util.docutils import SphinxDirective
 from sphinx.util.logging import getLogger
 
 _log = getLogger(__name__)
-_SIZE = 16.0  # units of a drawing for one em
+_SIZE = 16.0  # font size of a drawing in its own units: 16 units are one em of the page
 _DIGITS = 2
 
-# TeX that matplotlib's reading of it does not know, as TeX that it knows.
+# Replacements for TeX commands that matplotlib does not know.
 _SAID_OTHERWISE = (
     (r"\\(ge|le|ne)(?![A-Za-z])", r"\\\1q"),
     (r"\\[bB]igg?[lr]?(?![A-Za-z])", ""),
@@ -33,7 +33,7 @@ _SAID_OTHERWISE = (
 
 
 def known(tex: str) -> str:
-    """Return the same formula in the commands that matplotlib knows."""
+    """Return a TeX formula with commands that matplotlib knows."""
     for pattern, instead in _SAID_OTHERWISE:
         tex = re.sub(pattern, instead, tex)
     return " ".join(tex.split()).replace(r"\neqq", r"\neq")
@@ -41,7 +41,7 @@ def known(tex: str) -> str:
 
 @cache
 def drawing(tex: str) -> str:
-    """Return a formula as SVG in the colour of the text, as high as the text. ValueError: it cannot be read."""
+    """Return a TeX formula as SVG in the colour and size of the text. ValueError: matplotlib cannot read it."""
     text, font = f"${known(tex)}$", FontProperties(family="serif", size=_SIZE, math_fontfamily="cm")
     typesetter = TextToPath()
     width, height, descent = typesetter.get_text_width_height_descent(text, font, ismath=True)
@@ -59,7 +59,7 @@ def drawing(tex: str) -> str:
 
 
 def _outline(points: Any, codes: Any) -> str:
-    """Return a path of SVG, whose vertical axis points down."""
+    """Return an outline as the path of an SVG, whose vertical axis points down."""
     letters = {Outline.MOVETO: "M", Outline.LINETO: "L", Outline.CURVE3: "Q", Outline.CURVE4: "C"}
     parts = []
     for ends, code in Outline(points, codes).iter_segments(simplify=False):
@@ -79,7 +79,7 @@ def _display(writer: Any, node: Any) -> None:
 
 
 def _shown(node: Any) -> str:
-    """Return the drawing, or with a warning the TeX, where it cannot be read."""
+    """Return the drawing of a formula; if it cannot be read, warn and return its TeX."""
     tex = node.astext()
     try:
         return drawing(tex)
@@ -92,7 +92,7 @@ _CODE = re.compile(r"(`[^`]*`)")
 
 
 def as_restructured_text(docstring: list[str]) -> list[str]:
-    """Return lines of a docstring with `code` marked as code, and without any other mark.
+    """Return the lines of a docstring with `code` marked as code in reStructuredText, and all other markup escaped.
 
     Docstrings of this project say x_r, |x| and *t.shape, which reStructuredText would take for links, substitutions and
     emphasis.
@@ -108,7 +108,7 @@ def _clean(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lines
 
 
 def rooms(package: str) -> dict[str, str]:
-    """Return the modules and packages directly in a package, each with the first paragraph of its docstring."""
+    """Return by name the modules and packages directly in a package, with the first paragraph of each docstring."""
     path = import_module(package).__path__
     names = sorted(found.name for found in pkgutil.iter_modules(path) if not found.name.startswith("__"))
     return {name: _first_paragraph(import_module(f"{package}.{name}")) for name in names}
@@ -119,7 +119,7 @@ def _first_paragraph(module: Any) -> str:
 
 
 class Rooms(SphinxDirective):
-    """`{rooms} trackably`: a table of what is in a package, in the words of the docstrings."""
+    """The directive `{rooms} trackably`: a table of the modules in a package, with the heads of their docstrings."""
 
     required_arguments = 1
 
@@ -140,8 +140,8 @@ def _spans(text: str) -> list[nodes.Node]:
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Register with Sphinx."""
+    """Register the extension with Sphinx."""
     app.add_html_math_renderer("drawn", (_inline, None), (_display, None))
-    app.connect("autodoc-process-docstring", _clean, priority=400)  # before sections become fields
+    app.connect("autodoc-process-docstring", _clean, priority=400)  # before Sphinx reads sections
     app.add_directive("rooms", Rooms)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

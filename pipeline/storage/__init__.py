@@ -1,1 +1,1 @@
-"""What stages write and read: MCAP logs, JSON, CSV and YAML."""
+"""Files that stages write and read: MCAP logs, JSON, CSV and YAML."""

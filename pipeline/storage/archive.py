@@ -1,4 +1,4 @@
-"""What stages write for later ones, and read: samples, references with their studies, and margins, each as a log."""
+"""Write and read the logs by which stages pass on results: samples, references with their studies, and margins."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,8 +27,8 @@ from trackably.systems.pieces import Signal
 class Sampled:
     """`samples` of the states `names`, in the order of the flat outputs, and later samples `held_out` of some of them.
 
-    Samples of several names that show one flat output are together, under the first of them. `held_out` has one entry
-    for each of `held_out_names`.
+    If several names show one flat output, their samples are one entry, under the first of these names. `held_out` has
+    one entry for each of `held_out_names`.
     """
 
     names: tuple[str, ...]
@@ -38,7 +38,7 @@ class Sampled:
 
     @property
     def only(self) -> Samples:
-        """The samples of the only flat output, of the kind that shows its level. ValueError if there are several."""
+        """The samples of the only flat output that show its values. ValueError if there are several flat outputs."""
         (samples,) = self.samples
         return samples.of_level
 
@@ -49,14 +49,14 @@ class Sampled:
         return {name: of for first, together in flat for name, of in together.by_name(first).items()}
 
     def mean_squares(self, signals: Sequence[Signal]) -> dict[str, float]:
-        """Return by name the mean square of the samples minus the samples that these flat outputs would give."""
+        """Return by name the mean square of samples minus the values that these flat outputs have without noise."""
         return {
             name: of.mean_square(of.values - self.measured(name, signals, of.times))
             for name, of in self.by_name.items()
         }
 
     def measured(self, name: str, signals: Sequence[Signal], t: Array) -> Array:
-        """Return what samples of this name would be at times t [s] if the flat outputs were these, without noise."""
+        """Return the values, without noise, that samples of a name have at times t [s] for given flat outputs."""
         for first, together, signal in zip(self.names, self.samples, signals, strict=True):
             if of := together.by_name(first).get(name):
                 return of.stencil.measured(signal, t)
@@ -69,7 +69,7 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Conservatism:
-    """For program (8) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
+    """A study of program (8) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
 
     All shapes are (n,). An η for which (8) has no solution is left out.
     """
@@ -82,11 +82,12 @@ class Conservatism:
 
 @dataclass(frozen=True)
 class Draws:
-    """The same experiment with samples drawn from other `seeds`: arrays with one entry for each seed.
+    """A study of samples drawn with other `seeds`: arrays with one entry for each seed.
 
     `free_…` describes the unconstrained optimum, `exact_…` the optimum with all phases constrained; both are the same
-    if the unconstrained optimum keeps all bounds. Each has l, the learned period [s] and the root mean square distance
-    to the true reference. The margins are the smallest margins of the unconstrained optimum over all phases.
+    if the unconstrained optimum keeps all bounds. Each has l (the negative log marginal likelihood), the learned period
+    [s] and the root mean square distance to the true reference. The margins are the smallest ones of the unconstrained
+    optimum over all phases.
     """
 
     seeds: Array
@@ -102,10 +103,10 @@ class Draws:
 
 @dataclass(frozen=True)
 class Tightness:
-    """References of one method, proved for other upper bounds of the state: arrays with one entry for each of `uppers`.
+    """A study of one method with other upper bounds of the state: arrays with one entry for each of `uppers`.
 
-    Each has its objective J, and the root mean square distances to its samples and to the true reference. A bound for
-    which no reference was proved is left out.
+    Each proved reference has its objective J, and the root mean square distances to its samples and to the true
+    reference. Bounds for which no reference was proved are left out.
     """
 
     uppers: Array
@@ -116,7 +117,7 @@ class Tightness:
 
 @dataclass(frozen=True)
 class Study:
-    """The studies of one experiment; `tightness` is by method."""
+    """The studies of one experiment; `tightness` is by the name of the method."""
 
     conservatism: Conservatism
     draws: Draws
@@ -126,7 +127,7 @@ class Study:
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
 _WRITTEN_BY = {"samples": "generate", "verification": "verify"}  # other logs have the names of their stages
-_ROWS = 1001  # of margins: a viewer shows no more
+_ROWS = 1001  # most rows of margins in a log: a viewer shows no more
 _SIDES = {"lower": -1.0, "equal": 0.0, "upper": 1.0}
 _SIDES_MEAN = "-1 lower, 0 equal, 1 upper"
 
@@ -144,13 +145,13 @@ def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple
 
 
 def read_samples(results: Results) -> Sampled:
-    """Read the samples. Raises InputError where the generate stage has not run, or for a damaged log."""
+    """Read the samples. Raises InputError if the generate stage has not run, or for a damaged log."""
     return loads(Sampled, read_stage(results, "samples").attachments[_SAMPLES])
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """What the fit stage writes: references and traces by method, and the study if the experiment has one."""
+    """The results of the fit stage: samples, references and traces by method, and the study if there is one."""
 
     sampled: Sampled
     learned: Mapping[str, LearnedReference]
@@ -159,7 +160,7 @@ class Fitted:
 
 
 def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
-    """Write references and traces losslessly; for viewers, references as curves at `times` [s], and active bounds."""
+    """Write references and traces losslessly; for viewers also curves at `times` [s] and active bounds."""
     series = [
         *(
             _trace(name, trace, fitted.learned[name].reference.plant.sampling_time)
@@ -175,7 +176,7 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
 
 
 def read_fit(results: Results) -> Fitted:
-    """Read what `write_fit` wrote. Raises InputError where the stage has not run, or for a damaged log."""
+    """Read what `write_fit` wrote. Raises InputError if the stage has not run, or for a damaged log."""
     log = read_stage(results, "fit")
     attachments = dict(log.attachments)
     sampled = loads(Sampled, attachments.pop(_SAMPLES))
@@ -196,7 +197,7 @@ def write_margins(
 ) -> None:
     """Write margins of each method and quantity; metrics and certificates are attachments.
 
-    A row is the smallest of as many sampling intervals as it takes to have at most 1001 rows.
+    A row has the smallest margin of one or several sampling intervals, so that there are at most 1001 rows.
     """
     series = [
         _margin_rows(f"/margins/{method}/{profile.quantity.name}", profile)
@@ -212,7 +213,7 @@ def write_margins(
 def read_margins(results: Results, learned: Mapping[str, LearnedReference]) -> dict[str, list[MarginProfile]]:
     """Read what `write_margins` wrote, row by row, for the same references.
 
-    Raises as `read_fit`, and InputError where margins of a reference are not there, as it is a later one.
+    Raises as `read_fit`, and InputError if the log has no margins of a reference, for example of one learned later.
     """
     topics = {series.topic: series.fields for series in read_stage(results, "verification").series}
     found: dict[str, list[MarginProfile]] = {method: [] for method in learned}
@@ -237,13 +238,13 @@ def _trace(name: str, trace: Trace, sampling_time: float) -> Series:
 
 
 def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series:
-    """Return states, their standard deviations and inputs over time, and of scalar systems the tube at t + T_s."""
+    """Return states, their standard deviations and inputs over time, and for scalar systems the tube at t + T_s."""
     reference, posterior = learned.reference, JointPosterior(learned.prior, sampled.samples)
     plant = reference.plant
     states, inputs = reference.state_at(times), reference.input_at(times)
     curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
     for name, state in zip(plant.system.states, plant.flatness.states, strict=True):
-        if (functional := state.functional) is not None:  # that of a formula is no posterior standard deviation
+        if (functional := state.functional) is not None:  # nonlinear formulas have no posterior deviation
             variance = posterior.variance_of(functional.rounded, times, plant.sampling_time)
             curves[f"{name}_std"] = np.sqrt(variance)
     curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
@@ -282,7 +283,7 @@ def write_stage(
 def read_stage(results: Results, stage: str) -> Log:
     """Read the log of a stage.
 
-    Raises InputError where the stage has not run, or where the log is damaged or of another stage.
+    Raises InputError if the stage has not run, or if the log is damaged or of another stage.
     """
     path = results.log(stage)
     if not path.exists():
@@ -290,5 +291,5 @@ def read_stage(results: Results, stage: str) -> Log:
         raise InputError(f"{path}: not there yet; `{command}` writes it, and `dvc repro` runs every stage")
     log = read_log(path)
     if log.metadata.get("experiment", {}).get("written_by") != stage:
-        raise InputError(f"{path}: was not written as the {stage} log")
+        raise InputError(f"{path}: expected the log of the stage {stage}, got another log")
     return log

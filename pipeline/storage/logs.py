@@ -1,7 +1,7 @@
-"""Logs of an experiment as MCAP files, the only module that writes them: series of numbers, and other messages.
+"""Write and read the logs of an experiment as MCAP files: series of numbers, and other messages.
 
-Damage is found by writing again what was read: equal logs are equal files. Messages of a series are flat JSON
-objects of numbers with a JSON schema, so that any MCAP viewer can plot them."""
+Equal logs are equal files. So damage is found by encoding again the log that was read, and comparing the bytes.
+Messages of a series are flat JSON objects of numbers with a JSON schema, so that any MCAP viewer can plot them."""
 
 import json
 import math
@@ -23,12 +23,15 @@ from trackably.files import from_json, read_bytes, write_atomically
 from trackably.recordings.mcap_file import records_in
 
 KNOWN = "foxglove."
-"""What the names of such schemas begin with."""
+"""The beginning of the names of schemas that viewers know and draw."""
 
 
 @dataclass(frozen=True)
 class Documents:
-    """A topic: `messages` as (time [ns], object) in the order of time, all of the JSON `schema` called `name`."""
+    """A topic with messages other than numbers over time: pairs (time [ns], JSON object) in the order of time.
+
+    All messages have the JSON `schema` with this `name`.
+    """
 
     topic: str
     name: str
@@ -44,8 +47,8 @@ TIME = "t"
 class Series:
     """A topic: `fields` over `times` [s], each of shape (n,), float64; NaN where a field has no value.
 
-    Times are finite, not negative and never decrease. `units` gives the units of some or all fields. Raises ValueError
-    that names topic and field, for a field that is called as the time is, or has another length.
+    Times are finite, not negative and never decrease. `units` gives the units of some or all fields. ValueError, with
+    topic and field: a field has the name of the time, or another length than the times.
     """
 
     topic: str
@@ -55,14 +58,14 @@ class Series:
 
     def __post_init__(self) -> None:
         if TIME in self.fields:
-            raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, which is the time")
+            raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, the name of the time: rename it")
         times = _frozen(self.times)
         fields = {name: _frozen(values) for name, values in self.fields.items()}
         for name, array in {TIME: times, **fields}.items():
             if array.ndim != 1 or array.shape != times.shape:
                 raise ValueError(
                     f"{self.topic}: {name} must be one-dimensional, as long as the times, "
-                    f"got shape {array.shape} beside {times.shape}"
+                    f"got shape {array.shape} for times of shape {times.shape}"
                 )
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "fields", fields)
@@ -90,7 +93,7 @@ def _frozen(values: Array) -> Array:
 
 
 _FORMAT = "1"
-_CHUNK_SIZE = 1024 * 1024  # bytes
+_CHUNK_SIZE = 1024 * 1024  # bytes of a chunk before compression
 _JSON = "application/json"
 _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 
@@ -98,8 +101,8 @@ _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 def encode(log: Log, compression: CompressionType = CompressionType.ZSTD, chunk_size: int = _CHUNK_SIZE) -> bytes:
     """Return the bytes of an MCAP file; equal logs give equal bytes with the same version of the compressor.
 
-    Chunks hold about `chunk_size` bytes. Names of fields and digits of times fill most of a message: compressed, a log
-    has less than half of its size.
+    Chunks hold about `chunk_size` bytes. Compression more than halves the size, because most bytes of messages are
+    names of fields and digits of times.
     """
     buffer = BytesIO()
     writer = Writer(buffer, chunk_size, compression=compression, enable_data_crcs=True)
@@ -152,9 +155,9 @@ def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
 
 
 def decode(records: Iterable[McapRecord]) -> Log:
-    """Return the log that the records of a file hold, if encoding it gives the same bytes.
+    """Return the log of the records of a file, which is right if encoding it gives the same bytes.
 
-    Raises ValueError, LookupError, TypeError or AttributeError where they hold none.
+    Raises ValueError, LookupError, TypeError or AttributeError if they hold none.
     """
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
@@ -176,7 +179,7 @@ def decode(records: Iterable[McapRecord]) -> Log:
             case Attachment():
                 attachments[record.name] = record.data
     if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
-        raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}")
+        raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}; run its stage again")
     series, documents = [], []
     for id_, channel in sorted(channels.items()):
         schema = schemas[channel.schema_id]
@@ -210,19 +213,19 @@ def write_log(path: Path, log: Log) -> None:
 
 
 def read_log(path: Path) -> Log:
-    """Read a log, every float64 as it was written. Raises InputError where it is damaged, or no log of this project.
+    """Read a log, every float64 as it was written. Raises InputError if it is damaged, or no log of this project.
 
-    Checksums cover only parts of an MCAP file: nobody would see damage of an index or a header. So what was read is
-    written again, and the bytes are compared. One bit that differs is an error that names the file. Files of another
-    program, or of a release of the MCAP library or the compressor with another output, are refused likewise: they may
-    be sound, but this pipeline did not write them.
+    Checksums cover only parts of an MCAP file, and would not show damage of an index or a header. So the log that was
+    read is encoded again, and the bytes are compared. One bit that differs is an error that names the file. Files of
+    another program are refused, too, and files written with another version of the MCAP library or the compressor whose
+    output differs: this pipeline did not write them in this form.
     """
     data = read_bytes(path)
     try:
         log = decode(records_in(path))
         again = encode(log)
     except (LookupError, TypeError, AttributeError) as error:
-        raise InputError(f"{path}: its messages are not what this project writes") from error
+        raise InputError(f"{path}: not a log of this project: its messages are not what this project writes") from error
     except (ValueError, OverflowError, struct.error) as error:
         raise InputError(f"{path}: not a log of this project: {error}") from error
     if again != data:
@@ -234,7 +237,7 @@ def read_log(path: Path) -> Log:
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic: the name of its schema, its fields but the time, and the number of its messages."""
+    """A topic of a log: the name of its schema, its fields except the time, and the number of its messages."""
 
     name: str
     schema: str
@@ -243,7 +246,7 @@ class Topic:
 
 
 def logs_of(results: Results) -> tuple[Path, ...]:
-    """Return the logs of an experiment. Raises InputError where there are none."""
+    """Return the logs of an experiment. Raises InputError if there are none."""
     found = tuple(sorted(results.folder.glob("*.mcap")))
     if not found:
         raise InputError(f"{results.folder}: there are no logs; run the stages first, or `dvc repro`")

@@ -1,4 +1,4 @@
-"""The files of one experiment below data/results, what one stage writes and the next one reads, and tables as CSV."""
+"""The files of one experiment below data/results, which stages write and later stages read, and tables as CSV."""
 
 import csv
 import math
@@ -17,9 +17,9 @@ ENVIRONMENT = "environment.json"
 
 @dataclass(frozen=True)
 class Results:
-    """Paths of what the stages of an experiment write, below `root`, and the `parameters` that its logs name.
+    """Paths of the files that the stages of an experiment write, below `root`.
 
-    Each log names them, so that all that is made from it is made again where they change.
+    Each log stores the `parameters` of the experiment, so that DVC runs later stages again if they change.
     """
 
     experiment: str
@@ -43,12 +43,12 @@ class Results:
 
     @property
     def summary(self) -> Path:
-        """The few numbers that tell the experiment: the metric that DVC shows."""
+        """The file with the few numbers that summarise the experiment: the metric that DVC shows."""
         return self.folder / "summary.json"
 
     @property
     def margins(self) -> Path:
-        """The smallest margins over time, as a table for DVC's plots."""
+        """The table of the smallest margins over time, for DVC's plots."""
         return self.folder / "margins.csv"
 
     @property
@@ -57,7 +57,7 @@ class Results:
 
     @property
     def environment(self) -> Path:
-        """Versions and kernels that the fit was made with."""
+        """The file with the versions of packages and the instructions of the processor that the fit stage used."""
         return self.folder / ENVIRONMENT
 
     @property
@@ -67,7 +67,7 @@ class Results:
 
     @property
     def proofs(self) -> list[Path]:
-        """The certificates and counterexamples that are there."""
+        """The existing files with certificates and counterexamples."""
         return sorted((self.folder / "certificates").glob("*.json"))
 
     def counterexample(self, method: str) -> Path:
@@ -97,7 +97,7 @@ def read_columns(path: Path) -> dict[str, Array]:
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: cannot be read ({error})") from error
     if not rows:
-        raise InputError(f"{path}: holds no rows below its header")
+        raise InputError(f"{path}: expected rows below the header, got none")
     return {
         name: np.array([_number(path, line, name, row[name]) for line, row in enumerate(rows, start=2)])
         for name in rows[0]
@@ -105,7 +105,7 @@ def read_columns(path: Path) -> dict[str, Array]:
 
 
 def to_csv(columns: Mapping[str, Array]) -> str:
-    """Return named columns as CSV. Numbers are the shortest text that reads back the same; NaN is an empty cell."""
+    """Return named columns as CSV. Numbers have the fewest digits that give the same float64; NaN is an empty cell."""
     rows = zip(*columns.values(), strict=True)
     return "\n".join([",".join(columns), *(",".join(map(_csv_cell, row)) for row in rows)]) + "\n"
 

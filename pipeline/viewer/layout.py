@@ -41,7 +41,7 @@ from trackably.files import read_json, to_json, write_json
 from trackably.systems.constrained import ConstrainedSystem
 
 _PLAIN_TOPIC, _PLAIN_FIELD = re.compile(r"[A-Za-z0-9_/-]+"), re.compile(r"[A-Za-z0-9_-]+")
-_MANY = 3  # panels that still lie below each other
+_MANY = 3  # most panels that are stacked in one column
 
 _TITLES = "foxglovePanelTitle", "lichtblickPanelTitle"  # the same setting, as either viewer calls it
 
@@ -52,7 +52,7 @@ Tree = str | dict[str, Any]
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel: its kind, its title if it has one, and the settings that viewers have for this kind."""
+    """A panel of a viewer: its kind, its title if it has one, and the viewer's settings for this kind."""
 
     kind: str
     title: str
@@ -61,7 +61,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Line:
-    """What a plot shows: a field of a topic over time, with or without lines between the values."""
+    """A curve of a plot: a field of a topic over time, with or without lines between the values."""
 
     topic: str
     field: str
@@ -71,12 +71,12 @@ class Line:
 
     @property
     def path(self) -> str:
-        """The field as viewers name it; what is no plain name is quoted."""
+        """The path of the field as viewers write it; names with special characters are in quotation marks."""
         return f"{_quoted(self.topic, _PLAIN_TOPIC)}.{_quoted(self.field, _PLAIN_FIELD)}"
 
 
 def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None = None, over: str = "") -> Panel:
-    """Return a plot over time, or over another path, with horizontal lines at `levels` by their labels."""
+    """Return a plot over time, or over the path `over`, with horizontal lines at `levels` by their labels."""
     paths = [_series(line.path, line.label, line.color, line.joined) for line in lines]
     paths += [_series(repr(level), label, "#000000") for label, level in (levels or {}).items()]
     config = {
@@ -95,7 +95,7 @@ def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None =
 
 
 def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> dict[str, Any]:
-    """Return the layout with one tab for each group of panels, and panels below them that are always there."""
+    """Return the layout with one tab for each group of panels, and below the tabs panels that are always visible."""
     configs: dict[str, Any] = {}
     pages = []
     for title, panels in tabs.items():
@@ -115,7 +115,7 @@ def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> 
 
 
 def _with_one_legend(panels: Sequence[Panel]) -> Iterable[Panel]:
-    """Leave the legend to the first of many small plots: the others say much the same."""
+    """Yield panels of which only the first has a legend, if there are many small plots with nearly equal legends."""
     for i, panel in enumerate(panels):
         hidden = panel.kind == "Plot" and i > 0 and len(panels) > _MANY
         yield replace(panel, config={**panel.config, **_NO_LEGEND}) if hidden else panel
@@ -140,7 +140,7 @@ def _add(configs: dict[str, Any], panel: Panel) -> str:
 
 
 def _tiled(names: Sequence[str]) -> Tree:
-    """Return panels below each other where there are few, else in rows of two or three."""
+    """Return the tree of a few panels in one column, or of more panels in rows of two or three."""
     if len(names) <= _MANY:
         return _split(names, "column")
     wide = 2 if len(names) <= 2 * _MANY else 3
@@ -149,7 +149,7 @@ def _tiled(names: Sequence[str]) -> Tree:
 
 
 def _split(parts: Sequence[Tree], direction: str) -> Tree:
-    """Return parts of equal size beside each other."""
+    """Return the binary tree of parts of equal size in one `direction`, "row" or "column"."""
     if len(parts) == 1:
         return parts[0]
     half = len(parts) // 2
@@ -165,18 +165,18 @@ def _quoted(name: str, plain: re.Pattern[str]) -> str:
 
 
 OBSERVED = {"samples": (INK, False), "held_out": (GREY, False), "ground_truth": (GREY, True)}
-"""Colour of what was measured or is known, and whether its values are joined by lines."""
+"""Colours of samples and true signals by topic, and whether lines join their values."""
 
 
 class Topics:
-    """Topics that have messages, by name. `rest` are those of which nothing has been asked yet."""
+    """Topics that have messages, by name. `rest` are the topics that no method has returned yet."""
 
     def __init__(self, topics: Mapping[str, Topic]) -> None:
         self._all = {name: topic for name, topic in topics.items() if topic.rows}
         self.rest = dict(self._all)
 
     def below(self, group: str) -> dict[str, Topic]:
-        """Return the topics `/group/…` by what follows; the topic `/group` itself is the one named ''."""
+        """Return the topics `/group/…` by the rest of their names, which is '' for the topic `/group` itself."""
         found = {
             topic.name.removeprefix(f"/{group}").removeprefix("/"): topic
             for topic in self._all.values()
@@ -195,7 +195,7 @@ class Topics:
 
 
 def lines_of(topics: Mapping[str, Topic], field: str) -> list[Line]:
-    """Return one line for each topic that has the field, in colours by the first part of the topics' names."""
+    """Return one line for each topic that has the field; topics with the same first part have the same colour."""
     colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in topics), cycle(COLORS), strict=False))
     return [
         Line(topic.name, field, _spoken(name) or field, colors[name.partition("/")[0]])
@@ -226,14 +226,14 @@ def by_topic(topics: Mapping[str, Topic]) -> Iterator[Panel]:
 
 
 def observed(topics: Topics, name: str) -> Iterator[Line]:
-    """Yield what is known of a coordinate: its samples, held-out samples and the truth."""
+    """Yield the lines of a coordinate's samples, held-out samples and true signal, if the logs have them."""
     for group, (color, joined) in OBSERVED.items():
         if topic := topics.below(group).get(name):
             yield Line(topic.name, "value", _spoken(group), color, joined)
 
 
 def fields_of(topics: Iterable[Topic]) -> list[str]:
-    """Return all fields of some topics, each once."""
+    """Return the fields of all given topics, each once."""
     return list(dict.fromkeys(field for topic in topics for field in topic.fields))
 
 
@@ -242,7 +242,7 @@ def _spoken(name: str) -> str:
 
 
 def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Iterator[Panel]:
-    """Yield a 3D panel with all scenes, seen from above and as wide as what is shown, if there are any."""
+    """Yield a 3D panel with all scenes, seen from above, of the given `size`; no panel without scenes."""
     scenes, frames = topics.of_schema(SCENE), topics.of_schema(FRAME)
     if scenes:
         yield Panel(
@@ -270,16 +270,16 @@ def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Ite
         )
 
 
-_SIZE = 10.0  # of a scene, where its states are free
+_SIZE = 10.0  # size of a scene whose states are unbounded, in their unit
 
 
 def layout_of(
     plant: ConstrainedSystem, topics: Mapping[str, Topic], plane: tuple[str, str] | None = None
 ) -> dict[str, Any]:
-    """Return the layout for the topics of an experiment's logs; topics of an unknown kind have a tab of theirs.
+    """Return the layout for the topics of an experiment's logs; topics of unknown kinds have a tab of their own.
 
-    `plane` is that of the scene, if there is one. The result depends on the names, schemas and fields of topics that
-    have messages, and on the system, not on values.
+    `plane` are the two states of the scene, None without a scene. The result depends on the system, and on names,
+    schemas and fields of topics that have messages, but not on values.
     """
     found = Topics(topics)
     tabs = {
@@ -299,7 +299,7 @@ def layout_of(
 
 
 def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
-    """Return the bounds of a state or input as levels of a plot; those of sums of several are in the margins."""
+    """Return the bounds of a state or an input as levels of a plot; plots of margins show the bounds of sums."""
     levels = [
         level
         for constraint in plant.given_constraints
@@ -310,7 +310,7 @@ def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
 
 
 def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tuple[float, float], float]:
-    """Return the middle of what may be seen in a plane, and how large it is."""
+    """Return the middle of the bounded region in the plane, and its size."""
     columns = [plant.system.states.index(name) for name in plane or ()]
     extents = [extent for column in columns if (extent := plant.state_set.extent(column)) is not None]
     if len(extents) < 2:
@@ -350,7 +350,7 @@ def _by_last(topics: Mapping[str, Topic]) -> dict[str, dict[str, Topic]]:
 
 
 def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
-    """Yield intervals over time for one state, and polygons for two."""
+    """Yield plots of feasible sets: intervals over time for one state, and polygons for two."""
     sets = topics.below("feasible")
     if len(plant.system.states) == 1:
         ends = [
@@ -384,7 +384,10 @@ def write_scene(experiment: Experiment, results: Results) -> None:
 
 
 def documents_of(experiment: Experiment, results: Results) -> Iterator[Documents]:
-    """Yield what is proved, events if there are some, and the scene if there is a plane. Raises as `read_fit_of`."""
+    """Yield topics of proofs, of events if there are any, and of the scene if there is a plane.
+
+    Raises as `read_fit_of`.
+    """
     closed = read_loops(results, experiment.plant)
     metrics: Any = read_json(results.metrics)
     yield proof_topic(metrics)
@@ -417,7 +420,7 @@ def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: Cour
 
 
 def _sampled_places(fitted: Fitted, plane: Plane) -> Array:
-    """Return the places (n, 2) of samples of both states at the same times, if there are such."""
+    """Return the points (n, 2) of samples of both states of the plane; empty if their times differ."""
     by_name = fitted.sampled.by_name
     if not {*plane} <= by_name.keys():
         return np.empty((0, 2))

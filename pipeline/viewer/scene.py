@@ -1,4 +1,4 @@
-"""What viewers show of an experiment in space and in words: scene, vehicle, proofs and refusals."""
+"""Topics for viewers that show an experiment in space and in words: scene, vehicle, proofs and events."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,7 +14,7 @@ from trackably.systems.disturbances import ConvexHull
 
 INK, GREY = "#000000", "#888888"
 COLORS = ("#ff7f2a", "#2f8fe8", "#2fc46b", "#e06fc0", "#d9b400", "#35c9c9", "#a07be0", "#e05a5a")
-"""Bright ones: viewers draw the values darker than the lines between them."""
+"""Colours of curves; they are bright, because viewers draw values darker than the lines between them."""
 
 
 LOG, SCENE, FRAME = "foxglove.Log", "foxglove.SceneUpdate", "foxglove.FrameTransform"
@@ -90,7 +90,7 @@ SCHEMAS: dict[str, Json] = {
 
 
 def time_of(nanoseconds: int) -> Json:
-    """Return a time as messages have it."""
+    """Return a time [ns] as messages have it: seconds and nanoseconds."""
     return {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}
 
 
@@ -98,7 +98,7 @@ Plane = tuple[str, str]
 
 
 def plane_of(plant: ConstrainedSystem, wanted: Plane | None) -> Plane | None:
-    """Return the two states that a scene shows: those wanted, else x and y, else the two that there are."""
+    """Return the two states that a scene shows: the wanted ones, else x and y, else the only two states; or None."""
     states = plant.system.states
     if wanted is not None:
         return wanted
@@ -110,8 +110,8 @@ def plane_of(plant: ConstrainedSystem, wanted: Plane | None) -> Plane | None:
 def allowed_region(plant: ConstrainedSystem, plane: Plane, within: Array) -> Array:
     """Return the corners (n, 2) of the states in the plane that keep all bounds on these two states alone.
 
-    `within` are the lower and the upper corner of what is looked at at least: where a state is free, the region ends at
-    some distance from them.
+    `within` has the lower and the upper corner (2, 2) of the shown paths. If a state is unbounded, the region ends at
+    some distance beyond these corners.
     """
     columns = [plant.system.states.index(name) for name in plane]
     lower, upper = within
@@ -130,7 +130,7 @@ _HERE: Json = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 
 
 
 def entity(name: str, frame: str = WORLD, **shapes: Sequence[Json]) -> Json:
-    """Return an entity that is there from time 0 on and stays."""
+    """Return an entity of a scene that exists from time 0 on, with its shapes."""
     empty: dict[str, Sequence[Json]] = {"arrows": [], "lines": [], "triangles": []}
     return {
         "timestamp": time_of(0),
@@ -144,7 +144,7 @@ def entity(name: str, frame: str = WORLD, **shapes: Sequence[Json]) -> Json:
 
 
 def line(points: Array, color: str, thickness: float, closed: bool = False) -> Json:
-    """Return a line through points (n, 2), as many pixels thick at any distance."""
+    """Return a line through points (n, 2), with a thickness in pixels at any distance of the viewer."""
     return {
         "type": _LOOP if closed else _STRIP,
         "pose": _HERE,
@@ -170,7 +170,7 @@ def area(corners: Array, color: str, opacity: float, height: float) -> Json:
 
 
 def vehicle(size: float, color: str) -> Json:
-    """Return the vehicle: an arrow of its own frame, as long as `size`."""
+    """Return the shape of the vehicle: an arrow along the x axis of its own frame, with the length `size`."""
     arrow = {
         "pose": _HERE,
         "shaft_length": 0.5 * size,
@@ -192,8 +192,8 @@ def _points(points: Array, height: float = 0.0) -> list[Json]:
     return [{"x": x, "y": y, "z": height} for x, y in points.round(_PLACES).tolist()]
 
 
-_POINTS = 400  # of a path
-_AT_REST = 1e-9  # of the size of the scene, for a step
+_POINTS = 400  # most points of a path
+_AT_REST = 1e-9  # a step shorter than this part of the scene's size counts as a rest
 _DIGITS = 6
 
 
@@ -207,7 +207,7 @@ def scene_topics(
 ) -> Iterator[Documents]:
     """Yield the scene at time 0, and the vehicle's frame at each step of the loop that is `followed`.
 
-    `paths` (n, 2) are by method, `samples` (n, 2) may be none, and corners (n, 2) of `feasible` sets are by horizon.
+    `paths` (n, 2) are by method, `samples` (n, 2) may be empty, and corners (n, 2) of `feasible` sets are by horizon.
     """
     moved = followed.together(plane)
     seen = np.vstack([*paths.values(), moved])
@@ -253,7 +253,7 @@ def _frame(nanoseconds: int, place: list[float], angle: float) -> Json:
 
 
 def _headings(places: Array, at_rest: float) -> list[float]:
-    """Return the direction of each step; what rests keeps the direction in which it came."""
+    """Return the direction of each step [rad]; a step at rest has the direction of the step before."""
     found, last = [], 0.0
     for step in np.diff(places, axis=0, append=places[-1:]):
         if np.hypot(*step) > at_rest:
@@ -274,26 +274,26 @@ def _cross(place: Array, size: float) -> Json:
 _INFO, _WARNING, _ERROR = 2, 3, 4
 
 Event = tuple[int, int, str, str]
-"""Time [ns], level, what it is about, and a sentence."""
+"""An event for the viewer's list of messages: time [ns], level of the log, subject, and a sentence."""
 
 
 def event_topic(events: Sequence[Event]) -> Documents:
-    """Return events as a topic, in the order of time."""
+    """Return a topic with all events, in the order of time."""
     messages = tuple((event[0], _entry(*event)) for event in sorted(events, key=lambda event: event[0]))
     return Documents("/events", LOG, SCHEMAS[LOG], messages)
 
 
 def proof_topic(metrics: Mapping[str, Any]) -> Documents:
-    """Return what is proved of each method's reference, what refutes it, or what a proof lacks.
+    """Return a topic that says what is proved about each method's reference, what refutes it, or what a proof lacks.
 
-    It is one entry: viewers show the last one before a time, wherever one looks.
+    It has one message, at time 0: viewers show the last message before the time that they display.
     """
     told = "\n".join(f"{method}: {found['proof']}" for method, found in metrics.items())
     return Documents("/proofs", LOG, SCHEMAS[LOG], ((0, _entry(0, _INFO, "proofs", told)),))
 
 
 def losses(name: str, course: Course, sampling_time: float) -> Iterator[Event]:
-    """Yield the first step of each time in which a loop has no plan, and the step at which there is one again."""
+    """Yield an event at the first of consecutive steps without a plan, and one at the first step with a plan again."""
     for first, last in runs_of(course.infeasible):
         yield _at(first, sampling_time), _ERROR, name, f"no plan from step {first} to {last}"
         if last < course.steps[-1] - 1:
@@ -301,7 +301,7 @@ def losses(name: str, course: Course, sampling_time: float) -> Iterator[Event]:
 
 
 def offers(records: Sequence[Mapping[str, Any]], sampling_time: float) -> Iterator[Event]:
-    """Yield which references, learned again on the way, are taken over, and why others are not."""
+    """Yield an event for each reference that was learned again: whether the loop tracks it from then on, and why."""
     for record in records:
         taken = "taken" if record["taken"] else "not taken"
         level = _INFO if record["taken"] else _WARNING

@@ -1,4 +1,4 @@
-"""What the viewer serves of an experiment: itself as npm fetched it, all logs as one, and their layout.
+"""Serve a viewer of an experiment in the browser: the program that npm fetched, all logs as one file, and their layout.
 
 The server answers on the loopback address alone.
 """
@@ -29,7 +29,7 @@ from trackably.files import to_json, write_atomically
 LOOPBACK = "127.0.0.1"
 _HOST = re.compile(rf"({re.escape(LOOPBACK)}|localhost)(:\d*)?", re.IGNORECASE)
 Served = Mapping[str, Path | bytes]
-"""Files, or their bytes, by path without the first slash; '' is the page itself. Nothing else is served."""
+"""Files, or their bytes, by the path of their address without the first slash; '' is the page. No others are served."""
 
 
 def server_of(served: Served, port: int = 0) -> ThreadingHTTPServer:
@@ -47,7 +47,7 @@ def address_of(server: ThreadingHTTPServer) -> str:
 
 
 class _Server(ThreadingHTTPServer):
-    """A server that says nothing where a browser no longer wants what it asked for."""
+    """A server that prints no error if a browser ends a connection before it has received the file."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         if not isinstance(sys.exception(), ConnectionError):
@@ -55,10 +55,10 @@ class _Server(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers GET with whole files.
+    """Answer GET requests with whole files.
 
-    A request that names another host is refused: a page from elsewhere may have its name resolved to this machine, and
-    its browser would let it read what is served.
+    A request for another host name is refused. Otherwise a page of another site could let its host name resolve to this
+    machine (DNS rebinding), and the browser would let this page read the served files.
     """
 
     protocol_version = "HTTP/1.1"
@@ -78,13 +78,13 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_response(HTTPStatus.OK)
         self.send_header("Content-Type", f"{kind}; charset=utf-8" if kind.startswith("text/") else kind)
         self.send_header("Content-Length", str(len(data)))
-        # Names of assets hold hashes of their content: a browser may keep them, and what it has compiled of them.
+        # Names of assets contain hashes of their content, so that a browser may cache them and their compiled code.
         self.send_header("Cache-Control", "max-age=3600" if name.startswith("assets/") else "no-store")
         self.end_headers()
         self.wfile.write(data)
 
     def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
-        """Say nothing: a viewer asks for dozens of files."""
+        """Print nothing, because a viewer requests dozens of files."""
 
 
 LOCKED = Path(__file__).parent
@@ -94,14 +94,14 @@ _REACT = "node_modules/react/umd/react.production.min.js"
 _REACT_DOM = "node_modules/react-dom/umd/react-dom.production.min.js"
 _ASSETS = "node_modules/@foxglove/studio-base/assets"
 _BUNDLE = f"{_ASSETS}/index.js"
-# Where topics change while the viewer loads a log, it passes over one piece of it, and plots have a gap that stays.
+# If topics change while the viewer loads a log, this version skips a block of messages, and plots keep a gap.
 _SKIPS, _MENDED = b"blockId = endBlockId + 1;", b"blockId = endBlockId;"
 
 
 def fetched(folder: Path = FETCHED) -> Path:
-    """Return the folder that holds the locked viewer; fetch it where it is missing or another one.
+    """Return the folder with the viewer at its locked version; fetch it if it is missing or has another version.
 
-    Raises InputError where there is no npm, or where it fails.
+    Raises InputError if npm is not installed, or if it fails.
     """
     lock = (LOCKED / _LOCK).read_bytes()
     done = folder / "fetched"
@@ -109,7 +109,7 @@ def fetched(folder: Path = FETCHED) -> Path:
         return folder
     npm = shutil.which("npm")
     if npm is None:
-        raise InputError("the viewer comes from npm, which is not installed")
+        raise InputError("npm is not installed: install Node.js with npm, which fetches the viewer")
     folder.mkdir(parents=True, exist_ok=True)
     for name in (_LOCK, *_FILES):
         shutil.copyfile(LOCKED / name, folder / name)
@@ -123,7 +123,7 @@ def fetched(folder: Path = FETCHED) -> Path:
 
 
 def _mend(bundle: Path) -> None:
-    """Correct the mistake of this version of the viewer. Raises InputError where it is not there, or not once."""
+    """Replace the line of the viewer's bundle that skips a block of messages. InputError: it is not there once."""
     text = bundle.read_bytes()
     if (often := text.count(_SKIPS)) != 1:
         raise InputError(f"{bundle}: expected {_SKIPS.decode()!r} once, found it {often} times: is it another version?")
@@ -131,19 +131,19 @@ def _mend(bundle: Path) -> None:
 
 
 def files_of(folder: Path) -> dict[str, Path]:
-    """Return the files of a fetched viewer by the path at which the page asks for them."""
+    """Return the files of a fetched viewer by the path at which the page requests them."""
     files = {"react.js": folder / _REACT, "react-dom.js": folder / _REACT_DOM}
     return files | {f"assets/{path.name}": path for path in (folder / _ASSETS).iterdir() if path.suffix != ".map"}
 
 
 _CHUNK = 2**16
-"""Bytes: viewers load a log in pieces of time, and read all chunks that such a piece touches."""
+"""The size of chunks in bytes; it is small, because viewers read all chunks that a short time interval touches."""
 
 
 def merged(paths: Sequence[Path]) -> bytes:
     """Return an MCAP file with the messages of all logs in the order of time; attachments are left out.
 
-    Raises InputError where a log cannot be read.
+    Raises InputError if a log cannot be read.
     """
     logs = [read_log(path) for path in paths]
     series = chain.from_iterable(log.series for log in logs)
@@ -156,9 +156,9 @@ PAGE = Path(__file__).parent / "page"
 
 
 def shown(experiment: Experiment, results: Results, viewer: Path) -> Mapping[str, Path | bytes]:
-    """Return everything that the page asks for, by path: the viewer's files, the log, and the layout.
+    """Return everything that the page requests, by path: the viewer's files, the log, and the layout.
 
-    Raises InputError where there are no logs, or one is damaged.
+    Raises InputError if there are no logs, or one is damaged.
     """
     plane = plane_of(experiment.plant, experiment.plane)
     layout = layout_of(experiment.plant, topics_of(results), plane)

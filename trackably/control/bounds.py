@@ -182,5 +182,5 @@ def pull_inside(bounded: Polytope, u: Array) -> Array:
     rows, bounds = bounded.inequalities
     outward, slack = rows @ (u - bounded.centre), bounds - rows @ bounded.centre
     crossed = outward > slack
-    part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 where only rounding crosses a bound
+    part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 if u crosses a bound only by rounding
     return np.asarray(bounded.centre + _SHRINK * part * (u - bounded.centre))

@@ -70,6 +70,9 @@ class Controller:
                 f"terminal equality the horizon must be at least {fewest}, got {self.horizon}"
             )
 
+    def __repr__(self) -> str:
+        return f"Controller({described(self.plant, self.horizon)})"
+
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
     ) -> StepResult:
@@ -115,6 +118,25 @@ def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: 
         found = scipy.linalg.eigvalsh(weight).tolist()
         raise ValueError(f"controller: {name} must be positive {kind}, got eigenvalues {found}")
     return weight
+
+
+_MOST_LIMITS = 8  # limits that a controller's representation shows
+
+
+def limits_text(plant: ConstrainedSystem) -> str:
+    """Format the first eight bounds of a plant for people: "position in [-1, 0.2], force in [-2, 2]"."""
+    limits = [f"{limit.name} in {limit.bounds}" for limit in plant.given_constraints]
+    others = len(limits) - _MOST_LIMITS
+    return ", ".join([*limits[:_MOST_LIMITS], *([f"and {others} more"] if others > 0 else [])]) or "no bounds"
+
+
+def described(plant: ConstrainedSystem, horizon: int) -> str:
+    """Describe a controlled plant in one line: states, inputs, sampling time, horizon and bounds."""
+    system = plant.system
+    return (
+        f"states {', '.join(system.states)}; inputs {', '.join(system.inputs)}; a step every {system.sampling_time:g} s"
+        f"; horizon {horizon} steps; {limits_text(plant)}"
+    )
 
 
 def shortest_horizon(plant: ConstrainedSystem) -> int:

@@ -35,7 +35,7 @@ class ErrorModel:
 
     @property
     def horizon(self) -> int:
-        """N, in steps."""
+        """The horizon N, in steps."""
         return len(self.A)
 
     @cached_property

@@ -45,8 +45,8 @@ class Formulation:
         """
         programs = self._anywhere if self.is_linear else self.programs(nominal)
         defects = self.defects(nominal).ravel() - programs.model.dynamics @ self.scales.errors(nominal, window)
-        if not np.all(np.isfinite(defects)):  # nor is a product with a number of the model that is not
-            raise ArithmeticError("a plan leads where the system is not defined")
+        if not np.all(np.isfinite(defects)):  # an entry of the model that is not finite makes a defect not finite, too
+            raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
         return programs, defects
 
     def defects(self, trajectory: Window) -> Array:
@@ -55,7 +55,7 @@ class Formulation:
         return np.asarray((successors - trajectory.states[1:]) / self.scales.states)
 
     def model(self, nominal: Window) -> ErrorModel:
-        """Return the error model, in scales, along a trajectory."""
+        """Return the model of the errors e and v, divided by their scales, linearised along a trajectory."""
         return ErrorModel.along(self.plant.system, nominal, self.scales)
 
     def programs(self, nominal: Window) -> StepPrograms:
@@ -89,7 +89,7 @@ class Formulation:
 
     @cached_property
     def start(self) -> StartSet:
-        """The set of initial states of plans, scaled: only the measured state."""
+        """The set of initial states of plans, in scales: it has only the measured state."""
         return StartSet.measured(len(self.Q))
 
     @cached_property
@@ -122,8 +122,8 @@ _ULPS = 64 * np.finfo(float).eps
 class StepProblem:
     """The problem of step `k`: the measured `state` (n,), the reference's `window` ahead, and the model of errors.
 
-    The model is that of the `programs`, with the `defects` (N n,). Every method raises ArithmeticError if the numbers
-    are beyond the solver or floating point.
+    The model of errors is the linear one of the `programs`, with the `defects` (N n,) of its linearisation. Every
+    method raises ArithmeticError if the numbers are beyond the solver or floating point.
     """
 
     formulation: Formulation
@@ -150,7 +150,7 @@ class StepProblem:
 
     @cached_property
     def off(self) -> Array:
-        """x(k) − x_r(k), shape (n,)."""
+        """The error x(k) − x_r(k) of the measured state, shape (n,)."""
         return np.asarray(self.state - self.window.states[0])
 
     @cached_property
@@ -183,7 +183,7 @@ class StepProblem:
         if plan is None or not self.ends_on_reference(plan):
             raise ArithmeticError(
                 "the solver fails on a program that has a solution; numbers of the plant, Q or R may differ too much "
-                "in size"
+                "in size: choose other units"
             )
         return plan
 
@@ -234,7 +234,7 @@ class StepProblem:
         return bool(np.max(np.abs(self._missed(plan))) <= TOLERANCE + _ULPS * largest)
 
     def _missed(self, plan: Plan) -> Array:
-        """Return e(N) of a plan (n,), in scales."""
+        """Return x(k+N) − x_r(k+N) of a plan (n,), divided by the scales of the states."""
         return np.asarray((plan.states[-1] - self.window.states[-1]) / self.formulation.scales.states)
 
     def plan_with(self, inputs: Array, status: Status, start: Array | None = None) -> Plan:
@@ -248,7 +248,7 @@ class StepProblem:
         e, v = f.scales.split(z)
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
         if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
-            raise ArithmeticError("a predicted state or input overflows in float64")
+            raise ArithmeticError("a predicted state or input overflows in float64: choose other units")
         return Plan(
             k=self.k,
             input=pull_inside(

@@ -16,9 +16,9 @@ from trackably.arrays import Array
 from trackably.control.error_model import ErrorModel
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
-# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. Where float64 does
-# not allow it, the solver ends when it makes no more progress: its last point counts if the last tolerance is reached,
-# otherwise the next tolerance is tried, with which the solver ends before it loses its way.
+# tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. If float64 does not
+# allow this accuracy, the solver ends when it makes no more progress: its last point counts if the last tolerance is
+# reached; otherwise the next tolerance is tried, with which the solver ends earlier.
 _TOLERANCES = (1e-12, 1e-10, 1e-8)
 _MAX_ITERATIONS = 50
 
@@ -46,7 +46,7 @@ class Program:
         """
         P, A = self._matrices
         if not (np.all(np.isfinite(limits)) and np.all(np.isfinite(A.data))):
-            raise ArithmeticError("the quadratic program of the step has numbers that are not finite")
+            raise ArithmeticError("the step's quadratic program has numbers that are not finite: choose other units")
         sizes = (clarabel.ZeroConeT, self.equations), (clarabel.NonnegativeConeT, len(limits) - self.equations)
         cones = [cone(size) for cone, size in sizes if size]
         settings = clarabel.DefaultSettings()
@@ -68,7 +68,7 @@ class Program:
 
         An interior-point method finds the minimum of a quadratic cost only up to the square root of its accuracy: a
         cost of 1e-12 is an error of 1e-6. If no x satisfies the equations, or x is not unique, the result satisfies the
-        optimality conditions up to the least squares, and is the smallest such.
+        optimality conditions in the sense of least squares, and is the smallest of such solutions.
         """
         return np.asarray(self._solved_conditions(np.concatenate([-self.q, values]))[: len(self.q)])
 
@@ -79,7 +79,7 @@ class Program:
         conditions = np.block([[np.asarray(self.P), E.T], [E, np.zeros((len(E), len(E)))]])
         try:
             return splu(sparse.csc_array(conditions)).solve
-        except RuntimeError:  # of a pivot that is zero: equations depend on each other
+        except RuntimeError:  # splu found a pivot that is zero: equations depend on each other
             return scipy.linalg.pinvh(conditions).dot
 
     @cached_property
@@ -150,7 +150,10 @@ class StepPrograms:
 
     @cached_property
     def cheapest_start(self) -> Program:
-        """As `tracking`, but for given v; e(N) and −e(N) have upper bounds, the last of the limits."""
+        """The program `tracking` for given v, with bounds of e(N) in place of its value.
+
+        The last 2n limits are upper bounds of e(N) and of −e(N).
+        """
         free = self._program(2 * self.weights, ends=False)
         (N, n, m), each = self.model.B.shape, np.eye(len(free.q))
         _, _, end, inputs, _ = np.split(each, np.cumsum([n, (N - 1) * n, n, N * m]))
@@ -161,8 +164,8 @@ class StepPrograms:
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
         """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v).
 
-        If it `ends`, e(N) is given. If it `widens` the sets, t is added to the cost, and each bound moves out by t
-        times its width; otherwise there is no t.
+        If the program `ends` plans, e(N) is given. If it `widens` the sets, t is added to the cost, and each bound
+        moves out by t times its width; otherwise there is no t.
         """
         start, (dynamics, count), bounds = self.start, self.model.dynamics.shape, len(self.bounds)
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))

@@ -58,7 +58,7 @@ def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
 FOLLOWED = 1e-9
 """The system follows a trajectory if the sum of its scaled defects is at most this."""
 
-_ACCURACY = 1e-12  # tolerance of the search
+_ACCURACY = 1e-12  # tolerance of SciPy's search, for the cost and the constraints in scales
 _UNDEFINED = 1e3
 """A step for which f is undefined counts as a defect of this size, in scales."""
 
@@ -73,9 +73,10 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     """Return the trajectory at which a search for the least `weight` · V ends, from `start` to the end of `window`.
 
     V is the cost of a plan; with `weight` 0, any plan will do. The states between the first and the last one are
-    variables, as are the inputs. So the system need not follow the start, and an unstable system amplifies errors for
-    one step only. The search is SciPy's sequential quadratic programming (Kraft 1988: A software package for sequential
-    quadratic programming). The system follows the result, up to `FOLLOWED`, if a plan is found.
+    variables, as are the inputs. So the search may begin with a trajectory that the system does not follow, and an
+    unstable system amplifies errors for one step only. The search is SciPy's sequential quadratic programming (Kraft
+    1988: A software package for sequential quadratic programming). The system follows the result, up to `FOLLOWED`, if
+    a plan is found.
     """
     scales, programs = formulation.scales, formulation.programs(start)
     moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds
@@ -178,7 +179,10 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
 
 
 def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible | Plan | None) -> Plan | Infeasible:
-    """Return a plan found from one of the starts, or the reason why there is none nearby."""
+    """Return a plan found from one of the `starts`, or the reason why there is none nearby.
+
+    `near` is the answer of full steps (repeated linearisations), None if they did not converge.
+    """
     tried: list[Window] = []
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
         tried.append(found := minimise(problem.formulation, start, problem.window, 0.0))
@@ -191,14 +195,14 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
         return near
     closest = min(tried, key=lambda at: missed_by(problem.formulation, at))
     if not np.isfinite(missed := missed_by(problem.formulation, closest)):
-        raise ArithmeticError("a plan leads where the system is not defined")
+        raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
     return _explain(problem, closest, missed)
 
 
 def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
-    """Return the plan to which full steps converge from `found`, or `found` itself if they do not.
+    """Return the plan to which full steps converge from the trajectory `found`.
 
-    None if it is no plan.
+    If they do not converge, return `found` itself as a plan; None if it is not admissible.
     """
     if missed_by(problem.formulation, found) > FOLLOWED:
         return None
@@ -228,8 +232,8 @@ def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible
     except (ArithmeticError, np.linalg.LinAlgError):
         pass
     raise ArithmeticError(
-        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g}, in the "
-        "scales of the states"
+        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
+        "in parts of the states' ranges"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from reprlib import repr as short
@@ -62,7 +63,7 @@ class ClosedLoop:
 
     @property
     def errors(self) -> Array:
-        """x(k) − x_r(k), shape (K + 1, n)."""
+        """The tracking errors x(k) − x_r(k), shape (K + 1, n)."""
         return self.states - self.reference_states
 
     @property
@@ -178,14 +179,28 @@ def simulate(
 
 
 def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon: int) -> TabulatedReference:
-    """Tabulate a reference for `steps` steps with plans of `horizon` steps. ValueError: it does not reach as far."""
+    """Tabulate a reference for `steps` steps with plans of `horizon` steps.
+
+    ValueError: the reference does not reach as far; the message says how many steps fit.
+    """
     last = first_step + steps + horizon + 1
     try:
         return TabulatedReference.of(reference, first_step, last)
     except ValueError as error:
+
+        def ends_before(step: int) -> bool:
+            try:
+                reference.window(step, 1)
+            except ValueError:
+                return True
+            return False
+
+        ahead = first_step + horizon  # the last step at which a simulation of no steps needs the reference's input
+        fitting = 0 if ends_before(first_step) else bisect_left(range(ahead, last), True, key=ends_before) - 1
+        fit = f"{fitting} {'step fits' if fitting == 1 else 'steps fit'}" if fitting > 0 else "no step fits"
         raise ValueError(
             f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {horizon + 1} steps "
-            f"ahead, need the reference up to step {last}: {error}"
+            f"ahead, need the reference up to step {last}; {fit}: {error}"
         ) from error
 
 
@@ -221,11 +236,11 @@ _AHEAD = (0, 1, 2, 5, 10, 20, 50)
 
 @dataclass(frozen=True, eq=False)
 class WorstPlant:
-    """The sequence of `vertices`, from `first_step` on, that brings the bound of `name` closest to
-    violation, at `step`.
+    """A plant that changes from vertex to vertex of a model error's hull, and comes closest to violating a bound.
 
-    The bound is violated by `violation`, in its unit; negative if that much slack is left. `states` (steps + 1, n) are
-    those of the plant, which starts on the reference.
+    `vertices` has the index of the vertex at each step from `first_step` on. The plant comes closest to the bound of
+    the quantity `name` at `step`. The bound is violated by `violation`, in its unit; negative if that much slack is
+    left. `states` (steps + 1, n) are those of the plant, which starts on the reference.
     """
 
     name: str
@@ -260,8 +275,8 @@ def worst_plant(
     """Return the worst plant that is found under u = u_r + K (x − x_r), for the sets of `plant`.
 
     Three kinds of policies are tried: for each bound and some numbers of steps ahead, the vertices and disturbances
-    that push the state furthest towards it; each vertex alone; and switching from one vertex to the next. This is a
-    search, and there may be worse plants. `feedback` is K (m, n). Raises as `reference.window`, and TypeError and
+    that push the state furthest towards the bound; each vertex alone; and switching from one vertex to the next. This
+    is a search, and there may be worse plants. `feedback` is K (m, n). Raises as `reference.window`, and TypeError and
     ValueError as `learn_reference` does for these arguments.
     """
     instance("worst_plant: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
@@ -279,7 +294,7 @@ def worst_plant(
     states, chosen, inputs = [x], [], []
     for k in range(steps):
         u = window.inputs[k] + (x - window.states[k]) @ K.T
-        after = np.einsum("qij,pj->pqi", A, x) + np.einsum("qij,pj->pqi", B, u) + c  # of each policy and vertex
+        after = np.einsum("qij,pj->pqi", A, x) + np.einsum("qij,pj->pqi", B, u) + c  # next states, by policy and vertex
         pick = np.empty(len(x), dtype=int)
         pick[:greedy] = np.argmax(np.einsum("pqi,pi->pq", after[:greedy], directions), axis=1)
         pick[greedy:] = [*range(q), k % q]
@@ -301,5 +316,5 @@ def worst_plant(
         worst = WorstPlant(constraint.name, first_step + k, violation, first_step, vertices, path)
         found.append((worst.violation / constraint.bounds.width, worst))
     if not found:
-        raise ValueError("worst_plant: the plant has no bounds")
+        raise ValueError("worst_plant: expected a plant with bounds of states or inputs, got one without")
     return max(found, key=lambda each: each[0])[1]

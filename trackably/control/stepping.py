@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 
 
 class Status(StrEnum):
-    """How a plan was found."""
+    """How a plan was found, or why it is known to be admissible."""
 
     NO_ACTIVE_BOUND = "unbounded"
     """No bound is active: the optimum is linear in the error. Logs store "unbounded"."""
@@ -142,7 +142,8 @@ class Infeasible:
 class Unsolved:
     """The reason why step `k` has no answer: no plan was found, and it is not known that there is none.
 
-    The numbers are beyond the solver or overflow, a search did not converge, or a formula is undefined on the way.
+    The numbers are beyond the solver or overflow, a search did not converge, or a formula of the system is undefined at
+    a state or an input that was tried.
     `fallback` (m,) is an admissible input: the first one that is known of the initial guess, the reference, and the
     middle of the input set.
     """
@@ -173,7 +174,7 @@ class SteppedController(Protocol):
 
     @property
     def horizon(self) -> int:
-        """N, in steps."""
+        """The horizon N, in steps."""
         ...
 
     def step(
@@ -208,7 +209,7 @@ def answer_step(
         raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
     safe = () if guess is None else (guess[0],)
     try:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # what is not finite is found later
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # infinities and NaN are refused
             window = reference.window(k, N)
             check_window(window, (N, n, m))
             safe = (*safe, window.inputs[0])

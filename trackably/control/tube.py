@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
-from trackably.control.controller import Controller
+from trackably.control.controller import Controller, described, limits_text
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.programs import Program, StartSet
 from trackably.control.references import TrackedReference
@@ -27,7 +27,7 @@ _ROUNDING = 1e-10
 """A point counts as in Z if it is in Z after two changes that allow for rounding: all parts of Z grow by this part of
 their size, and the point moves along each axis by a tenth of this part of the width of Z."""
 
-_TOLERANCES = (1e-11, 1e-10, 1e-9)  # of the solver
+_TOLERANCES = (1e-11, 1e-10, 1e-9)  # tolerances of the solver, tried in turn
 _PROJECTIONS = 12  # reflected projections before a linear program decides: they suffice except near the boundary of Z
 
 
@@ -86,7 +86,7 @@ class ErrorSet:
         return rows, np.asarray(np.linalg.pinv(rows), dtype=float)
 
     def start_set(self, scales: Array) -> StartSet:
-        """Return x − x_r − Z, in the units `scales` (n,)."""
+        """Return the set x − x_r − Z of initial errors of plans, in the units `scales` (n,)."""
         return StartSet(self.centre / scales, self.directions / scales, self.lower, self.sums, 0)
 
     @cached_property
@@ -152,7 +152,7 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """The parts that all steps share: the nominal system with tightened sets, and its start, which is free in x ⊖ Z."""
+    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z."""
 
     tightening: Tightening
 
@@ -160,7 +160,7 @@ class TubeFormulation(Formulation):
     def invariant(self) -> InvariantSet:
         """The invariant set Z of the error, with the feedback K."""
         if self.tightening.invariant is None:
-            raise ValueError("tube: a disturbance set is needed; without one, Controller tracks the reference")
+            raise ValueError("tube: expected a tightening for a disturbance set, got one without; use Controller then")
         return self.tightening.invariant
 
     @cached_property
@@ -175,12 +175,12 @@ class TubeFormulation(Formulation):
 
     @property
     def feedback(self) -> Array:
-        """K (m, n), which keeps x − z in Z."""
+        """The feedback K (m, n), which keeps the error x − z in Z."""
         return self.invariant.feedback
 
     @property
     def input_set(self) -> Polytope:
-        """The given input set."""
+        """The input set as given, not tightened: the inputs that are applied are in it."""
         return self.tightening.given.input_set
 
 
@@ -261,7 +261,11 @@ class TubeController:
         nominal = Controller(self.tightening.plant, self.horizon, self.Q, self.R)
         for name in ("horizon", "Q", "R"):
             object.__setattr__(self, name, getattr(nominal, name))
-        _ = self.errors  # found now, to raise its error
+        _ = self.errors  # computed here, so that a missing disturbance set is refused now
+
+    def __repr__(self) -> str:
+        tightened = limits_text(self.tightening.plant)
+        return f"TubeController({described(self.plant, self.horizon)}; plans keep {tightened})"
 
     @property
     def plant(self) -> ConstrainedSystem:

@@ -32,7 +32,7 @@ class SlidingReferences:
         """Return the references of all stages for a controller at step k: stage j is step k + j.
 
         Angles do not jump. If the plant's `state` (n,) is given, whole turns are added to bring them near its angles.
-        ValueError: step k or k + N is not proved.
+        ValueError: a step from k to k + N is not proved.
         """
         k = whole("to_acados: k", k)
         proved_steps(self.proved, k, self.horizon + 1)

@@ -93,7 +93,7 @@ def kernel_function(kernel: Kernel, name: str) -> str:
                 f"const double phi = {phi} * ({' * '.join(['y'] * kernel.power)});",
             ]
         case _:
-            raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}")
+            raise ValueError(f"to_c: there is no formula in C for {type(kernel).__name__}; to_csv writes a table")
     body += [f"return phi * {number(kernel.signal_std**2)};"]
     return _filled(_KERNEL, NAME=name, BODY=_indented(body))
 
@@ -232,7 +232,7 @@ def _operation(node: Formula, operands: list[str], names: dict[str, str]) -> str
             return f"{name}({operands[0]})"
         case Angle():
             return f"atan2({operands[0]}, {operands[1]})"
-    raise ValueError(f"to_c: there is no counterpart in C of {text_of(node)}")
+    raise ValueError(f"to_c: there is no counterpart in C of {text_of(node)}; to_csv writes a table")
 
 
 _PRODUCT = """\
@@ -446,7 +446,10 @@ def _story(proved: Proved, name: str) -> str:
 
 
 def _at_ends(certificate: Certificate) -> list[str]:
-    """Return a sentence on steps that are answered, but not proved, because k T_s may be rounded past an end."""
+    """Return a sentence about steps at the ends of the claim: k T_s in float64 may lie just outside of it.
+
+    The generated function answers such steps. There is no sentence if it is not needed.
+    """
     ends = [f"{end:.17g} s" for end in certificate.claim.span if math.isfinite(end) and end]
     if not ends or certificate.reference.pieces:
         return []

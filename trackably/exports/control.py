@@ -11,7 +11,10 @@ from trackably.exports.proved import Proved, chosen_steps, proved_times
 
 @dataclass(frozen=True, eq=False)
 class TimeResponse:
-    """States (n, N), inputs (m, N) and outputs (all states) at N times [s], named as in `TimeResponseData`."""
+    """States (n, N), inputs (m, N) and outputs (all states) at N times [s].
+
+    Attributes have the names of python-control's `TimeResponseData`.
+    """
 
     time: Array
     states: Array

@@ -39,7 +39,7 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     def tvp_fun(t_now: ArrayLike) -> Any:
         elapsed = _elapsed_steps(t_now, step)
         steps = first + elapsed + np.arange(1.0 if horizon is None else horizon + 1.0)
-        # Angles are continuous since the controller started.
+        # Angles are unwrapped from the controller's start on, so that they do not jump between calls.
         before = steps[0] - np.arange(elapsed, 0.0, -1.0) if plant.angles else steps[:0]
         every = np.concatenate([before, steps])
         proved_times(proved, proved.reference.instants(every))
@@ -53,14 +53,14 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
 
 
 def _elapsed_steps(t_now: ArrayLike, step: float) -> float:
-    """Return how many steps the controller's clock shows; the clock is a sum of rounded T_s.
+    """Return the number of steps since the controller's clock was zero. Its time `t_now` [s] is a sum of rounded T_s.
 
-    ValueError: it is no whole number of steps.
+    ValueError: this is no whole number.
     """
     now = float(np.asarray(t_now, dtype=float).reshape(()))
     k = _nearby(now / step)
     if not k.is_integer():
-        raise ValueError(f"tvp_fun: t_now = {now:g} s is no multiple of T_s = {step:g} s")
+        raise ValueError(f"tvp_fun: expected t_now as a multiple of T_s = {step:g} s, got {now:g} s")
     return k
 
 

@@ -35,7 +35,7 @@ PAGE: Final = 7.0
 INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
 BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
 SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
-# Where two references agree, both stay visible, also in grey: the solid line is wider and lies below dark dashes.
+# If two references coincide, both stay visible, also in grey: the solid line is wider and lies below dark dashes.
 _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.4, 1.2, 1.4)), "linewidth": 1.3, "zorder": 3.2},
     {"color": NAVY, "linestyle": (0, (2.6, 1.6)), "linewidth": 1.3, "zorder": 3.3},
@@ -68,7 +68,7 @@ def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 @dataclass(frozen=True)
 class Observed:
-    """Data of a state: the `samples` that it is learned from, those `held_out`, and the true signal `truth`.
+    """Data of a state: the `samples` that it is learned from, samples that are `held_out`, and the true signal `truth`.
 
     The true signal lies within the `band` of lower and upper values, which are NaN where nothing is known.
     """

@@ -243,7 +243,7 @@ def _style(column: int) -> str:
     return _CELL.format(side="right" if 2 <= column <= 5 else "left")
 
 
-_COUNT = 801  # times in a figure
+_COUNT = 801  # times at which a figure draws a curve
 
 
 def figure(proved: Proved, start: float | None = None, end: float | None = None) -> Figure:

@@ -67,7 +67,7 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
     """Return the fields that all joints have, in the order of the message. Raises as `joint_points`."""
     instance("joints", joints, Mapping, f"mappings such as {_EXAMPLE}")
     if not joints:
-        raise ValueError(f"joints: none is given; for example {_EXAMPLE}")
+        raise ValueError(f"joints: expected one joint at least, as {_EXAMPLE}, got none")
     first = next(iter(joints))
     for joint, of in joints.items():
         text("joints: name", joint)

@@ -29,7 +29,7 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
     require_known("units", given, proved)
     for name, unit in given.items():
         if not text(f"units: {name}", unit).strip() or set(unit) & set('[]"\r\n'):
-            raise ValueError(f"units: expected a unit such as m/s for {name}, got {unit!r}")
+            raise ValueError(f"units: expected a unit of {name} such as m/s, without brackets and quotes, got {unit!r}")
     steps = chosen_steps(proved, first, count)
     by_head = {
         f"{name} [{given[name]}]" if name in given else name: of for name, of in values_at(proved, steps).items()

@@ -91,7 +91,7 @@ class Request:
 
 
 def _plain(value: object) -> Any:
-    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it has no such form."""
+    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it cannot be written in this way."""
     match value:
         case None | bool() | int() | float() | str():
             return value
@@ -172,7 +172,7 @@ def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
 
 @contextmanager
 def _questions() -> Iterator[list[str]]:
-    """Collect the texts of the library's own warnings in the yielded list; issue other warnings as usual."""
+    """Collect the texts of the library's own warnings in the yielded list; issue other warnings at the end."""
     asked: list[str] = []
     with warnings.catch_warnings(record=True) as caught:
         for ours in _OURS:
@@ -274,8 +274,8 @@ class Fleet:
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
     Certificates of waypoints are in the same folder: certificate.at1.json, certificate.at2.json, …
     In NAME, bytes that some file systems refuse are written as %XX, and an empty part between slashes as %. A part with
-    capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files in other
-    places, which versions before this rule wrote, are neither read nor removed.
+    capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files that
+    earlier versions wrote under other names are neither read nor removed.
     """
 
     folder: Path
@@ -397,7 +397,7 @@ def learn_many(
     InputError
         If packages for a cluster are not installed.
     OSError
-        If a file cannot be written, and another name of the recording would not help.
+        If a file cannot be written for another reason than the name of its recording.
     KeyboardInterrupt
         If somebody interrupts; its message says how many recordings are answered.
 

@@ -80,7 +80,7 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
         recordings = [Source(name, partial(_measured_values, of_name)) for name, of_name in recordings.items()]
     found = tuple(recordings)
     if not found:
-        raise ValueError("recordings: one at least is needed, got none")
+        raise ValueError("recordings: expected one at least, got none")
     for i, source in enumerate(found):
         instance(f"recordings[{i}]", source, Source, "a Source")
         if not text(f"recordings[{i}]: name", source.name):
@@ -97,7 +97,7 @@ _NAME = "{name}"
 def parts_of_csv(
     path: str | Path,
     by: str,
-    time: str | None,
+    time: str | Sequence[str] | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     layout: CsvLayout = PLAIN,

@@ -1,4 +1,4 @@
-"""Answers about tables and joints: they can only be made if the checker accepts their file."""
+"""Answers about tables of steps and trajectories of joints: one can only be made if the checker accepts its file."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from trackably.systems.intervals import rounded_text
 class RepairDistance:
     """How far a repair moved a curve, in its unit: the largest distance `most`, and the root mean square `rms`.
 
-    `most` is proved, or else seen in float64 at many times.
+    If `is_proved`, `most` is a proved upper bound; otherwise it is the largest distance found in float64 at many times.
     """
 
     most: float
@@ -30,17 +30,17 @@ class RepairDistance:
 
 
 class NotAcceptedError(ValueError):
-    """The checker does not accept a statement, as its `verdict` says."""
+    """The checker does not accept a statement; its `verdict` says why."""
 
     def __init__(self, verdict: Verdict) -> None:
-        super().__init__(f"the checker does not accept it ({verdict})")
+        super().__init__(f"the checker does not accept the statement ({verdict})")
         self.verdict = verdict
 
 
 class AcceptedAnswer(ABC):
-    """An answer that the checker accepts: the checker judges the file with its `content`, and gives this `verdict`.
+    """An answer that the checker accepts: when it is made, the checker judges the file with its `content`.
 
-    NotAcceptedError: the checker gives another verdict.
+    Each class names the `verdict` that the checker has to give. NotAcceptedError: it gives another verdict.
     """
 
     verdict: ClassVar[type[Verdict]]
@@ -80,7 +80,7 @@ class AcceptedProof(AcceptedAnswer):
 
 
 class AcceptedRefutation(AcceptedAnswer):
-    """Violations that are certain."""
+    """Violations of bounds or of the dynamics that are certain, rounding included."""
 
     verdict = Refuted
 

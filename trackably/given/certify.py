@@ -36,7 +36,7 @@ from trackably.systems.sampling import default_sample, sampled_names, stencils_b
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
-_LEAD = 0.25  # a repair may begin before the motion, by up to this part of the motion's duration
+_LEAD = 0.25  # a repair may begin earlier than the motion, by up to this part of the motion's duration
 _CLOSER, _POINTS = 9, 33  # steps of the search for the largest distance, and times in each
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """A distance found in float64 is increased by these parts of the size of a curve, in turn, until it is proved."""
@@ -66,14 +66,14 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
 def _repeating(ends: Array, coefficients: Array, curve: PolynomialPieces) -> PolynomialPieces:
     """Return periodic pieces with the period of a curve and breakpoints `ends`.
 
-    If float64 cannot represent this exactly, the breakpoints are those of the curve.
+    If float64 cannot represent breakpoints near `ends` with exactly this period, they are those of the curve.
     """
-    coarse = 4 * np.spacing(np.max(np.abs(ends)))  # multiples of this have differences that are exact
+    coarse = 4 * np.spacing(np.max(np.abs(ends)))  # differences of multiples of this number are exact in float64
     ends[0] = np.round(ends[0] / coarse) * coarse
     ends[-1] = ends[0] + curve.period
     with suppress(ValueError):
         found = PolynomialPieces(ends, coefficients, "period")
-        if found.period == curve.period:  # any other one would drift away from the curve
+        if found.period == curve.period:  # with any other period, the pieces would drift away from the curve
             return found
     return PolynomialPieces(curve.breakpoints, coefficients, "period")
 
@@ -83,8 +83,8 @@ def distance(
 ) -> float:
     """Return a bound of the distance between a state and the curve over `span` [s]; infinite if none is proved.
 
-    The state is the `stencil` of the flat `output`. The largest distance is searched for in float64, and a bound
-    slightly above it is then proved by the checker's arithmetic.
+    The state is the weighted sum of values of the flat `output` that the `stencil` describes. The largest distance is
+    searched for in float64, and a bound slightly above it is then proved by the checker's arithmetic.
     """
     shown = tuple(Fraction(w) for w in stencil.weights)
     apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))
@@ -198,8 +198,9 @@ class Given:
     """Curves by name, in the order of the flat outputs.
 
     The stencil of a curve says how the state depends on its flat output, as a weighted sum of values at later steps.
+    After their last breakpoint, curves end, rest or repeat with a period, as `beyond` says.
 
-    `span` is the claimed window [s], or the first period, or the times at which the claimed motion is not at rest.
+    `span` is the claimed window [s], the first period, or the times at which the claimed motion is not at rest.
     """
 
     curves: Mapping[str, PolynomialPieces]
@@ -234,7 +235,7 @@ class Given:
 
     @property
     def signals(self) -> tuple[PolynomialPieces, ...]:
-        """The flat outputs that are nearest to the curves."""
+        """The flat outputs with which the states are near the curves, as `flat_output` computes them."""
         step, orders = self.plant.sampling_time, self.plant.flatness.orders
         return tuple(
             flat_output(self.curves[name], self.stencils[name], order, step)
@@ -283,7 +284,7 @@ def _as_trajectory() -> Iterator[None]:
 def _span(
     claim: Claim | None, curves: Mapping[str, PolynomialPieces], beyond: Beyond, step: float
 ) -> tuple[float, float]:
-    """Return the span of `Given`. ValueError: a claimed window exceeds the curves.
+    """Return the first and the last time [s] of `Given.span`. ValueError: a claimed window exceeds the curves.
 
     If a motion begins after t = 0, the span also has up to a quarter of its duration at rest before it, in which a
     repair may begin.
@@ -294,7 +295,7 @@ def _span(
         if not (max(firsts) <= start < end <= min(lasts)):
             known = f"from {max(firsts):.9g} s to {min(lasts):.9g} s"
             raise ValueError(
-                f"claim: trajectories are given {known}, but the claim is about {start:.9g} s to {end:.9g} s"
+                f"claim: expected a window in which all curves are given, {known}, got {start:.9g} s to {end:.9g} s"
             )
         return start, end
     first, last = min(firsts), max(lasts)

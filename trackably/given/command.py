@@ -6,8 +6,8 @@ FILE holds a system with its sets, in the form of params.yaml, and TABLE has a r
 import re
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -54,13 +54,33 @@ def run(given: Namespace) -> int:
 
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
     if given.claim and not given.interpolation:
-        raise InputError("--claim needs an --interpolation: rows alone say nothing about other times")
-    columns = read_columns(given.table, given.decimal, (*plant.system.states, *plant.system.inputs))
+        raise InputError("--claim: expected an --interpolation too, as rows alone say nothing about other times")
+    names = (*plant.system.states, *plant.system.inputs)
+    columns = replace(read_columns(given.table, given.decimal, names), scales=read_scales(given.scale, names))
     with errors_of(given.table):
         wanted = columns.samples(plant) if given.interpolation else columns.table(plant)
     if isinstance(wanted, Table):
         return certify_table(wanted, plant, given.tolerance)
     return certify(wanted, plant, given.claim, given.interpolation)
+
+
+def read_scales(written: Sequence[str], names: Collection[str]) -> dict[str, float]:
+    """Return factors by the names of states and inputs, each written as NAME=FACTOR.
+
+    InputError: a name is none of `names`, or a factor is not a finite number other than zero.
+    """
+    found = {}
+    for each in written:
+        name, _, factor = each.rpartition("=")
+        if name not in names:
+            raise InputError(f"--scale {each}: expected NAME=FACTOR, where NAME is one of {', '.join(names)}")
+        try:
+            found[name] = tables.Column(name, float(factor)).scale
+        except ValueError:
+            raise InputError(
+                f"--scale {each}: expected a finite number other than zero as FACTOR, got {factor!r}"
+            ) from None
+    return found
 
 
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
@@ -78,14 +98,14 @@ _PARTS = ("system", "state_set", "input_set")
 
 
 def read_plant(path: Path) -> ConstrainedSystem:
-    """Return the plant in a file with `system`, `state_set` and `input_set`, in the forms of `systems.written`.
+    """Return the plant in a file with `system`, `state_set` and `input_set`, in the forms that `systems.written` reads.
 
     null as a set means unbounded. Raises InputError with the file and what is wrong.
     """
     with errors_of(path):
         content = fields_of(_content(path), _PARTS)
         if missing := [name for name in _PARTS if name not in content]:
-            raise ValueError(f"lacks {missing[0]} (give null for a set that bounds nothing)")
+            raise ValueError(f"expected {', '.join(_PARTS)}, got no {missing[0]} (null is a set without bounds)")
         system = read_part(content, "system", system_of)
         sides = (("state_set", len(system.states)), ("input_set", len(system.inputs)))
         sets = (
@@ -108,20 +128,37 @@ _TIMES, _STEPS = ("t", "time"), ("k", "step")
 _LENGTHS = {name: float(unit.length) for name, unit in CLOCKS.items() if isinstance(unit, Ticks)}
 _LENGTHS |= dict.fromkeys(("sec", "seconds", ""), 1.0)
 _HEADING = re.compile(r"([^\[(]+?)\s*(?:[\[(](.*)[\])])?")
+_WITHOUT_PREFIX = re.compile(r"(?:m|rad|s|kg|A|K|mol|N|Nm|J|W|Pa|Hz|V|C|F|H|T|Ω|1|-|–)(?:\^?-?\d|⁻?[¹²³])?")
+"""A unit of SI without a prefix, which multiplies by no factor, and its power: a part of a unit such as m/s^2."""
 
 _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a file: `cells`, and by the name of a column its heading and the unit in it, in brackets."""
+    """The columns of a file: `cells`, and by name the heading of each column and the unit that it has in brackets.
+
+    `scales` are factors by the names of states and inputs, which convert their numbers to the units of the system.
+    """
 
     cells: tables.Table
     headings: Mapping[str, tuple[str, str]]
+    scales: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
-        """Return the numbers of a column, NaN for an empty cell. InputError: a cell is no number."""
-        return self.cells.numbers(self.headings[name][0])
+        """Return the numbers of a state or an input in the unit of the system, NaN for an empty cell.
+
+        InputError: a cell is no number. ValueError: without a scale, the unit in the heading has a prefix or is not of
+        SI, such as mm or deg, so that the numbers may be in another unit than those of the system.
+        """
+        heading, unit = self.headings[name]
+        if name not in self.scales and not all(map(_WITHOUT_PREFIX.fullmatch, re.split(r"[\s*·/]+", unit or "1"))):
+            raise ValueError(
+                f"column {heading!r}: the system's file names no units, so numbers are read in SI units without prefix,"
+                f" not in {unit!r}; give --scale {name}=FACTOR to multiply them: 1e-3 from mm to m, "
+                f"0.017453292519943295 from degrees to rad, or 1 if the system has {name} in {unit!r}"
+            )
+        return self.cells.numbers(heading, self.scales.get(name, 1.0))
 
     def times(self, sampling_time: float) -> Array:
         """Return the times of the rows [s].
@@ -131,7 +168,7 @@ class Columns:
         for name in filter(self.headings.__contains__, (*_TIMES, *_STEPS)):
             heading, unit = self.headings[name]
             if name in _STEPS:
-                return self[name] * sampling_time
+                return self.cells.numbers(heading) * sampling_time
             if unit not in _LENGTHS:
                 known = ", ".join(filter(None, _LENGTHS))
                 raise ValueError(f"{heading}: expected a unit of time, one of {known}, got {unit!r}")
@@ -190,4 +227,4 @@ def read_columns(path: Path, decimal: str = ".", names: Collection[str] = ()) ->
         if name in headings:
             raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")
         headings[name] = heading, unit.strip()
-    return Columns(replace(table.part(filled), advice=""), headings)  # users of the command cannot change the layout
+    return Columns(replace(table.part(filled), advice=""), headings)  # advice is about layouts

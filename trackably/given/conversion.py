@@ -71,12 +71,18 @@ def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
     found = polyfit(x, values.T, degree)
     missed, size = np.max(np.abs(polyval(x, found) - values)), np.max(np.abs(values))
     if not missed <= _MISSED * max(float(size), 1e-30):
-        raise ValueError(f"trajectory: states must be polynomials of degree {degree}, but are {missed:.3g} off")
+        raise ValueError(
+            f"trajectory: expected states that are polynomials of degree {degree}, as those of a linear system, but "
+            f"they differ from such polynomials by {missed:.3g}"
+        )
     return np.asarray(found.T / width ** np.arange(degree + 1))
 
 
 def shift(c: Array, by: Array | float) -> Array:
-    """Return the coefficients of p(t + by), given those of p along the last axis of c; `by` is for the other axes."""
+    """Return the coefficients of p(t + by), given those of p(t) along the last axis of c.
+
+    `by` is a number, or an array whose shape fits the other axes of c.
+    """
     found = c.copy()
     for i in range(c.shape[-1] - 1):
         for k in range(c.shape[-1] - 2, i - 1, -1):
@@ -167,5 +173,5 @@ def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: 
     }
     try:
         return makers[how](times, values)
-    except ValueError as error:  # of SciPy: a period that is not closed, for example
+    except ValueError as error:  # an error of SciPy, for example if the ends of a periodic curve differ
         raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error

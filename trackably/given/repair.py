@@ -37,7 +37,8 @@ Side = tuple[Any, Array]
 class Splines:
     """B-splines of a `degree` with `knots` [s].
 
-    If it `repeats`, the knots continue periodically beyond both ends; otherwise the first and last knot are repeated.
+    If splines repeat (`repeats`), the knots continue periodically beyond both ends; otherwise the first and the last
+    knot are multiple.
     """
 
     knots: Array
@@ -81,7 +82,10 @@ class Nearest:
 
     @classmethod
     def of(cls, given: Given, held: Array | None) -> Nearest:
-        """Choose knots: four in each piece of the curves, 64 to 400, and no closer than the steps."""
+        """Choose equidistant knots: four intervals for each piece of the curves, but 64 to 400 in all.
+
+        No interval is shorter than a sampling step, unless fewer than 8 intervals are left.
+        """
         step, orders = given.plant.sampling_time, given.plant.flatness.orders
         first, last = given.span
         if given.beyond == "end":
@@ -137,7 +141,7 @@ class Nearest:
 
     @property
     def _begun(self) -> list[Side]:
-        """The equations by which the states at the start equal `held`; none if they are free."""
+        """The equations by which the states at the start equal `held`; no equations if these states are free."""
         found = []
         for state, value in zip(self.given.plant.flatness.states, () if self.held is None else self.held, strict=False):
             functional = _requirement(state.functional)
@@ -273,9 +277,10 @@ def _start_states(given: Given) -> Array | None:
 
 
 def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unproved:
-    reason = f"no spline was found within the bounds, tightened by {backoff:.0e} of their width"
+    begun, others = "", ""
     if near.held is not None:
-        reason += ', that begins with the given states; one may exist that does not (start="free")'
+        begun, others = " that begins with the given states", '; start="free" also allows other states at the start'
+    reason = f"no spline{begun} was found within the bounds, tightened by {backoff:.0e} of their widths{others}"
     return Unproved(broken.quantity, broken.bounds, (broken.time, broken.time), broken.violation, reason)
 
 

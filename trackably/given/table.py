@@ -38,12 +38,16 @@ class Table:
         x, u = array("table: states", self.states, None, None), array("table: inputs", self.inputs, None, None)
         whole("table: first_step", self.first_step)
         if len(x) < 2 or len(u) not in (len(x), len(x) - 1):
-            raise ValueError(f"table: expected a row for each step, got states of shape {x.shape}, inputs {u.shape}")
+            raise ValueError(
+                "table: expected two or more rows of states, and of inputs a row for each step (the last may be left "
+                f"out), got states of shape {x.shape} and inputs of shape {u.shape}"
+            )
         object.__setattr__(self, "states", x)
         object.__setattr__(self, "inputs", u)
 
     @property
     def last_step(self) -> int:
+        """The step of the last row of states."""
         return self.first_step + len(self.states) - 1
 
     def __repr__(self) -> str:
@@ -69,8 +73,8 @@ class CertifiedTable(AcceptedProof):
         kept = ", ".join(f"{limit.name} in {limit.bounds}" for limit in self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
-            f"{kept}; each state is within {rounded_text(self.tolerance, 'up', 6)} of what the system makes of the "
-            f"step before ({rounded_text(self.defect, 'up')} at most)"
+            f"{kept}; each state is within {rounded_text(self.tolerance, 'up', 6)} of the state to which the "
+            f"system leads from the step before (the largest difference is {rounded_text(self.defect, 'up')} at most)"
         )
 
     @property
@@ -157,7 +161,8 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
             step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
             return RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance)
         if (over := defect - Fraction(tolerance)) > 0:
-            return unproved(0, float(over), "a difference is too close to the tolerance to decide which is larger")
+            reason = "a difference to the next state is too close to the tolerance to decide which is larger"
+            return unproved(0, float(over), reason)
         shown, above = tolerance, nextafter(float(defect), inf) if defect else 0.0
         with suppress(NotAcceptedError):  # report the defect if the checker accepts it as a tolerance
             shown = CertifiedTable(table, plant, above or _SMALLEST, above).defect

@@ -203,7 +203,7 @@ def stretch_joints(
 
 
 def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
-    """Return the outcome that limits are not proved, with a `reason`. It names the first limited derivative."""
+    """Return the outcome that limits are not proved, with a `reason`; it is told of the first limited derivative."""
     r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
     bounds = Interval(*joints.limits[r, j].tolist())
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
@@ -218,7 +218,8 @@ def fit_joints(trajectory: Any, joints: Joints) -> JointTrajectory:
     if {*given.names} != {*joints.names}:
         odd = sorted({*given.names} ^ {*joints.names})
         raise ValueError(
-            f"trajectory: must have the joints {', '.join(joints.names)}, but {odd[0]!r} is missing, or is none of them"
+            f"trajectory: must have the joints {', '.join(joints.names)}, got {', '.join(given.names)}: {odd[0]!r} is "
+            "only in one of these lists"
         )
     order = [given.names.index(name) for name in joints.names]
     return JointTrajectory(joints.names, given.breakpoints, given.coefficients[order], given.rests)
@@ -292,14 +293,14 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     """Return the violation of a derivative's limits on a piece; None if there is none.
 
     It is looked for at the ends of the piece, at extremes and where limits are reached. It begins at the first of these
-    times after which the derivative is outside. If rounding hides that one, it begins where it is surely outside.
+    times after which the derivative is outside; if rounding hides this time, at the time of the largest excess.
     """
     limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
     assert limit is not None, "only derivatives with limits are undecided"
     exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
     h = float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
-    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # a rest has no width
+    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # a piece at rest has no width
     times = np.sort([0.0, *_times_at(curve.derivative(), 0.0), *(s for end in limit for s in _times_at(curve, end)), h])
     by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times.tolist())
     if by <= 0:

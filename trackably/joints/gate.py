@@ -89,7 +89,8 @@ class Gate:
         before = self._until(running, now)
         start = before.span[1]
         if given.span[1] <= start + _CLOSEST:
-            return GateAnswer("kept", running, f"the chunk ends at {given.span[1]:.6g} s, and {start:.6g} s is over")
+            over = f"the chunk ends at {given.span[1]:.6g} s, but a new motion can begin at {start:.6g} s only"
+            return GateAnswer("kept", running, over)
         given = self._turn(given, before)
         reason = "no point of the chunk can be reached"
         if (entry := self._entry(given, before)) is not None:
@@ -113,8 +114,8 @@ class Gate:
         stopped = self._braked(before, before.span[1])
         if stopped is not None and stopped.span[1] < running.trajectory.span[1]:
             with suppress(NotAcceptedError):
-                return GateAnswer("stopped", self._prove(stopped), "asked for")
-        return GateAnswer("kept", running, "no stop is shorter than the one that is proved")
+                return GateAnswer("stopped", self._prove(stopped), "a stop was asked for")
+        return GateAnswer("kept", running, "no stop was found that ends before the running motion")
 
     @property
     def _order(self) -> int:
@@ -131,10 +132,13 @@ class Gate:
         instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, from at_rest or from an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
-            raise ValueError("gate: the running motion must end at rest, and have the joints of the gate")
+            got = f"{', '.join(motion.names)}{'' if motion.rests else ' that does not rest'}"
+            raise ValueError(f"gate: expected a running motion of its joints that ends at rest, got one of {got}")
         start, (first, last), ends = t + self.lead, motion.span, motion.breakpoints
         if not first <= t:
-            raise ValueError(f"gate: the running motion begins at {first:.9g} s, after now, {t:.9g} s")
+            raise ValueError(
+                f"gate: expected a running motion that has begun by {t:.9g} s, got one from {first:.9g} s on"
+            )
         if start < last + _CLOSEST:
             start = min(start, last)
         begun = ends if start > last else ends[:-1]  # a motion that ends now is continued from its last piece

@@ -23,7 +23,7 @@ Limit = float | tuple[float, float] | None
 Limits = Limit | Sequence[Limit] | Mapping[str, Limit]
 """One limit for all joints, or one for each, in order or by name. A number l means [−l, l], and None means no limit."""
 
-_LARGEST_FILE = 10_000_000  # bytes
+_LARGEST_FILE = 10_000_000  # most bytes of a file with limits
 _NAMELESS = "joints: give names=, or limits by name, as velocity={'elbow': 2.0}"
 
 
@@ -134,12 +134,12 @@ class Joints:
     def from_joint_limits_yaml(cls, path: Path | str) -> Self:
         """Return the joints of a `joint_limits.yaml`, in the form of MoveIt and ros2_control.
 
-        In such a file, `joint_limits` has for each joint has_velocity_limits and max_velocity, has_position_limits,
-        min_position and max_position, and the same for acceleration and jerk as for velocity; it may be inside
-        `ros__parameters`. A limit is used only if its `has_…` is
-        true. If decelerations have a limit of their own, the smaller one is used for both. Joints with angle_wraparound
-        and no limits of position are continuous. Effort and soft limits are not read. InputError: the file cannot be
-        read, has another form, or a limit that it declares is missing or negative.
+        In such a file, `joint_limits` has for each joint has_velocity_limits and max_velocity, likewise for
+        acceleration and jerk, and has_position_limits, min_position and max_position. It may be inside of
+        `ros__parameters`. A limit is used only if its `has_…` is true. If decelerations have a limit of their own, the
+        smaller limit is used for accelerations and decelerations. Joints with angle_wraparound and no limits of
+        position are continuous. Effort and soft limits are not read. InputError: the file cannot be read, has another
+        form, or a limit that it declares is missing or negative.
         """
         with errors_of(path_of("joints", path)):
             return cls(**_of_yaml(Path(path)))
@@ -207,13 +207,13 @@ def _limit(what: str, given: Any) -> tuple[float, float]:
     return low, high
 
 
-# Files.
+# Read limits from files.
 
 
 def _of_urdf(path: Path) -> dict[str, Any]:
     data = read_bytes(path, _LARGEST_FILE)
     if b"<!DOCTYPE" in data.upper() or b"<!ENTITY" in data.upper() or b"\0" in data:
-        raise ValueError("expected a URDF without document type, entities and NUL bytes, which are not read")
+        raise ValueError("expected a URDF without <!DOCTYPE, <!ENTITY and NUL bytes, which are refused; remove them")
     try:
         root = ElementTree.fromstring(data)
     except (ElementTree.ParseError, LookupError, ValueError) as error:

@@ -20,8 +20,8 @@ from trackably.joints.trajectory import JointTrajectory, join
 
 FIELDS = ("positions", "velocities", "accelerations")
 _NANOSECONDS = 1_000_000_000
-_MOST_JUMPED = 1e-6
-_LARGEST_FILE = 100_000_000  # bytes
+_MOST_JUMPED = 1e-6  # positions and derivatives that jump by more, in their units, are refused
+_LARGEST_FILE = 100_000_000  # most bytes of a YAML file with a trajectory
 
 
 def read_joint_trajectory(
@@ -57,7 +57,7 @@ A field that the message leaves out is empty.
 
 
 def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: bool) -> JointTrajectory:
-    """Return the pieces between the points."""
+    """Return the polynomial pieces that the controller interpolates between the points."""
     if len(points) < 2:
         raise ValueError(
             "two points at least are needed, as a message does not say where the joints are before its first point"
@@ -147,7 +147,10 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
         after = replace(trajectory, rests=False)(ends, order)
         jump = float(np.max(np.abs(after[1:-1] - before[order, :-1]), initial=0.0))
         if jump > _MOST_JUMPED:
-            raise ValueError(f"write_joint_trajectory: {name} jump by {jump:.3g}, and a point has one value only")
+            raise ValueError(
+                f"write_joint_trajectory: expected {name} that do not jump, because a point has one value only, got a "
+                f"jump by {jump:.3g}"
+            )
         values[name] = after
     points = ros2.JointPoints(trajectory.names, nanoseconds, values)
     return ros2.write("write_joint_trajectory", points, path, topic)

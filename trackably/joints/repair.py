@@ -47,9 +47,9 @@ def repair_joints(
 
     The spline has degree 5 and knots at the breakpoints, with further ones in between if these are few. It takes the
     same time, and rests where the given trajectory rests. It is nearest in the root mean square of each joint's
-    positions, among splines whose B-spline coefficients keep the limits (`Joints`). A few splines keep the limits
-    although their coefficients do not; they are not considered. `CertifiedTrajectory.moved` tells about how far each
-    joint was moved.
+    positions, among splines whose B-spline coefficients keep the limits of `joints`. Some splines keep the limits
+    although their coefficients do not; such splines are not considered. `CertifiedTrajectory.moved` tells about how far
+    each joint was moved.
 
     Parameters
     ----------

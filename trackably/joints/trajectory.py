@@ -79,7 +79,7 @@ class JointTrajectory:
                 raise ValueError("trajectory: expected a spline for each joint, got an empty mapping")
             ends = _shared_breakpoints([part.breakpoints for part in parts])
             return cls([*given], ends, join([part.on(ends).coefficients for part in parts]), rests)
-        given = getattr(given, "cspl", given)  # TOPP-RA's splines
+        given = getattr(given, "cspl", given)  # the spline of SciPy in a trajectory of TOPP-RA
         if hasattr(given, "profiles") and hasattr(given, "at_time"):
             ends, c = _of_ruckig(given)
         elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
@@ -235,10 +235,13 @@ def hermite(start: Array, end: Array, widths: Array) -> Array:
 
 
 def _shared_breakpoints(ends: Sequence[Array]) -> Array:
-    """Return the breakpoints of all curves [s] in the time that they share; those that agree up to rounding, once."""
+    """Return the breakpoints of all curves [s] in the time that the curves share.
+
+    Breakpoints that agree up to rounding are returned once. ValueError: the curves share no time.
+    """
     first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
     if not first < last:
-        raise ValueError("trajectory: the joints' curves have no time in common")
+        raise ValueError("trajectory: expected curves of all joints over a common time, got curves without one")
     every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
     inner = every[(every > first + closest) & (every < last - closest)]
     return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])

@@ -23,7 +23,7 @@ POINT, COMMA = ".", ","
 DECIMAL_MARKS = (POINT, COMMA)
 _SWAPPED = str.maketrans(".,", ",.")
 
-_BEGINS_AS_DATE = re.compile(r"\s*\d{1,4}([-/.:])\d\d?\1\d\d")  # or as a time of day
+_BEGINS_AS_DATE = re.compile(r"\s*\d{1,4}([-/.:])\d\d?\1\d\d")  # a text that begins as a date or as a time of day
 _BY_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
@@ -101,7 +101,8 @@ _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
 _DAY, _NO_DAY = date(2024, 5, 17), date(1900, 1, 1)  # strptime takes the second one for a date that a format leaves out
-_TIMES = (time(), time(13), time(13, 7), time(13, 7, 9))  # the last one, and what of it a format without parts keeps
+# The time that is written, 13:07:09, comes last; before it, what formats without seconds, minutes or hours keep of it.
+_TIMES = (time(), time(13), time(13, 7), time(13, 7, 9))
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
 
@@ -152,10 +153,11 @@ class DateTimes:
 
     @cached_property
     def _day(self) -> date | None:
-        """The day that a format reads back: the one that was written, or that of a format without a date; else None.
+        """The day that strptime reads from a text that strftime wrote in the format; None if the format is refused.
 
-        It is None if a part of the date is lost, or a part of the time that is not its end, and for %Z, because
-        strptime ignores the zone's name.
+        It is the written day, or 1900-01-01 if the format has only a time of day. A format is refused if it has only a
+        part of the date, if it has minutes without hours or seconds without minutes, or for %Z, because strptime
+        ignores the zone's name.
         """
         if self.format is None:
             return _DAY
@@ -188,7 +190,8 @@ class DateTimes:
     def _hint(self) -> str:
         if self.format is not None:
             return ' ("ISO 8601" as time unit reads stamps like 2024-05-01 12:00:00, and dates of Parquet)'
-        return f" (trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats)"
+        other = f"trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats"
+        return f' ({other}; time=("Date", "Time") joins a date and a time of day from two columns)'
 
     def _read(self, text: str) -> tuple[datetime, str]:
         fraction = "0"
@@ -205,11 +208,11 @@ class DateTimes:
 
 def _read_iso(text: str) -> tuple[datetime, str]:
     """Return a stamp in whole seconds, and all digits of its fraction, of which datetime would keep only six."""
-    if not _DATE.match(text):  # fromisoformat takes any mark between date and time, and so many numbers, too
+    if not _DATE.match(text):  # fromisoformat accepts any character between date and time, and so some numbers
         raise ValueError
     moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
     fraction = match[1] if match else "0"
-    if moment.microsecond != int(f"{fraction:0<6.6}"):  # the fraction is not one of seconds
+    if moment.microsecond != int(f"{fraction:0<6.6}"):  # the digits found are not a fraction of seconds
         raise ValueError
     return moment.replace(microsecond=0), fraction
 
@@ -303,9 +306,9 @@ _EPOCH = datetime(1970, 1, 1)
 
 
 def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
-    """Return the origin [ns] given the stamp [s] of the first sample: that time, rounded down, or the given origin.
+    """Return the origin [ns]: a number as it is given, or the stamp `first` [s] of the first sample, rounded down.
 
-    None means "first" if the stamps are `absolute`, otherwise the file's own zero.
+    The latter is meant by "first", and by None if the stamps are `absolute`; otherwise None is the file's own zero.
     """
     if origin is None:
         origin = "first" if absolute else 0
@@ -327,7 +330,7 @@ def describe_origin(origin: int, absolute: bool) -> str:
     since = f"{origin} ns since 1970"
     try:
         written = (_EPOCH + timedelta(seconds=seconds)).isoformat(" ")
-    except OverflowError:  # beyond the calendar: as when stamps in ms are read as s
+    except OverflowError:  # years beyond 9999, for example if stamps in ms are read as s
         return since
     fraction = f".{nanoseconds:09d}".rstrip("0").rstrip(".")
     return f"{written}{fraction} UTC ({since})"

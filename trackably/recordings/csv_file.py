@@ -148,7 +148,7 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
             )
         places.append(f"line {line}")
         rows.append(row)
-    while rows and not any(map(str.strip, rows[-1])):  # as spreadsheets may end
+    while rows and not any(map(str.strip, rows[-1])):  # spreadsheets may end with empty rows
         del rows[-1], places[-1]
     if not rows:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
@@ -169,8 +169,8 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     """Return the separator and the names in the header.
 
     If the layout names no separator, choose the one that gives all wanted names, or otherwise most of them, and among
-    equals most names. Names may have spaces, which separate only if that gives all of them, or if nothing else does.
-    No name is a separator itself, as spaces around commas would make it.
+    equals most names. Names may contain spaces: these separate only if this gives all wanted names, or if no other
+    separator occurs. A choice by which a name would itself be a separator, as with spaces around commas, comes last.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
@@ -242,7 +242,7 @@ def _records(path: Path, text: str, layout: CsvLayout, separator: str) -> Iterat
 
 def read_csv(
     path: str | Path,
-    time: str | None,
+    time: str | Sequence[str] | None,
     time_unit: str | Clock,
     signals: Mapping[str, Column | str],
     layout: CsvLayout = PLAIN,
@@ -257,7 +257,8 @@ def read_csv(
     path
         The file.
     time
-        The column of time stamps. None for a file without one: its rows are counted from 0, as `frames(rate)` expects.
+        The column of time stamps; several, such as ("Date", "Time"), if their texts, joined by spaces, make one stamp.
+        None for a file without time stamps: its rows are counted from 0, as `frames(rate)` expects.
     time_unit
         The name of a clock in `CLOCKS` ("s", "ms", "epoch ns", "ISO 8601", …), or a clock: `frames(rate)`, `DateTimes`.
     signals

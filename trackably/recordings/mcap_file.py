@@ -54,7 +54,7 @@ _DEPTH, _LISTED = 8, 60  # error messages search this many levels of a message, 
 def locate(node: object, path: str, around: Mapping[str, object] | None = None) -> tuple[object, str]:
     """Return the value at `path` in a decoded message, and the entries of lists on the way, as "[child_frame_id=base]".
 
-    The value is None if it, or a message around it, is unset or null. An entry without a name is told as its number.
+    The value is None if it, or a message around it, is unset or null. An entry without a name is written as "[2]".
     `around` has the fields beside a list `node`. LookupError: there is no such field. ValueError: several entries of a
     list have the name in the path.
     """
@@ -200,7 +200,7 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                     kept += _MESSAGE + len(record.data)
                     if kept > LARGEST:
                         raise InputError(
-                            f"{path}: the messages on {', '.join(messages)} take more than {LARGEST} bytes"
+                            f"{path}: messages on {', '.join(messages)} take more than {LARGEST} bytes: split the file"
                         )
     listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts[i]) for i, c in channels.items()))
     for topic, received in messages.items():
@@ -255,7 +255,7 @@ def _unpack(path: Path, chunk: Chunk) -> Chunk:
     """Return the chunk unpacked. InputError: its size is not as declared, or larger than recorders make chunks."""
     size = len(chunk.data) if chunk.compression not in _UNPACK else chunk.uncompressed_size
     if size > _CHUNK:
-        raise InputError(f"{path}: a chunk of {size} bytes is larger than {_CHUNK} bytes, the most that are read")
+        raise InputError(f"{path}: a chunk has {size} bytes, but at most {_CHUNK} are read: write smaller chunks")
     if chunk.compression not in _UNPACK:
         return chunk
     data = _UNPACK[chunk.compression](chunk.data, size + 1)
@@ -318,7 +318,7 @@ class RecordTime:
         return RECORDED
 
     def of(self, message: Received, _content: object) -> tuple[object, str]:
-        """Return the time stamp of a message, on the clock; "" because it is in no list."""
+        """Return the time stamp of a message on the recorder's clock, and "" because no list contains it."""
         return getattr(message.message, self.attribute), ""
 
 
@@ -343,7 +343,7 @@ class Stamp:
         return clock_named("epoch s" if self.unit is None else self.unit)
 
     def of(self, _message: Received, content: object) -> tuple[object, str]:
-        """Return the time stamp in a message, on the clock, None if it is unset; and the entries as in `locate`.
+        """Return the time stamp in a message, None if it is unset, and the entries of lists on the way to it.
 
         LookupError: the message has no such field. ValueError: the field has no seconds and nanoseconds.
         """
@@ -377,7 +377,7 @@ class Field:
     a list that has this name; `position[name=elbow]` is the entry of `position` where the list `name` beside it has
     `elbow`, as in ROS's JointState. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a `Stamp` in it.
     `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
-    scaled too. TypeError, ValueError: as for a `Column`, or topic or time are of another kind.
+    scaled too. TypeError, ValueError: as for a `Column`, or `topic` is no name, or `time` none of these.
     """
 
     topic: str

@@ -57,7 +57,8 @@ def read_parquet(
 def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
     """Read columns; dates become text in ISO 8601.
 
-    InputError: the file is unreadable, a column is missing, or pyarrow is not installed.
+    InputError: the file is unreadable, a column is missing or does not hold one number, text or date in each cell, or
+    pyarrow is not installed.
     """
     path = path_of("path", path)
     with optional(f"{path}: Parquet"):
@@ -68,7 +69,7 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
             listed = ", ".join(map(repr, schema.names))
             raise InputError(f"{path}: there is no column {missing[0]!r}; there are {listed}")
         if _size(parquet.read_metadata(path), wanted) > LARGEST:
-            raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes")
+            raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes: split the file")
         table = parquet.read_table(path, columns=list(wanted))
     except (ArrowException, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({error})") from error
@@ -79,6 +80,11 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         if types.is_duration(column.type):
             raise InputError(
                 f"{path}, column {name!r}: it holds durations; save them as numbers (in pandas: .dt.total_seconds())"
+            )
+        if types.is_nested(column.type):
+            raise InputError(
+                f"{path}, column {name!r}: each cell holds {column.type}, not one number; save a column for each of "
+                f"its numbers (lists in pandas: frame[['a', 'b']] = frame[{name!r}].tolist())"
             )
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column

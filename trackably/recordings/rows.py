@@ -87,7 +87,7 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     end in O(n log n).
     """
     smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
-    chains: list[Any] = []  # [k]: the row of that stamp, and the rest of its chain
+    chains: list[Any] = []  # [k]: the row of the stamp smallest[k], and the further rows of its chain
     for row in reversed(range(len(stamps))):
         k = bisect_right(smallest, -stamps[row])
         smallest[k : k + 1] = [-stamps[row]]
@@ -149,6 +149,7 @@ Repaired = tuple[Rows, tuple[Finding, ...]]
 """The rows after a repair, and what was found."""
 
 Repair = Callable[[Rows], Repaired]
+"""A function that repairs one kind of error in rows."""
 
 
 def drop_rows_without_time(rows: Rows) -> Repaired:
@@ -338,6 +339,6 @@ def _samples(rows: Rows, name: str, origin: int) -> Samples:
     if bad := np.flatnonzero(~(np.diff(times) > 0)).tolist():
         raise InputError(
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
-            f"float64, {times[bad[0]]:g} s after the origin {origin} ns"
+            f"float64, {times[bad[0]]:g} s after the origin {origin} ns; give an origin near the samples"
         )
     return Samples(times, rows.values[name][at], rows.noise_std.get(name, np.ones(len(rows)))[at])

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from trackably.arguments import instance, is_number, real, text, whole
+from trackably.arguments import instance, is_number, names, real, text, whole
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.recordings.clocks import (
@@ -31,7 +31,7 @@ from trackably.recordings.clocks import (
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows
 
-# Files that readers refuse because of their first bytes.
+# Kinds of files, by their first bytes, that a reader refuses because another one reads them, or none.
 
 GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
@@ -56,7 +56,7 @@ _KINDS = (
 
 
 def refuse_other_kinds(path: Path, data: bytes) -> None:
-    """Raise InputError if the first bytes show a kind of file that only another reader can read, or none."""
+    """Raise InputError if the first bytes show a kind of file that another reader reads, or that no reader reads."""
     for start, kind, help_ in _KINDS:
         if data.startswith(start):
             raise InputError(f"{path}: this is {kind}: {help_}")
@@ -147,10 +147,11 @@ class Table:
 class Reading:
     """The arguments of a reader: which columns of a table it reads as signals, and over which times.
 
-    Without a column of `time`, rows are counted. TypeError, ValueError: an argument is wrong.
+    `time` is the column of time stamps, or several columns whose texts make one stamp, joined by spaces; None counts
+    rows. TypeError, ValueError: an argument is wrong.
     """
 
-    time: str | None
+    time: str | Sequence[str] | None
     unit: str | Clock
     signals: Mapping[str, Column | str]
     repairs: Sequence[Repair | str]
@@ -159,7 +160,11 @@ class Reading:
 
     def __post_init__(self) -> None:
         check_signals(self.signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
-        instance("time", self.time, str | None, "the name of a column, or None to count rows")
+        if self.time is not None and not isinstance(self.time, str):
+            described = 'the name of a column, names of several as ("Date", "Time"), or None to count rows'
+            instance("time", self.time, tuple | list, described)
+            if not names("time", self.time):
+                raise ValueError(f"time: expected {described}, got {self.time!r}")
         if isinstance(self.clock, DateTimes) and self.time is None:
             raise ValueError("time: with None, the time is the row number, which is no date; give frames(rate) as unit")
         chosen_repairs(self.repairs)
@@ -185,14 +190,21 @@ class Reading:
     @property
     def names(self) -> list[str]:
         """The columns that the file has to have, without duplicates."""
-        names = (self.time, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
-        return list(dict.fromkeys(name for name in names if name is not None))
+        times = (self.time,) if isinstance(self.time, str) else self.time or ()
+        named = (*times, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
+        return list(dict.fromkeys(name for name in named if name is not None))
 
     def stamped(self, table: Table) -> Table:
         """Return the table with its times. InputError: a cell is no time stamp of the clock."""
         if self.time is None:
             return replace(table, stamps=[self.clock.seconds(row) for row in range(len(table.places))])
-        return replace(table, stamps=table.convert(self.time, lambda cell: self.clock.seconds(cell, table.mark)))
+        name, stamped = self.time, table
+        if not isinstance(name, str):
+            parts, name = name, ", ".join(name)
+            rows = zip(*(table.columns[part] for part in parts), strict=True)
+            joined = [None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows]
+            stamped = replace(table, columns={name: joined})
+        return replace(table, stamps=stamped.convert(name, lambda cell: self.clock.seconds(cell, table.mark)))
 
     def stamps_with_values(self, table: Table) -> list[Decimal]:
         """Return the stamps [s] of the rows that have a value in one of the columns."""
@@ -254,8 +266,8 @@ def _inside(
     if seen and not any(chosen):
         first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
         raise InputError(
-            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; they are "
-            f"from {first:g} s to {last:g} s"
+            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; samples "
+            f"are from {first:g} s to {last:g} s"
         )
     return tuple((of, table.part(rows)) for rows, (of, table) in zip(chosen, tables, strict=True))
 
@@ -270,4 +282,4 @@ def _doubts(tables: Sequence[tuple[Reading, Table]]) -> Iterator[str]:
 
 def _warn(questions: Iterable[str]) -> None:
     for question in questions:
-        warnings.warn(question, DoubtfulInputWarning, stacklevel=4)  # of the reader's caller
+        warnings.warn(question, DoubtfulInputWarning, stacklevel=4)  # shown at the line that calls the reader

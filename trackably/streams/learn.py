@@ -42,7 +42,7 @@ from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 
-_FEWEST = 8  # a window is refused if it is shorter than this many intervals between samples and does not span all
+_FEWEST = 8  # a window shorter than this many intervals between samples is refused, unless it spans all samples
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
 _INSTEAD = {
     "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
@@ -87,15 +87,15 @@ def learn_stream(
     Parameters
     ----------
     samples, plant, kernel, noise_std, mean, centres, starts, progress
-        As in `learn_reference`. Kernels have to decay. Unknown hyperparameters
-        are learned from the window with most motion, with its bounds; means and noise that are left out are learned
-        from it without bounds.
+        As in `learn_reference`. Kernels have to decay. Unknown hyperparameters are learned from the window with most
+        motion, with its bounds; means and noise that are left out are learned from this window without bounds.
     claim
         "all_times", "recorded", or (start, end) in seconds: the claim about the whole reference.
     window
         The length of each window [s]: several times the kernel's correlation time, with 8 samples at least.
     at, at_tolerance
-        As in `learn_reference`. The window that contains the time of a value meets it, and later windows keep it.
+        As in `learn_reference`. The window that contains the time of a required value meets this value, and later
+        windows keep it.
     disturbance, measurement_noise, feedback, model_error, margin, truth
         As in `learn_reference`.
     others
@@ -204,9 +204,10 @@ def _motion(samples: Samples) -> float:
 
 
 def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
-    """Return the prior with the hyperparameters of least J (l plus the price of the bounds), all known.
+    """Return the prior with the hyperparameters that minimise J, all of them known from then on.
 
-    NotTrackableError: no function keeps the bounds.
+    J is the negative log marginal likelihood l plus the price of the bounds. NotTrackableError: no function keeps the
+    bounds.
     """
     if not first.prior.learned:
         return first.prior.as_known()

@@ -30,7 +30,9 @@ from trackably.systems.tightening import Tightening
 
 @dataclass(frozen=True, eq=False)
 class SavedStream(Saved):
-    """A reference `learned` in windows of a `length` [s], with the claim's start and end [s], None for all times.
+    """A reference `learned` in windows of a `length` [s].
+
+    The claim is the window from `proved_from` to `proved_until` [s], or all times if these are None.
 
     ValueError: parts do not fit together.
     """
@@ -78,7 +80,7 @@ class StreamReference(LearnedReference):
     The signals are one sum of kernels, to which each window has added, and the proof is about the sum; so there are no
     transitions between windows. `stream` holds the prior and the samples that were learned from, `condensed` the effect
     of replacing the given samples by fewer ones. `tightening` tells how the plant's bounds were tightened, for
-    disturbances or by a margin; `reference` keeps the tightened bounds. `pin_certificates` prove the values of
+    disturbances or by a margin; `reference` keeps the tightened bounds. `pin_certificates` prove the required values
     `stream.pinned`, in that order.
     """
 

@@ -61,8 +61,8 @@ class Relearner:
     Each window starts from the result of the last one, even if that was late: from its hyperparameters, and from the
     times at which bounds were active. Prior means stay those of the first reference, and so does noise that was learned
     without bounds. In every `moving_every`-th window the hyperparameters are learned too, from their last values to the
-    next local minimum of J, which takes a few times longer; with 0 they are fixed. Times of samples are those of the
-    loop: step k is at k T_s.
+    next local minimum of the objective J, which takes a few times longer; with 0 they are fixed. Times of samples are
+    those of the loop: step k is at k T_s.
 
     `reference` is what the loop tracks, at first the given reference. It holds for all times, so that the loop can
     track it until there is another one. `step` switches to the last reference learned within the `budget` [s], if
@@ -125,7 +125,7 @@ class Relearner:
             return BudgetExceeded(self.seconds[-1], self.budget)
         if not isinstance(found, Certified):
             return judge(found)
-        # The fit's l without bounds is that of the same hyperparameters.
+        # The fit without bounds that the result is compared with has the same hyperparameters.
         fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
         tightening = self.reference.tightening
         certificate = found.certificate.with_robust(tightening)

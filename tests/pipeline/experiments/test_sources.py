@@ -62,5 +62,5 @@ def test_what_is_held_out_has_to_be_there(tmp_path: Path) -> None:
 def test_an_excerpt_without_an_end_goes_on_to_the_last_sample(tmp_path: Path) -> None:
     long = times_of(written_to(tmp_path, changed("tank", ("end: 240.0, held_out: 60.0", "end: 1e9"))))
     assert times_of(written_to(tmp_path, changed("tank", (", end: 240.0, held_out: 60.0", "")))) == long
-    with pytest.raises(InputError, match="held_out: expected the end of what is learned from"):
+    with pytest.raises(InputError, match="held_out: expected an end too, as the samples after it are held out"):
         load_experiment("tank", written_to(tmp_path, changed("tank", ("end: 240.0, ", ""))))

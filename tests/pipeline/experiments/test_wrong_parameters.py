@@ -62,7 +62,7 @@ WRONG = [
         "vehicle",
         "    search: {starts: 8}\n",
         "    search: {starts: 8}\n    study: {tightness: [1.0]}\n",
-        r"study\.tightness: moves the",
+        r"study\.tightness: expected one state",
     ),
     ("example2", "joint, robust]", "joint, robust, sampled]", r"methods: sampled: the period is learned"),
     (
@@ -141,7 +141,7 @@ WRONG = [
         "tank",
         "    claim: all_times\n",
         "    claim: all_times\n    study: {draws: 3}\n",
-        r"block periodic is missing.*samples are not drawn",
+        r"expected the block periodic too.*study.draws: expected samples with a ground_truth",
     ),
 ]
 

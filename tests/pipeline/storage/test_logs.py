@@ -53,7 +53,7 @@ T = np.array([0.0, 1.0])
 @pytest.mark.parametrize(
     ("make", "complaint"),
     [
-        (lambda: Series("/a", T, {"x": T[:1]}), r"/a: x must be .* got shape \(1,\) beside \(2,\)"),
+        (lambda: Series("/a", T, {"x": T[:1]}), r"/a: x must be .* got shape \(1,\) for times of shape \(2,\)"),
         (lambda: Series("/a", T[:, None], {}), "/a: t must be one-dimensional"),
         (lambda: Series("/a", T, {"t": T}), "/a: a field has another name than 't'"),
         (lambda: encode(Log((Series("/a", T, {"x": np.array([0, np.inf])}),), {}, {"a": b"0"})), "not JSON"),

@@ -1,10 +1,14 @@
 """The closed loop: what a trackable reference guarantees, and what is lost without one."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from tests.trackably.certificates.references import certified, unconstrained
 from tests.trackably.control import instances
+from tests.trackably.plants import AXIS
+from trackably import certify
 from trackably.control.controller import Controller
 from trackably.control.simulation import simulate
 
@@ -33,6 +37,19 @@ def test_on_a_certified_reference_every_step_is_feasible(example):
     assert np.max(np.abs(loop.errors[250:])) < 1e-10
     assert np.min(plant.input_set.margin(loop.inputs)) >= 0
     assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
+
+
+@pytest.mark.parametrize(
+    ("horizon", "first_step", "fitting"), [(5, 0, 14), (5, 13, 1), (5, 14, 0), (5, 20, 0), (2, 1, 16)]
+)
+def test_beyond_the_end_of_a_reference_the_error_says_how_many_steps_fit(horizon, first_step, fitting):
+    reference = certify(np.zeros(30), AXIS, (0.0, 1.0), interpolation="linear")  # steps 0 to 20
+    close = partial(simulate, Controller(AXIS, horizon), reference, [0, 0], first_step=first_step)
+    said = {0: "no step fits", 1: "1 step fits"}.get(fitting, f"{fitting} steps fit")
+    with pytest.raises(ValueError, match=rf"need the reference up to step {first_step + horizon + 51}; {said}: "):
+        close(50)
+    if fitting:
+        assert len(close(fitting).inputs) == fitting
 
 
 def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_horizon():

@@ -64,6 +64,22 @@ def test_times_are_in_the_unit_of_their_heading_and_notes_are_not_read(folder, c
         assert (code, "proved for all real t from 0 s to 1.45 s" in text) == (0, True)
 
 
+def test_numbers_in_other_units_are_refused_unless_a_scale_converts_them(folder, capsys):
+    table = np.genfromtxt(folder / "table.csv", delimiter=",", skip_header=1)
+    table[:, 1] *= 1000
+    write(folder / "mm.csv", table, "k,position [mm],velocity [m/s],force")
+    code, text = said(capsys, "mm.csv", "--system", "system.json")
+    assert code == 2
+    assert "mm.csv: column 'position [mm]': the system's file names no units" in text
+    assert "--scale position=FACTOR" in text
+    for how in ([], ["--interpolation", "cubic"]):
+        code, text = said(capsys, "mm.csv", "--system", "system.json", "--scale", "position=1e-3", *how)
+        assert (code, text.startswith("proved for ")) == (0, True)
+    for wrong, reason in (("x=1", "where NAME is one of position, velocity, force"), ("force=0", "other than zero")):
+        code, text = said(capsys, "mm.csv", "--system", "system.json", "--scale", wrong)
+        assert (code, text.startswith(f"error: --scale {wrong}: expected "), reason in text) == (2, True, True)
+
+
 def test_names_may_have_parentheses(folder, capsys):
     system = {**SYSTEM["system"], "states": ["x(1)", "x(2)"]}
     (folder / "system.json").write_text(json.dumps({**SYSTEM, "system": system}))

@@ -82,7 +82,7 @@ def test_a_plant_is_the_chain_with_its_highest_derivative_held(order):
 DOCTYPE = '<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot name="&a;"/>'
 LIMITLESS = '<robot><joint name="a" type="revolute"/></robot>'
 WRONG_FILES = {
-    "entities": ("a.urdf", DOCTYPE, "without document type, entities"),
+    "entities": ("a.urdf", DOCTYPE, "without <!DOCTYPE, <!ENTITY"),
     "another root": ("a.urdf", "<sdf/>", "expected a <robot>, got <sdf>"),
     "no limit": ("a.urdf", LIMITLESS, "joint 'a' is revolute, and needs a <limit>"),
     "a limit in words": ("a.yaml", "joint_limits: {a: {has_jerk_limits: true, max_jerk: x}}", "a: max_jerk: expected"),

@@ -89,7 +89,7 @@ one = partial(Joints, names=["a"])
 WRONG = {
     "limits turned round": (lambda: one(position={"a": (1, 0)}), "both infinite, got [1.0, 0.0]"),
     "a function": (lambda: certify_joints(np.sin, ARM), "expected a spline of SciPy with a column"),
-    "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, but 'a' is"),
+    "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, got "),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
     "joints that must move": (
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
@@ -99,7 +99,7 @@ WRONG = {
         lambda: Gate(one(position=(-2, 2))).at_rest([9.0], 0.0),
         "gate: the position of a must be in [-2, 2], got 9",
     ),
-    "now before what runs": (lambda: GATE(CURVE, RESTING, -1.0), "after now, -1 s"),
+    "now before what runs": (lambda: GATE(CURVE, RESTING, -1.0), "has begun by -1 s, got one from "),
     "a file of another kind": (lambda: read_joint_trajectory("a.txt"), "an .mcap or .yaml file, got a.txt"),
     "degree 7": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
@@ -107,7 +107,7 @@ WRONG = {
     ),
     "a point that jumps": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1, 2], [[[0.0], [1.0]]]), "a.yaml"),
-        "positions jump by 1",
+        "expected positions that do not jump, ",
     ),
 }
 

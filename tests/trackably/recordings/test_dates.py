@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from trackably import InputError, parts_of_csv, read_csv
 from trackably.recordings import CLOCKS, DateTimes, frames
 
 DATES = {
@@ -76,3 +77,21 @@ def test_a_format_reads_what_it_wrote(moment, fraction, minutes, form, mark):
     expected = int(utc.timestamp()) + Fraction(int(fraction), 10 ** len(fraction))
     found = DateTimes(form, zone).seconds(f"{moment.strftime(form)}{mark}{fraction}")
     assert Fraction(found) == expected
+
+
+def test_a_date_and_a_time_of_day_in_two_columns_are_one_stamp(tmp_path):
+    path = tmp_path / "two.csv"
+    path.write_text("Date,Time,x\n14.11.2023,23:59:59.5,0\n15.11.2023,00:00:00.25,1\n15.11.2023,,2\n")
+    unit = DateTimes("%d.%m.%Y %H:%M:%S")
+    found = read_csv(path, ("Date", "Time"), unit, {"x": "x"}, repairs=["drop_rows_without_time"])
+    assert found["x"].times.tolist() == [0.0, 0.75]
+    sources = parts_of_csv(path, "x", ["Date", "Time"], unit, {"x": "x"}, repairs=["drop_rows_without_time"])
+    assert sources[1].read()["x"].values.tolist() == [1.0]
+    with pytest.raises(
+        InputError, match=r"line 2, column 'Date, Time': expected a stamp like .*, got '14.11.2023 23:5"
+    ):
+        read_csv(path, ("Date", "Time"), "ISO 8601", {"x": "x"})
+    with pytest.raises(InputError, match=r'time=\("Date", "Time"\) joins a date and a time of day from two columns'):
+        read_csv(path, "Time", "ISO 8601", {"x": "x"})
+    with pytest.raises(TypeError, match=r"time\[1\]: expected a text, got 3"):
+        read_csv(path, ("Date", 3), unit, {"x": "x"})

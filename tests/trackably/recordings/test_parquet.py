@@ -31,3 +31,12 @@ def test_durations_are_refused(tmp_path):
     path = written(tmp_path, [timedelta(seconds=k) for k in range(3)], pa.duration("us"))
     with pytest.raises(InputError, match=r"column 't': it holds durations; save them as numbers \(in pandas: \.dt\."):
         read_parquet(path, "t", "s", {"x": "y"})
+
+
+def test_a_column_of_lists_is_refused_with_a_way_to_split_it(tmp_path):
+    path = tmp_path / "lists.parquet"
+    pq.write_table(pa.table({"t": [0.0, 1.0], "q": [[0.0, 1.0], [2.0, 3.0]]}), path)
+    with pytest.raises(
+        InputError, match=r"column 'q': each cell holds list<.*>, not one number; save a column for each"
+    ):
+        read_parquet(path, "t", "s", {"x": "q"})
