@@ -418,7 +418,14 @@ def tightening(
         if feedback is not None:
             raise ValueError("feedback: is only of use with a disturbance, measurement_noise or model_error")
         return Tightening(plant, margin)
-    system, V = plant.linear, None
+    if not isinstance(plant.system, LinearSystem):
+        sets = {"disturbance": disturbance, "measurement_noise": noise, "model_error": model_error}
+        raise ValueError(
+            f"{next(name for name, given in sets.items() if given is not None)}: expected a plant with a linear "
+            f"system, got one with a nonlinear system of the states {', '.join(plant.system.states)}; give margin= "
+            "instead, which leaves a part of each bound's width free"
+        )
+    system, V = plant.system, None
     n = len(system.A)
     W = require_disturbance(Zonotope([Fraction(0)] * n) if disturbance is None else disturbance, n)
     of_errors = W
