@@ -90,8 +90,8 @@ def budget_sentence(fit: Fit) -> str | None:
     if fit.budget is None:
         return None
     return (
-        f"the budget of {fit.budget:g} s ended the search: J may be {fit.price:.3g} larger than the least, if −2 ln p "
-        "without bounds is nowhere smaller than a short search found it"
+        f"the budget of {fit.budget:g} s ended the search: J is at most {fit.price:.3g} above its least value, if a "
+        "short search found the least −2 ln p without bounds"
     )
 
 

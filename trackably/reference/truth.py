@@ -670,7 +670,8 @@ def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certi
         truth, most = true_signal(of.reference, of.claim, name, sought, of.robust), sought.tolerance
         if truth.error > most:
             worst, bounds = int(np.argmax(truth.errors)), Interval(-most, most)
-            box, why = (truth.ends[worst], truth.ends[worst + 1]), "the tolerance is too small"
-            raise NotTrackableError(Unproved(f"error of {name}", bounds, box, truth.error - most, why))
+            box, why = (truth.ends[worst], truth.ends[worst + 1]), "a larger tolerance is needed"
+            what = f"deviation of {name} from its true signals"
+            raise NotTrackableError(Unproved(what, bounds, box, truth.error - most, why))
         found.append(truth)
     return replace(certificate, truth=tuple(found)) if found else certificate
