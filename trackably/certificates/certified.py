@@ -214,7 +214,7 @@ class _Learning:
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
-                largest = max([backoff, *self.rounding.values()])
+                largest = max([backoff, *self.rounding.values()]) + found.backoff
                 return Certified(solution, reference, outcome, largest, self.space)
             if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome

@@ -149,7 +149,8 @@ class Solution:
     bound's width, that is left if a program would need bounds at too many times; a larger back-off (tightening of the
     bounds) removes it. `alone` is the least J found with hyperparameters alone, infinite if none was sought. `spread`
     is the range of J among functions found from several starts for the same hyperparameters; functions may differ if
-    bounded quantities are nonlinear in the signals.
+    bounded quantities are nonlinear in the signals. In that case, the search tightened bounds by up to `backoff`, a
+    part of their width, more than the problem demands.
     """
 
     posterior: JointPosterior
@@ -165,6 +166,7 @@ class Solution:
     missed: float = 0.0
     alone: float = np.inf
     spread: float = 0.0
+    backoff: float = 0.0
 
     @property
     def price(self) -> float:

@@ -162,6 +162,8 @@ def costs(fit: Fit) -> str:
         said.append(f"for these hyperparameters{of} no function costs less by more than {fit.duality_gap:.2g}")
     if fit.spread > LEAST_GAP:
         said.append(f"functions from several starts differed by {fit.spread:.2g}, and the search went on from the best")
+    if fit.backoff > 0:
+        said.append(f"no function closer to some bound than {fit.backoff:.2g} times its width was searched")
     return "; ".join(said)
 
 

@@ -177,7 +177,8 @@ class Fit:
     values of states or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. `limited`
     names the length scales that were searched only as far as float64 can evaluate the reference. `budget` [s] is the
     time limit that ended the search, or None. `spread` is the range of J among functions from several starts. `free`
-    are the names whose prior mean was learned.
+    are the names whose prior mean was learned. Functions that come closer to a bound than `backoff`, a part of its
+    width, were not searched; zero where all bounds are linear in the signals.
     """
 
     reference: Reference
@@ -193,6 +194,7 @@ class Fit:
     budget: float | None = field(default=None, metadata={LEFT_OUT: True})
     spread: float = field(default=0.0, metadata={LEFT_OUT: True})
     free: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
+    backoff: float = field(default=0.0, metadata={LEFT_OUT: True})
 
     @classmethod
     def of(
@@ -232,6 +234,7 @@ class Fit:
             budget,
             solution.spread,
             free,
+            solution.backoff,
         )
 
     @property

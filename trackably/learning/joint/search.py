@@ -33,6 +33,7 @@ from trackably.learning.joint.sequential import (
     keep_off_short_times,
     keep_off_singularities,
     starts_for,
+    tightening,
     with_backoff,
     with_regular,
 )
@@ -421,6 +422,7 @@ class JointSearch:
                 unconstrained=unconstrained,
                 missed=max(0.0, -self.best.function.margin),
                 spread=self.spread,
+                backoff=tightening(self.problem, problem),
             )
         if self.closest is None:
             return NoFunction(problem.required)

@@ -215,6 +215,18 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
     return replace(problem, constraints=tuple(constraints))
 
 
+def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
+    """Return the largest distance of a bound of `problem` from the same bound in `given`, as a part of its width."""
+    pairs = zip(timed(problem.constraints), timed(given.constraints), strict=True)
+    return max((_inward(ours, theirs) for ours, theirs in pairs), default=0.0)
+
+
+def _inward(ours: Constraint, theirs: Constraint) -> float:
+    own, other = ours.quantity.bounds, theirs.quantity.bounds
+    moved = 0.0 if isinstance(own, Corridor) else max(own.lower - other.lower, other.upper - own.upper)
+    return (moved / other.width if moved else 0.0) + ours.backoff - theirs.backoff
+
+
 def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
     """Return the problem with bounds moved off points of rest at which a formula has no derivative.
 

@@ -14,6 +14,7 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint import search
 from trackably.learning.joint.search import JointSearch, learn_from
+from trackably.learning.joint.sequential import keep_off_singularities, tightening, with_backoff
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
@@ -73,4 +74,12 @@ def stopping() -> ConstrainedProblem:
 def test_a_robot_that_may_stand_still_is_kept_off_the_point_where_its_speed_has_no_slope():
     """Bounded at places up to this point, functions jump between local minima, and the best one found costs 1,620."""
     likeliest = np.log([1.696, 2.971, 0.335, 1.426])
-    assert learn_from([likeliest], stopping(), steps=0).objective < 1100
+    found = learn_from([likeliest], stopping(), steps=0)
+    assert found.objective < 1100
+    assert found.backoff == pytest.approx(0.05, rel=1e-9)
+
+
+@pytest.mark.parametrize("problem", [there_and_back(), keep_off_singularities(stopping())])
+def test_bounds_are_as_much_tighter_as_they_were_tightened(problem):
+    assert tightening(problem, problem) == 0.0
+    assert tightening(with_backoff(problem, 0.03), problem) == pytest.approx(0.03 - 1e-6, rel=1e-9)

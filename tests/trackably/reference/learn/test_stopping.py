@@ -38,3 +38,10 @@ def test_the_gap_of_the_last_convex_step_is_said() -> None:
     gap = f"with formulas linearised at this one, no function costs less by more than {found.duality_gap:.2g}"
     assert gap in found.explanation
     assert ("several starts" in found.explanation) == (found.fit.spread > LEAST_GAP)
+
+
+def test_it_is_said_how_far_the_search_stayed_inside_of_bounds() -> None:
+    """A speed of zero has no slope at a stop, so that no function is searched that comes close to it."""
+    said = "no function closer to some bound than 0.05 times its width was searched"
+    assert said in stopping(0.0).explanation
+    assert "was searched" not in stopping(0.05).explanation
