@@ -163,7 +163,10 @@ def costs(fit: Fit) -> str:
     if fit.spread > LEAST_GAP:
         said.append(f"functions from several starts differed by {fit.spread:.2g}, and the search went on from the best")
     if fit.backoff > 0:
-        said.append(f"no function closer to some bound than {fit.backoff:.2g} times its width was searched")
+        said.append(
+            f"the search tightened some bounds by up to {fit.backoff:.2g} times their width, so that it examined no "
+            "functions closer to these bounds"
+        )
     return "; ".join(said)
 
 

@@ -177,8 +177,8 @@ class Fit:
     values of states or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. `limited`
     names the length scales that were searched only as far as float64 can evaluate the reference. `budget` [s] is the
     time limit that ended the search, or None. `spread` is the range of J among functions from several starts. `free`
-    are the names whose prior mean was learned. Functions that come closer to a bound than `backoff`, a part of its
-    width, were not searched; zero where all bounds are linear in the signals.
+    are the names whose prior mean was learned. The search tightened some bounds by up to `backoff` times their width,
+    and so examined no functions closer to these bounds; it is 0 if all bounded quantities are linear in the signals.
     """
 
     reference: Reference
