@@ -124,11 +124,11 @@ WRONG = {
     "no slope": (lambda: Truth(0.1, slope=0.0), "truth: slope must be positive, got 0"),
     "a rate without noise": (
         lambda: Truth(0.1, second_derivative=1.0, rate="velocity"),
-        "truth: a rate needs rate",
+        "truth: expected rate and rate_noise together, with second_derivative",
     ),
     "a rate that jumps": (
         lambda: Truth(0.1, slope=1.0, rate="velocity", rate_noise=0.1),
-        "truth: a rate needs rate",
+        "truth: expected rate and rate_noise together, with second_derivative",
     ),
     "no certificate": (lambda: check(None), "certificate: expected a path, got None"),
 }
