@@ -33,7 +33,7 @@ REST, TRUTH = {"claim": (0.0, 2.0), "at": {1.0: "rest"}}, {"truth": Truth(0.1, s
 REFUSALS = {
     "no name for two": ({"plant": CART}, "must be given by name, one for each of 2 flat outputs: one of a, z1; one"),
     "unknown name": ({"samples": {"speed": SAMPLES}}, "speed is neither a state (position, velocity) nor a flat"),
-    "no level": ({"samples": {"velocity": SAMPLES}}, "velocity says how its flat output moves, but not where it is"),
+    "no level": ({"samples": {"velocity": SAMPLES}}, "velocity depends on changes of its flat output only"),
     "two, learned noise": (
         {"samples": BOTH, "noise_std": (0.01, 0.1)},
         "noise_std: expected a number for each of position and velocity, which depend on the same flat output",
