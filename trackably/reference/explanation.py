@@ -31,8 +31,8 @@ _WINDOW = 24.0  # correlation times: the length of the window that is suggested 
 _WINDOWS = 2.0  # `learn_stream` is suggested only if samples last at least this many windows
 _MANY = 500  # `learn_stream` is suggested only if a flat output has at least this many samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
-_LAST = 0.1  # this last part of the samples shows the level at which a motion ends,
-_FEWEST_LAST = 3  # and at least this number of last samples
+_LAST = 0.1  # this last part of the samples shows the level at which a motion ends
+_FEWEST_LAST = 3  # at least this number of last samples shows the level at which a motion ends
 _STAYS = 5.0  # samples stay at a level if they differ from it by at most this many times their noise
 
 

@@ -43,8 +43,8 @@ _INSIDE = 0.01  # part of a width: a value that is further than this from both b
 _DEEPEST = 6  # levels of nesting to which a formula is written out in a message
 _SEEN = 1e-3  # part of a width: samples in the right unit are expected to differ by more than this
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
-_LAST = 0.1  # this last part of the samples shows whether they still move at their end,
-_FEWEST_LAST = 4  # and at least this many samples, if there are twice as many in all
+_LAST = 0.1  # this last part of the samples shows whether they still move at their end
+_FEWEST_LAST = 4  # at least this number of last samples shows whether samples still move; twice as many are needed
 _MOVED = 20.0  # last samples still move if a line through them rises by over this many times their distance from it
 _ROUNDING = 1e-9  # part of a rate by which rounding may change it
 

@@ -395,7 +395,10 @@ def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[Empi
 
 
 def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference | None) -> Learner:
-    """Return a learner of functions that knows the minima of l, and also starts at the hyperparameters of `near`."""
+    """Return `learner` with more starts: the minima of l that `first` knows, and the hyperparameters of `near`.
+
+    A learner of hyperparameters alone is returned unchanged.
+    """
     if learner is HYPERPARAMETERS:
         return learner
     also = [np.log([of.prior.hyperparameters[name] for name in first.prior.learned]) for of in (near,) if of]

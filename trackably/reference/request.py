@@ -245,7 +245,7 @@ def _kinds(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ..
 
 
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
-    """Return samples by the sampled name. TypeError: they are no samples."""
+    """Return samples by the sampled name. TypeError: `given` is no form of samples that is accepted."""
     if isinstance(given, FrameLike):
         return {str(name): _of_column(f"{what}[{str(name)!r}]", given[name]) for name in given.columns}
     if isinstance(given, Samples | SeriesLike):
@@ -284,7 +284,7 @@ def refuse_mean(
 
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
     """Return the quantities that have to keep their bounds while the plant rests at the prior mean, for this claim."""
-    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
+    # A vehicle may move for ever with a periodic kernel; with a kernel that decays, it comes to rest.
     is_free = isinstance(claim, Window) or (plant.flat_form and isinstance(claim, AllPhases))
     return () if is_free else plant.quantities
 

@@ -100,7 +100,7 @@ class Saved(ABC):
         ends = self.proved_from, self.proved_until
         if (ends[0] is None) is not (ends[1] is None):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
-        _ = self.computed_tightening  # computed here, so that it raises its errors here
+        _ = self.computed_tightening  # computed here, so that a wrong file is refused on reading
         if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
             raise ValueError(f"proved_from and proved_until: expected start < end, got {ends[0]} and {ends[1]}")
 

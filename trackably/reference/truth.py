@@ -243,7 +243,10 @@ def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
 
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
-    """Return the upper side U and the lower side D at times [s], each of shape (T,)."""
+    """Return the least upper bound U and the largest lower bound D of a class's signals at `times` (T,) [s]: (T,) each.
+
+    They follow from pairs of nearby measurements and `derived` points.
+    """
     known = _points(of, derived)
     found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
     return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
@@ -581,7 +584,10 @@ def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
 
 
 def _pieces(of: TrueSignal) -> tuple[Array, Array]:
-    """Return U and D in each cell, as coefficients in the time since its start [s]: shape (cells, 3)."""
+    """Return the upper side U and the lower side D in each cell, as quadratic polynomials of the time since its start.
+
+    Coefficients have shape (cells, 3), the constant ones first; the time is in seconds.
+    """
     every, boxes = places(of), [Box(a, b, 1.0) for a, b in pairwise(of.ends)]
     scales = [2 / (Fraction(box.end) - Fraction(box.start)) for box in boxes]
     upper, lower = (

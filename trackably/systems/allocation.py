@@ -110,7 +110,7 @@ class Allocation:
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
 
     def _choice_of(self, u: Array) -> Array:
-        choice = np.zeros(len(u), dtype=int)  # the first law is u itself
+        choice = np.zeros(len(u), dtype=int)  # the first candidate is u itself
         outside = self.input_set.margin(u) < 0
         u = u[outside]
         gains, shifts = self.laws

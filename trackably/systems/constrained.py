@@ -111,7 +111,7 @@ class ConstrainedSystem:
 
     @property
     def linear(self) -> LinearSystem:
-        """The system, if it is linear. ValueError: it is not."""
+        """The system, if it is linear. ValueError: it is nonlinear."""
         if not isinstance(self.system, LinearSystem):
             raise ValueError(
                 f"system: expected a linear system, got a nonlinear one with f = {', '.join(map(text, self.system.f))}"
@@ -125,12 +125,12 @@ class ConstrainedSystem:
 
     @cached_property
     def allocation(self) -> Allocation | None:
-        """The choice among redundant inputs; None if there are none."""
+        """The choice among redundant inputs; None if no inputs are redundant."""
         return Allocation.of(self.system, self.input_set) if isinstance(self.system, LinearSystem) else None
 
     @cached_property
     def given_constraints(self) -> tuple[LinearConstraint, ...]:
-        """The bounds of all rows of X, then of all rows of U, as they are given."""
+        """The given bounds of all rows of the state set X, then of all rows of the input set U."""
         return self._with_names(_rows("state", self.state_set), _rows("input", self.input_set))
 
     @cached_property

@@ -111,8 +111,8 @@ class _Shifts:
 #
 # The checker judges: it compares both sides by normal forms, so that the identity holds wherever all parts are defined.
 # For a state that is an angle, both sides have the same sine and cosine, and f turns with its angles by whole turns
-# (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, values are drawn here and
-# compared in float64, to say where f and the flat form differ.
+# (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, both sides are compared in
+# float64 at drawn values, to say where f and the flat form differ.
 
 # Draws for each standard deviation; the standard deviations; the error, relative to 1 + the largest drawn value, above
 # which f and the flat form differ clearly.
@@ -133,7 +133,7 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
     reached, later = flatness.successor_formulas(system, form), flatness.one_step_later(form.states)
     for state, a, b in zip(system.states, reached, later, strict=True):
         off: Formula = Operation("-", a, b)
-        if state in form.angles:  # zero for whole turns
+        if state in form.angles:  # the sine of half a whole turn is zero
             off = Function("sin", Operation("*", Number(0.5), off))
         if found := _not_zero(off, form.positive):
             return f"does not satisfy f, as {state} differs one step later{found}"

@@ -89,7 +89,7 @@ class Interval:
 
     @property
     def moving(self) -> list[PolynomialPieces]:
-        """The ends that move in time."""
+        """The ends of the interval that move in time; none for constant ends."""
         return []
 
     @property
@@ -167,7 +167,7 @@ _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
 
 
 def shift_end(end: End, by: float) -> End:
-    """Return an end plus a number."""
+    """Return an end of an interval, a number or a function of time, plus the number `by`."""
     if not isinstance(end, PolynomialPieces):
         return end + by
     return replace(end, coefficients=end.coefficients + by * np.eye(1, end.degree + 1))
@@ -254,7 +254,7 @@ class Corridor(Interval):
 
 
 def interval(low: End, high: End) -> Interval:
-    """Return the interval between two ends."""
+    """Return the interval between two ends, each a number, or polynomial pieces if it moves in time."""
     if isinstance(low, PolynomialPieces) or isinstance(high, PolynomialPieces):
         return Corridor(low, high)
     return Interval(low, high)

@@ -87,7 +87,7 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
         every = np.hstack([every, A @ every[:, -m:]])
     taken = every[:, pivots]  # if A^j B_c depends on columns before it, so do later powers
     if len(pivots) < n:
-        row = null_space(taken.T)[:, 0]  # it maps every reachable column to zero
+        row = null_space(taken.T)[:, 0]  # the product with every reachable direction is zero
         raise ValueError(
             f"{_REFUSED}, but its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"

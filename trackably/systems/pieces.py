@@ -243,7 +243,7 @@ class PolynomialPieces:
 
     @property
     def period(self) -> float:
-        """The total length of all pieces [s]."""
+        """The length of time [s] from the first breakpoint to the last."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
     @property

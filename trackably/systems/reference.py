@@ -95,7 +95,7 @@ class Reference:
 
     @cached_property
     def period(self) -> float | None:
-        """The common period [s] of all kernels, exactly this float64; None if there is none."""
+        """The common period [s] of all kernels, exactly this float64; None if kernels have no common period."""
         return common_period([signal.kernel for signal in self.signals if isinstance(signal, KernelSum)])
 
     @property
@@ -104,7 +104,7 @@ class Reference:
         return self.plant.quantities
 
     def quantity(self, name: str) -> Quantity:
-        """Return the bounded quantity of this name. ValueError: there is none; the message lists the names."""
+        """Return the bounded quantity of this name. ValueError: no quantity has this name; the message lists all."""
         found = {quantity.name: quantity for quantity in self.quantities}
         if name not in found:
             raise ValueError(f"reference: there is no bounded quantity {name!r}; there are {', '.join(found)}")

@@ -184,7 +184,7 @@ def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
 
 
 def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
-    """Return the names by which a flat output can be sampled: states that determine it, and its own name."""
+    """Return the names of samples from which a flat output can be learned: states that determine it, and z1, z2, …"""
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
     alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and seen[1].measures_levels]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]

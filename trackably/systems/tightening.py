@@ -363,7 +363,7 @@ class Tightening:
         given, width = self.given, (1 - 2 * self.margin) * bound_widths(self.given)
 
         def cost(of: ModelError) -> Array:
-            """Return the part of each width that errors take if the model's error alone disturbs."""
+            """Return how much of each width errors take, in its unit, if the model's error is the only disturbance."""
             return widths_taken(given, of.added_to(Zonotope([Fraction(0)] * len(Z.box)), given), Z.feedback)
 
         W, V = self.disturbance, self.noise
@@ -469,7 +469,7 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
 
 
 def require_plant(plant: object) -> None:
-    """Raise TypeError unless `plant` is a system with its sets."""
+    """Raise TypeError unless `plant` is a ConstrainedSystem (a system with its state set and its input set)."""
     instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
 
 

@@ -52,12 +52,12 @@ class Functional(subject.Functional):
         return [(c, w) for c, w in enumerate(found) if w.any()]
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """Return q if every signal c is constant at `levels[c]`."""
+        """Return the value of q if every signal z_c is constant at `levels[c]`."""
         return float(self.offset + sum(sum(w) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)))
 
     @property
     def later(self) -> Self:
-        """The functional q(t + T_s)."""
+        """The functional one step later, q(t + T_s)."""
         return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
 
 
@@ -137,18 +137,18 @@ class Trajectory:
 
     @classmethod
     def of(cls, functional: Functional) -> Self:
-        """Return the trajectory that equals a functional."""
+        """Return the trajectory that equals a functional (an affine sum of signals at shifted times)."""
         return cls(_ITSELF, ((_ITSELF.name, functional),))
 
     @classmethod
     def of_formula(cls, formula: Formula, functionals: Mapping[str, Functional]) -> Self:
-        """Return the trajectory of a formula, with the functionals that it uses."""
+        """Return the trajectory of a formula of functionals; `functionals` has them by the names in the formula."""
         used = names(formula)
         return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in used))
 
     @property
     def functional(self) -> Functional | None:
-        """The functional that the trajectory equals; None if it is a formula of functionals."""
+        """q as a functional (an affine sum of signals at shifted times); None if q is a formula of functionals."""
         return self.arguments[0][1] if isinstance(self.formula, Name) else None
 
     @cached_property
@@ -186,7 +186,7 @@ class Trajectory:
 
     @property
     def rate(self) -> Self:
-        """The trajectory (q(t + T_s) − q(t)) / T_s; a functional if q is one."""
+        """The trajectory of the rate (q(t + T_s) − q(t)) / T_s; a functional if q is a functional."""
         T = Fraction(self.sampling_time)
         if (q := self.functional) is not None:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
@@ -203,16 +203,16 @@ class Trajectory:
         return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))
 
     def value(self, arguments: Mapping[str, Array]) -> Array:
-        """Evaluate the formula at these values of the arguments."""
+        """Evaluate the formula of q at these values of its arguments q_i, by name."""
         return evaluate_floats(self.formula, arguments)
 
     def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
-        """Return ∂q/∂q_i at these values of the arguments."""
+        """Return the derivatives ∂q/∂q_i at these values of the arguments q_i, by name."""
         return {name: evaluate_floats(slope, arguments) for name, slope in self.derivatives.items()}
 
     @cached_property
     def derivatives(self) -> dict[str, Formula]:
-        """∂q/∂q_i as formulas, by the name of q_i."""
+        """The derivatives ∂q/∂q_i as formulas, by the name of the argument q_i."""
         return {name: derivative(self.formula, name) for name, _ in self.arguments}
 
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
@@ -274,7 +274,7 @@ class Quantity:
 
     @property
     def functional(self) -> Functional | None:
-        """The functional that the trajectory equals; None if it is a formula of functionals."""
+        """The quantity as a functional (an affine sum of signals at shifted times); None if it is nonlinear."""
         return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:
@@ -358,7 +358,7 @@ class Quantities:
 
     @property
     def is_linear(self) -> bool:
-        """Whether all quantities are functionals."""
+        """Whether all quantities are functionals (affine sums of signals at shifted times)."""
         return self._linear is not None
 
     @cached_property

@@ -20,14 +20,14 @@ from trackably.systems.trajectories import Signals
 
 # A back-off is a tightening of the bounds. A larger back-off, later, removes small violations that an exchange leaves.
 MAX_ROUNDS = 40  # most programs in an exchange
-_CROWD = 800  # with more active places, new places are thinned out, and a larger back-off removes remaining violations
-_CROWDED = 100  # if there are violations at more places than this, a bound is active along whole stretches of time
-_MATTERS = 1e-5  # part of a width: if there are many places, a larger back-off removes smaller violations than this
-_SPARSE = 0.2  # part of a time step: the distance of thinned-out places, between which violations stay small
-_SAME_TIME = 3e-4  # part of a correlation time: closer places count as one, as violations between them stay small
+_CROWD = 800  # if bounds are active at more times, new times are thinned out; a larger back-off removes violations left
+_CROWDED = 100  # if bounds are violated at more times than this, a bound is active along whole stretches of time
+_MATTERS = 1e-5  # part of a width: with bounds at many times, a larger back-off removes smaller violations than this
+_SPARSE = 0.2  # part of a time step: the distance of thinned-out times, between which violations stay small
+_SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as one; violations between them are small
 _JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
-_MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped, as more places hardly help then
-_OF_BACKOFF = 0.25  # violations up to this part of a larger back-off are left to it; they are larger between places
+_MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
+_OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by a factor of 2 _FAR
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
@@ -77,7 +77,7 @@ def exchange_bounds(
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
-    if not is_convex:  # places found for other hyperparameters may be too far apart
+    if not is_convex:  # times of bounds found for other hyperparameters may be too far apart
         places = with_regular(problem, posterior, places)
     for _ in range(rounds):
         bent = constrained_mean(problem, posterior, places, near, kept)

@@ -14,8 +14,8 @@ from trackably.arrays import Array
 from trackably.gp.row_system import RowSystem
 
 _MOST_STEPS = 60
-_SMALL = 1e-13  # the method ends when μ is at most this part of its first value,
-_EXACT = 1e-10  # and when each entry of |K λ − d − s| is at most this part of the largest demand
+_SMALL = 1e-13  # the method ends when residuals are small and μ is at most this part of its first value
+_EXACT = 1e-10  # residuals are small if each |K λ − d − s| is at most this part of the largest entry of d
 _JITTER = 1e-13  # added to the diagonal of K, relative to the variance of a row
 _BACK = 0.995  # part of the longest step that keeps λ and s positive
 

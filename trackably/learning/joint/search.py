@@ -251,7 +251,7 @@ class JointSearch:
 
     @property
     def _takes_long(self) -> bool:
-        """Whether functions may touch their bounds at thousands of times."""
+        """Whether bounds may be active at thousands of times: with linear plants, kernels with kinks, many samples."""
         count = sum(map(len, self.problem.samples))
         return count >= _FEW_SAMPLES and is_linear(self.problem) and not is_smooth(self.problem)
 

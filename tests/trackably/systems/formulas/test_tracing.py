@@ -100,7 +100,7 @@ DISGUISED = {
         "it gives a = .*, and its formula gives a = nan",
     ),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
-    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* f may draw random numbers"),
+    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* f may draw random"),
     "another first call": (
         lambda x, u: [x[0] + (2 if next(CALLED) == 0 else 1) * u[0]],
         "all states, inputs and calls, but at .* it gives a = ",
