@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -173,10 +173,10 @@ def learn_reference(
         distance is at most the tolerance. If the plant is disturbed, its state keeps these bounds at steps too.
     near
         A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
-        The search also starts at its hyperparameters and prior means, and the function for them is one more candidate.
-        So if `near` keeps these bounds and was learned from these samples, J is no larger than that of `near`, up to
-        the duality gaps that both explanations state and the cost of tightening bounds for the proof. It needs `method`
-        "joint".
+        The search also starts at its hyperparameters and prior means (unless numbers are given for them), and the
+        function for these is one more candidate. So if `near` keeps these bounds and was learned from these samples,
+        with the same numbers given, J is no larger than that of `near`, up to the duality gaps that both explanations
+        state and the cost of tightening bounds for the proof. It needs `method` "joint".
     starts
         The number of points from which the search starts.
     budget
@@ -252,7 +252,7 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        search = _Search(measured, goal, required, starts)
+        search = _Search(measured, goal, required, starts, between)
         with _in_time(budget, end):
             (certified, cost, limited), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
         pinned = tuple(at.found(certified.reference) for at in pinned)
@@ -300,23 +300,25 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
-    `required` are the values of waypoints, and `starts` is the number of points from which each search starts.
+    `required` are the values of waypoints, `starts` is the number of points from which each search starts, and `free`
+    are the names whose prior mean is learned.
     """
 
     measured: Measurements
     goal: Goal
     required: tuple[RequiredValue, ...]
     starts: int
+    free: Collection[str]
 
     def stages(
         self, first: EmpiricalPrior, learner: Learner, near: TrackableReference | None, has_budget: bool
     ) -> Iterator[Callable[[], Found]]:
         """Yield functions that each learn a reference: one from `near`, two quick ones if there is a budget, the best.
 
-        ValueError: `near` has other names, kernels or known hyperparameters than this search.
+        ValueError: `near` has other names or kernels than this search.
         """
         if near is not None:
-            yield partial(self.learn, *_of_neighbour(near, first))
+            yield partial(self.learn, *_of_neighbour(near, first, self.free))
         if has_budget and first.prior.learned:
             yield from self._quick_stages(first, learner)
         yield partial(self.learn, first, _informed(learner, first, near))
@@ -379,18 +381,27 @@ class _Search:
         return SearchSpace.around(self.measured.signals, prior, self.starts)
 
 
-def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[EmpiricalPrior, Learner]:
+def _of_neighbour(
+    near: TrackableReference, first: EmpiricalPrior, free: Collection[str]
+) -> tuple[EmpiricalPrior, Learner]:
     """Return a prior with the hyperparameters and means of `near`, and a learner that starts at the function of `near`.
 
-    ValueError: `near` has other names or kernels, or its hyperparameters differ from those that are given as known.
+    Hyperparameters that are known, and means of names that are not in `free`, keep their values in `first`. ValueError:
+    `near` has other names or kernels.
     """
     own, theirs = first.prior, near.prior
     kinds = [[type(part.kernel) for part in prior.parts] for prior in (own, theirs)]
     if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
         raise ValueError(
-            "near: expected a reference learned from samples of the same names, with the same kinds of kernels"
+            f"near: expected a reference learned from samples of {', '.join(own.names)} with the same kinds of kernels "
+            f"({', '.join(kind.__name__ for kind in kinds[0])}), got one of {', '.join(theirs.names)} "
+            f"({', '.join(kind.__name__ for kind in kinds[1])})"
         )
-    held = replace(first, prior=theirs.as_known(), with_noise=None)
+    given = first.with_noise or first.prior
+    known = {name: value for name, value in given.hyperparameters.items() if name not in given.learned}
+    every = zip(own.names, own.parts, theirs.as_known().with_hyperparameters(known).parts, strict=True)
+    parts = [part if name in free else replace(part, mean=ours.mean) for name, ours, part in every]
+    held = replace(first, prior=theirs.with_parts(parts), with_noise=None)
     return held, replace(FUNCTION, solve=partial(function_near, near.fit.solution))
 
 
