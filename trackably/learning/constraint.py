@@ -203,7 +203,8 @@ def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
     if not all(isinstance(constraint, Constraint) for constraint in constraints):
         raise TypeError(
             "constraints: function and hyperparameters can be learned together only if each bound is a `Constraint`, "
-            "which has the times at which it applies (`index_set`)"
+            "which has the times at which it applies (`index_set`), got "
+            f"{', '.join(type(constraint).__name__ for constraint in constraints)}"
         )
     return [constraint for constraint in constraints if isinstance(constraint, Constraint)]
 

@@ -29,7 +29,10 @@ def best_solution(
     has required values, which a posterior mean cannot meet.
     """
     if problem.required:
-        raise ValueError("required: hyperparameters alone cannot meet given values; learn the function too")
+        raise ValueError(
+            "required: expected no given values, as hyperparameters alone cannot meet them, got "
+            f"{len(problem.required)}; learn the function too"
+        )
     exchange = Exchange(problem)
     if can_screen(problem.prior):
         exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])

@@ -275,7 +275,10 @@ def true_signal(
     found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
-        raise ValueError(f"truth: the {name} of the reference cannot be bounded at all times between its samples")
+        raise ValueError(
+            f"truth: no bound was found for the distance between the reference's {name} and its true signals at some "
+            "times between the samples"
+        )
     smallest = float(np.max(errors)) * _ROUNDING or _ROUNDING
     errors = np.maximum(errors, 0.0) + smallest
     proved = replace(found, errors=tuple(errors.tolist()))
@@ -399,7 +402,7 @@ def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derive
     if isinstance(claim, Window):
         start, end = max(start, claim.start), min(end, claim.end)
     if not start < end:
-        raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
+        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
     ends = np.unique([start, end, *of.samples.times, *(of.rates.times if of.rates else ()), *(d.time for d in derived)])
     ends = ends[(start <= ends) & (ends <= end)]
     widest = (end - start) / cells

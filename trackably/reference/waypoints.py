@@ -62,7 +62,7 @@ def _waypoint(
         )
     _refuse_unknown("at", values, plant)
     if not values:
-        raise ValueError(f"at: nothing is given at {time:g} s")
+        raise ValueError(f"at: expected values of states or inputs at {time:g} s, got none")
     by: dict[str, float] = {}
     for name, value in values.items():
         bounds, number = extent(plant, name, time), real(f"at: {name} at {time:g} s", value)

@@ -236,7 +236,10 @@ def require_disturbance(given: object, states: int, what: str = "disturbance") -
     instance(what, given, DisturbanceSet, "a Zonotope, such as Zonotope.box(lower, upper), or a ConvexHull")
     assert isinstance(given, DisturbanceSet), "instance has refused anything else"
     if given.dimension != states:
-        raise ValueError(f"{what}: must have an entry for each of {states} states, got {given.dimension}")
+        raise ValueError(
+            f"{what}: expected vectors with an entry for each of {states} states, got vectors with {given.dimension} "
+            "entries"
+        )
     if not _holds_zero(given):
         raise ValueError(
             f"{what}: must contain 0, got {given}; add its centre to c of the system, and subtract it from the set"

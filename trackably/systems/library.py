@@ -133,7 +133,7 @@ MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(
 def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> NonlinearSystem:
     """Return the system of this name. ValueError: there is none, or the parameters are not those of the system."""
     if name not in MODELS:
-        raise ValueError(f"there is no model {name!r}; there are {', '.join(MODELS)}")
+        raise ValueError(f"model: there is no model {name!r}; there are {', '.join(MODELS)}")
     try:
         signature(MODELS[name]).bind(sampling_time, **parameters)
     except TypeError as error:

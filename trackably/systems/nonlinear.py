@@ -132,7 +132,8 @@ class NonlinearSystem(subject.NonlinearSystem):
                 )
             if unknown := names_in(formula) - {*self.states, *self.inputs}:
                 raise ValueError(
-                    f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input"
+                    f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input; "
+                    f"expected {', '.join((*self.states, *self.inputs))}"
                 )
 
     @classmethod

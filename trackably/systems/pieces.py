@@ -178,7 +178,10 @@ class PolynomialPieces:
     def __post_init__(self) -> None:
         ends = numbers("pieces: breakpoints", self.breakpoints)
         if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
-            raise ValueError("pieces: breakpoints must be two finite numbers at least, each larger than the one before")
+            raise ValueError(
+                "pieces: breakpoints must be two finite numbers at least, each larger than the one before, got "
+                f"{short(ends.tolist())}"
+            )
         c, ends.flags.writeable = array("pieces: coefficients", self.coefficients, len(ends) - 1, None), False
         if self.beyond not in get_args(Beyond):
             raise ValueError(f"pieces: beyond must be one of {', '.join(get_args(Beyond))}, got {self.beyond!r}")

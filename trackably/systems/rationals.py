@@ -41,7 +41,7 @@ def inverse(matrix: Rationals) -> Rationals:
     n = len(matrix)
     rows, pivots = row_echelon(np.hstack([matrix, exact(np.eye(n))]))
     if pivots != list(range(n)):
-        raise ZeroDivisionError("the matrix is singular")
+        raise ZeroDivisionError(f"inverse: expected an invertible matrix, got a singular one of shape {matrix.shape}")
     return rows[:, n:]
 
 

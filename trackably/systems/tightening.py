@@ -55,7 +55,7 @@ def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: A
     if not spectral_radius(A_K) < 1:
         raise NoInvariantSetError(
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
-            f"{spectral_radius(A_K):.6g}"
+            f"{spectral_radius(A_K):.6g}; give another feedback="
         )
     for moved in powers(rows, A_K):
         total = total + disturbance.support(moved)
@@ -73,7 +73,8 @@ def powers(rows: Array, A_K: Array) -> Iterator[Array]:
         rows = rows @ A_K
     raise NoInvariantSetError(
         f"feedback: the error decays too slowly under A + B K, which has an eigenvalue of size "
-        f"{spectral_radius(A_K):.6g}"
+        f"{spectral_radius(A_K):.6g}: it has not decayed after {LONGEST} steps; give a feedback= with smaller "
+        "eigenvalues"
     )
 
 
@@ -419,7 +420,10 @@ def tightening(
         raise ValueError(f"margin: expected a part of a bound's width, at least 0 and less than 0.5, got {margin:g}")
     if disturbance is None and noise is None and model_error is None:
         if feedback is not None:
-            raise ValueError("feedback: is only of use with a disturbance, measurement_noise or model_error")
+            raise ValueError(
+                "feedback: is only of use with a disturbance, measurement_noise or model_error; give one of them, or "
+                "no feedback"
+            )
         return Tightening(plant, margin)
     if not isinstance(plant.system, LinearSystem):
         sets = {"disturbance": disturbance, "measurement_noise": noise, "model_error": model_error}
