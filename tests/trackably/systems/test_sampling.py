@@ -60,7 +60,7 @@ def test_a_stencil_measures_what_its_name_says(which: str):
 @pytest.mark.parametrize(
     ("plant", "names", "message"),
     [
-        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead"),
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position or z1 instead"),
         (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
         (ROBOT, ["x", "y", "rate of heading"], "heading is no weighted sum of one flat output at shifted times; give"),
         (MIXED, ["x1"], "x1 depends on several flat outputs"),
