@@ -178,8 +178,9 @@ class TooFar(NoSolution):
     @property
     def explanation(self) -> str:
         return (
-            f"no reference was found within {self.tolerance:g} of every true signal of {self.state}: a linear program "
-            f"finds one from a tolerance of {rounded_text(self.least, 'up')} on; that there is none below is not proved"
+            f"no reference was found within the tolerance {self.tolerance:g} of every true signal of {self.state}: a "
+            f"linear program finds references for a tolerance of {rounded_text(self.least, 'up')} or more, and it is "
+            "not proved that smaller tolerances are impossible"
         )
 
 

@@ -28,9 +28,10 @@ Indices = npt.NDArray[np.intp]
 
 
 def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> Rows:
-    """Return one row for each functional at each of its places (n,) [s], functional by functional.
+    """Return rows, which are weighted sums of the signals at certain times, for functionals at given times.
 
-    `processes` is the number of signals.
+    There is one row for each functional at each of its times (n,) [s], functional by functional. `processes` is the
+    number of signals.
     """
     terms: list[list[Terms]] = [[] for _ in range(processes)]
     offsets, count = [np.empty(0)], 0
@@ -45,7 +46,10 @@ def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> 
 
 
 def values_and_gradients(rows: Rows, posterior: JointPosterior) -> Array:
-    """Return the values of n `rows` for the posterior means, and then their ∂/∂ln θ_j: shape (1 + p, n)."""
+    """Return the values of n `rows` (weighted sums of signals) for the posterior means, and below their ∂/∂ln θ_j.
+
+    The result has shape (1 + p, n) for p learned hyperparameters θ_j.
+    """
     found = np.zeros((len(rows), 1 + len(posterior.prior.learned)))
     found[:, 0] = rows.offsets
     for c, terms in enumerate(rows.terms):
@@ -54,17 +58,17 @@ def values_and_gradients(rows: Rows, posterior: JointPosterior) -> Array:
     return found.T
 
 
-# The usual back-off: bounds are tightened by this part of their width, more than the optimiser's rounding errors.
+# Bounds are usually tightened by this part of their width, which is more than the optimiser's rounding errors.
 ROUNDING_BACKOFF = 1e-9
-_PARTS = 8  # the time between two neighbouring places is divided into this number of equal parts
-_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # where these parts meet, as fractions of the whole time
-# The search for a negative margin between two kinks is repeated this often, each time in a quarter of the last stretch:
-# a margin may be negative for only a hundredth of the way between them.
+_PARTS = 8  # an interval between two neighbouring times is searched in this number of equal parts
+_INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # the inner ends of the equal parts, as fractions of the interval
+# Further searches for a negative margin between two kinks of a signal, each in a quarter of the interval before:
+# the margin may be negative in only a hundredth of the time between two kinks.
 CLOSER = 2
 
 
 class Signalled(Protocol):
-    """Anything with `signals`: a posterior, or a function that was learned under bounds."""
+    """Anything with `signals`, sums of kernels: a posterior (its means), or a function learned under bounds."""
 
     @property
     def signals(self) -> tuple[KernelSum, ...]: ...
@@ -73,7 +77,8 @@ class Signalled(Protocol):
 class Bounded(ABC):
     """A quantity with bounds, which are tightened by `backoff`, a part of their width.
 
-    Each row of an array of places is one place: one time, or several times in subclasses that need them.
+    A place is one instance of the bounds: a time [s], or several times in subclasses that need them. An array of places
+    has one entry or row for each place.
     """
 
     quantity: Quantity
@@ -82,23 +87,23 @@ class Bounded(ABC):
     @property
     @abstractmethod
     def none(self) -> Array:
-        """An empty array of places."""
+        """An array without any place (time at which the bounds are imposed), in the shape of this class."""
 
     @abstractmethod
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return the places of the margin's local minima, and the relative margins (n,) there.
+        """Return the places (times) of the margin's local minima, and the relative margins (n,) there.
 
         A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where a
         bound is violated, 1/2 in the middle between the bounds.
         """
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return places of violations that the coarse grid of `closest` missed, and the relative margins there."""
+        """Return the places (times) of violations that the grid of `closest` missed, and the relative margins there."""
         return self.none, np.empty(0)
 
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        """Return the quantity at n places and its ∂/∂ln θ: shapes (n,) and (p, n).
+        """Return the quantity at n places (times), and its derivatives ∂/∂ln θ_j: shapes (n,) and (p, n).
 
         Undefined values are NaN or infinite.
         """
@@ -121,7 +126,7 @@ class Bounded(ABC):
 
 @dataclass(frozen=True)
 class Constraint(Bounded):
-    """Bounds of a quantity at all times of an index set; each place is one time [s]."""
+    """Bounds of a quantity at all times of an index set. Each place (instance of the bounds) is one time [s]."""
 
     quantity: Quantity
     index_set: IndexSet
@@ -172,15 +177,15 @@ class Constraint(Bounded):
         return found[0], found[1:]
 
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
-        """Return the arguments of the quantity's trajectory, each paired with the same `places`."""
+        """Return the functionals on which the quantity depends, each paired with the same times `places` [s]."""
         return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
 
 
 def of_arguments(trajectory: Trajectory, found: Array) -> Array:
-    """Return a quantity q and its ∂/∂ln θ, shape (1 + p, n).
+    """Return the values of a quantity q and below its p derivatives ∂/∂ln θ_j at n times: shape (1 + p, n).
 
-    `found`, shape (1 + p, k n), has the values and the ∂/∂ln θ of the k arguments of its trajectory, one after the
-    other.
+    q is a function, the `trajectory`, of k functionals. `found`, shape (1 + p, k n), has the values of the functionals
+    and below their derivatives, functional by functional.
     """
     if trajectory.functional is not None:
         return found
@@ -198,7 +203,8 @@ def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
     if not all(isinstance(constraint, Constraint) for constraint in constraints):
         raise TypeError(
             "constraints: function and hyperparameters can be learned together only if each bound is a `Constraint`, "
-            "which has the times at which it applies (`index_set`)"
+            "which has the times at which it applies (`index_set`), got "
+            f"{', '.join(type(constraint).__name__ for constraint in constraints)}"
         )
     return [constraint for constraint in constraints if isinstance(constraint, Constraint)]
 
@@ -221,7 +227,7 @@ def local_minima(
 
 
 def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
-    """Return the places and margins of `Bounded.closest` for each constraint.
+    """Return, for each constraint, the places (times) and relative margins that its method `closest` finds.
 
     Constraints with an index set are evaluated together.
     """
@@ -278,13 +284,16 @@ def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:
 
 
 def joined(one: Sequence[TimesAndMargins], other: Sequence[TimesAndMargins]) -> list[TimesAndMargins]:
-    """Return, for each constraint, the places and margins of both lists, one after the other."""
+    """Return, for each constraint, the places (times) and margins of `one` list, followed by those of the `other`."""
     pairs = zip(one, other, strict=True)
     return [(np.concatenate([a, b]), np.concatenate([c, d])) for (a, c), (b, d) in pairs]
 
 
 def worst(minima: Sequence[TimesAndMargins]) -> tuple[float, int, float]:
-    """Return the smallest margin, the index of its constraint, and its (first) time [s]; (∞, −1, NaN) if none."""
+    """Return the smallest margin, its constraint's index, and its (first) time [s].
+
+    Without any margin, return (∞, −1, NaN).
+    """
     found = [
         (margins.min().item(), i, places[np.argmin(margins)].flat[0].item())
         for i, (places, margins) in enumerate(minima)
@@ -299,6 +308,6 @@ def owners(of_each: Sequence[Array]) -> Indices:
 
 
 def parts(joined: Array, like: Sequence[Array]) -> list[Array]:
-    """Split an array into parts as long as those of `like`."""
+    """Split the array `joined` into consecutive parts that are as long as the arrays in `like`."""
     ends = list(accumulate(map(len, like), initial=0))
     return [joined[first:last] for first, last in pairwise(ends)]

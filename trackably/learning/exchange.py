@@ -26,10 +26,10 @@ from trackably.learning.constraint import closest, joined, worst
 from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, NothingFeasible, Round, Solution
 
-_SAME_TIME = 1e-9  # seconds: a new place that differs from a known one by no more is not added
+_SAME_TIME = 1e-9  # seconds: a new time that differs from a known one by no more is not added
 
 Places = tuple[Array, ...]
-"""One array of places for each constraint of a problem."""
+"""For each constraint of a problem, an array of the places (times) at which a program imposes it."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,14 @@ class Candidate:
 
     @classmethod
     def at(cls, problem: ConstrainedProblem, log_theta: Array) -> "Candidate":
-        """Evaluate the problem at ln θ. Raises IllConditioned."""
+        """Evaluate the problem at ln θ. Raises IllConditioned if K + σ_n² I has no Cholesky factor."""
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
         minima = tuple(closest(problem.constraints, EvaluationCache.of(posterior.signals)))
         return cls(log_theta, posterior, objective, minima)
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":
-        """Return the candidate with further minima: places of violations that the coarse grid of `closest` missed."""
+        """Return the candidate with further minima: times of violations that the grid of its evaluation missed."""
         added = [constraint.missed_minima(self.posterior) for constraint in problem.constraints]
         return replace(self, minima=tuple(joined(self.minima, added)))
 
@@ -65,11 +65,11 @@ class Candidate:
 
     @property
     def closest_places(self) -> Places:
-        """The places of the local minima at which the margin is finite."""
+        """The places (times) of the local minima of each constraint's margin, if the margin is finite there."""
         return tuple(places[np.isfinite(margins)] for places, margins in self.minima)
 
     def violated(self, known: Places) -> Places | None:
-        """Return the places where a bound is violated; None if all of them are `known`.
+        """Return the places (times) where a bound is violated; None if all of them are `known`.
 
         Places where the quantity is not defined are left out, because the quantity has no gradient there. Other
         constraints have to lead the search back to points at which the quantity is defined.
@@ -80,7 +80,7 @@ class Candidate:
     def infeasible(self, problem: ConstrainedProblem) -> NothingFeasible:
         """Return the bound that this candidate violates most, as the reason why no candidate is feasible.
 
-        This candidate has to be the one with the smallest violation.
+        Call it for the candidate that violates its bounds least.
         """
         margin, index, time = self.worst
         quantity = problem.constraints[index].quantity
@@ -88,12 +88,15 @@ class Candidate:
 
 
 def merge(known: Places, new: Places) -> Places:
-    """Return, for each constraint, the union of known and new places, sorted."""
+    """Return, for each constraint, the union of known and new places (times), sorted."""
     return tuple(_unite(*pair) for pair in zip(known, new, strict=True))
 
 
 def _unite(places: Array, new: Array) -> Array:
-    """Return the union of places, sorted by their first number, without new places that nearly equal a known one."""
+    """Return the union of places, sorted by their first time, without new ones that nearly equal a known one.
+
+    A place is one time [s], shape (), or a row of several times.
+    """
     fresh = [place for place in new if not len(places) or np.min(_distances(places, place)) > _SAME_TIME]
     joined = np.concatenate([places, np.array(fresh).reshape(-1, *places.shape[1:])])
     return joined[np.argsort(joined if joined.ndim == 1 else joined[:, 0], kind="stable")]
@@ -103,18 +106,18 @@ def _distances(places: Array, place: Array) -> Array:
     return np.asarray(np.max(np.abs(places - place).reshape(len(places), max(1, np.size(place))), axis=1))
 
 
-_MAX_ROUNDS = 60  # programs of a search: if bounds are still violated after these, the search ends
-_MAX_HALVINGS = 60  # amplitudes that are tried for a point, each half of the last one
+_MAX_ROUNDS = 60  # most programs of a search, which ends then even if bounds are still violated
+_MAX_HALVINGS = 60  # most amplitudes that are tried for a point, each half of the one before
 _SAME_POINT = 1e-3  # in each ln θ: a minimiser this close to another one of the same round is dropped
 _SAME_BASIN = 1e-2  # in each ln θ: searches from points closer than this end at the same minimum
 _NEARBY = 0.1  # largest first step in each ln θ from a promising start: the search has to stay in its basin
-_ROUGH = 1e-8  # relative to 1 + |l|: precision of the first minimiser, enough if it violates a bound at a new place
-_MORE_STEPS = 60  # a search is given up if this many further steps, each with the last gain, would not reach the best l
+_ROUGH = 1e-8  # relative to 1 + |l|: precision of a first minimiser, enough if it violates a bound at a new time
+_MORE_STEPS = 60  # a search is given up if so many further steps with its last gain would not reach the best l
 
 
 @dataclass(frozen=True)
 class _Descent:
-    """The point ln θ that a local search has reached, and the rounds that led there."""
+    """The point ln θ that a local search has reached, and the rounds (solved programs) that led there."""
 
     end: Array
     rounds: tuple[Round, ...] = ()
@@ -133,10 +136,11 @@ _minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
 class Exchange:
     """Run local searches; keep the `best` feasible point, and the `closest`, the point with the smallest violation.
 
-    `together` runs searches from several starts with the same places in their programs; `follow` runs searches with
-    places of their own. `active` are the places of the last program, `rounds` are those that led to the best point, and
-    `fits` counts the nonlinear programs. A search is given up if its l is not below the `ceiling`: each program is a
-    relaxation, so that l only rises on the way. It is also given up if it comes near to a known minimum.
+    A place is a time at which a program imposes a bound. `together` runs searches from several starts whose programs
+    have the same places; in `follow`, each search has its own. `active` are the places of the last program, `rounds`
+    are the programs that led to the best point, and `fits` counts all nonlinear programs. A search is given up if its l
+    is not below the `ceiling`: each program is a relaxation, so that l only rises on the way. It is also given up if it
+    comes near to a known minimum.
     """
 
     problem: ConstrainedProblem
@@ -160,10 +164,10 @@ class Exchange:
         return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
     def follow(self, starts: Iterable[Array]) -> None:
-        """Search from promising starts for the local minima of their basins, each search with places of its own.
+        """Search for the local minimum near each promising start; each search imposes bounds at its own times.
 
-        The first program of each search has the places where the start is closest to its bounds. The search with the
-        smallest objective goes on first, as its result may end other searches.
+        The first program of a search imposes bounds at the times at which the start has its smallest margins. The
+        search with the smallest objective goes on first, as its result may end other searches.
         """
         order, queue = count(), list[tuple[float, int, _Descent, Places]]()
         for start in starts:
@@ -187,7 +191,10 @@ class Exchange:
                     heapq.heappush(queue, (path.rounds[-1].objective, next(order), path, met))
 
     def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
-        """Improve all points by `step` until none of them violates a bound at a place that is not yet `active`."""
+        """Minimise from all points by `step` until no result violates a bound at a time that is not yet `active`.
+
+        After each round, the programs impose bounds also at the times of the violations found.
+        """
         paths, places = [_Descent(point) for point in points], self.active or self._no_places
         for _ in range(_MAX_ROUNDS):
             if not paths:
@@ -229,9 +236,10 @@ class Exchange:
         return self.ceiling if self.best is None else self.best.objective
 
     def _advance(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
-        """Solve the program with these places from the end of each path.
+        """Minimise the program with bounds at these `places` (times), once from the end of each path.
 
-        Return the paths that violate bounds but may still become the best, and `places` with those of these violations.
+        Return the paths whose minimisers violate bounds but may still lead to the best solution, and `places` extended
+        by the times of these violations.
         """
         program, met = Program(self.problem, places), places
         promising, ends, size = list[_Descent](), list[Array](), sum(map(len, places))
@@ -263,7 +271,7 @@ class Exchange:
             longer = _Descent(found.x, (*path.rounds, done))
             if candidate.is_feasible:
                 self._keep(candidate, longer.rounds)
-            # Compare with the places of this program: another search of this round may have found the same places.
+            # Compare with the times of this program only: another path of this round may have violated the same times.
             elif (violated := candidate.violated(places)) is not None:
                 met = merge(met, violated)
                 promising.append(longer)
@@ -297,7 +305,7 @@ class Exchange:
         return candidate.objective >= self._least
 
     def _other_minima(self, best: Array) -> tuple[Array, ...]:
-        """Return the other feasible ends of searches, best first, without duplicates."""
+        """Return ln θ of all feasible minima found except `best`, in increasing order of l, without duplicates."""
         kept = [best]
         for _, end in sorted(self._ends, key=lambda found: found[0]):
             if not _is_near(end, kept):

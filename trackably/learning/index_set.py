@@ -18,8 +18,8 @@ from trackably.systems.trajectories import Quantities
 # each correlation time shows every local minimum, which is then refined.
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000  # the least and the largest number of intervals of a grid
-_REFINEMENTS, _NARROWER = 3, 0.1  # parabolas that refine a minimum; the factor from the reach of one to the next one's
-AROUND = np.array([[-1], [0], [1]])  # times the reach: to the left of a centre, at the centre, and to its right
+_REFINEMENTS, _NARROWER = 3, 0.1  # number of parabolas that refine a minimum; the width of each relative to the last
+AROUND = np.array([[-1], [0], [1]])  # the three points of a parabola, relative to its centre, in units of `reach`
 
 Indices = npt.NDArray[np.intp]
 
@@ -71,9 +71,10 @@ class IndexSet(ABC):
         """The first and the last time of the set [s]."""
 
     def suspect_centres(self, centres: Array) -> Array:
-        """Return the sorted `centres` [s] between which `minima_of_each` may miss a minimum; none by default.
+        """Return those of the sorted kernel `centres` [s] between which `minima_of_each` may miss a minimum.
 
-        A sum of kernels with kinks can change from centre to centre, however long its correlation time is.
+        The default is an empty array. A sum of kernels with kinks can change from centre to centre, however long its
+        correlation time is.
         """
         return np.empty(0)
 

@@ -15,9 +15,9 @@ Outcome = Solution | NoSolution
 class Learner:
     """The functions that solve constrained problems.
 
-    `solve` starts from nothing, `continued` from the solution of a problem with other bounds, `extended` from the
-    solution of a problem with fewer times. `first_backoff` is the part of a bound's width by which bounds are tightened
-    at first. The `fallback` is used if no reference of this learner can be proved.
+    `solve` needs no earlier solution; `continued` starts from the solution of a problem with other bounds, `extended`
+    from the solution of a problem with samples or bounds at fewer times. `first_backoff` is the part of a bound's width
+    by which bounds are tightened at first. The `fallback` is used if no reference of this learner can be proved.
     """
 
     solve: Callable[[ConstrainedProblem], Outcome]

@@ -17,7 +17,7 @@ from trackably.learning.problem import ConstrainedProblem
 
 @dataclass(frozen=True)
 class Program:
-    """The `problem` with each constraint only at its given `places`: one array for each constraint."""
+    """The `problem` with each constraint imposed at finitely many `places` (times): an array for each constraint."""
 
     problem: ConstrainedProblem
     places: tuple[Array, ...]
@@ -30,10 +30,9 @@ class Program:
         give_up: sqp.GiveUp = sqp.never,
         radius: float = sqp.FIRST_RADIUS,
     ) -> sqp.Minimum | None:
-        """Return a local minimum found from `start`; None if the objective is undefined there, or the search is given
-        up.
+        """Return a local minimum found from ln θ = `start`. See `sqp.minimise` for the options.
 
-        See `sqp.minimise` for the options.
+        None if the objective is undefined at the start, or if the search is given up.
         """
         space = self.problem.space
         return sqp.minimise(
@@ -78,7 +77,10 @@ class Program:
         return sqp.Evaluation(value, gradient, slacks[0], slacks[1:].T, information)
 
     def _slacks(self, posterior: JointPosterior) -> Iterator[Array]:
-        """Yield the slacks of each constraint that has places, and their derivatives: shapes (1 + p, 2 n)."""
+        """Yield, for each constraint with n > 0 places (times), its slacks and below their p derivatives ∂/∂ln θ_j.
+
+        Each array has shape (1 + p, 2 n): first the slacks of lower bounds, then those of upper bounds.
+        """
         arguments = values_and_gradients(self._arguments, posterior)
         for constraint, places in self._placed:
             if isinstance(constraint, Constraint):
@@ -92,13 +94,13 @@ class Program:
 
     @cached_property
     def _arguments(self) -> Rows:
-        """One row for each argument of a quantity at each place, for all constraints with an index set."""
+        """Rows that evaluate all functionals on which the quantities depend, at the times of their constraints."""
         timed = [(each, places) for each, places in self._placed if isinstance(each, Constraint)]
         functionals = [pair for constraint, places in timed for pair in constraint.arguments_at(places)]
         return rows_of(functionals, len(self.problem.prior.parts))
 
     @cached_property
     def _placed(self) -> list[tuple[Bounded, Array]]:
-        """The constraints with their places; those without places are left out."""
+        """The constraints with their places (times); constraints without places are left out."""
         pairs = zip(self.problem.constraints, self.places, strict=True)
         return [(constraint, places) for constraint, places in pairs if len(places)]

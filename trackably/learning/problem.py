@@ -42,7 +42,7 @@ class RequiredValue:
 
 @dataclass(frozen=True)
 class ConstrainedProblem:
-    """minimise l(θ) over the `space` of learned hyperparameters, under `constraints` on the posterior means m⁺(·|θ).
+    """Minimise l(θ) = −2 ln p(y|θ) over the `space` of learned hyperparameters, under `constraints` on posterior means.
 
     There is one set of samples for each process of the prior. Without constraints, prior means may be learned too:
     `means` has an interval for each learned mean and None for each known one, and each learned mean is the most likely
@@ -60,7 +60,11 @@ class ConstrainedProblem:
 
     def __post_init__(self) -> None:
         if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.required):
-            raise ValueError("means: expected an interval or None for each process, and no bounds or given values")
+            raise ValueError(
+                f"means: expected an interval or None for each of {len(self.prior.parts)} processes, in a problem "
+                f"without constraints and required values, got {len(self.means)} means, {len(self.constraints)} "
+                f"constraints and {len(self.required)} required values"
+            )
         count = sum(len(samples) for samples in self.samples)
         if len(self.samples) != len(self.prior.parts):
             raise ValueError(
@@ -100,8 +104,10 @@ class ConstrainedProblem:
 
 @dataclass(frozen=True)
 class Round:
-    """One round of the exchange: the minimiser ln θ, its objective l, the smallest relative margin, and the number of
-    `places` in the program (of all constraints)."""
+    """One program of the exchange method: its minimiser ln θ, the objective l, and the smallest relative margin there.
+
+    `places` is the number of times at which the program imposes bounds, summed over all constraints.
+    """
 
     log_theta: Array
     objective: float
@@ -119,9 +125,9 @@ Method = Literal["joint", "hyperparameters"]
 class ActiveBound:
     """A bound that is active at one `time` [s]; it costs `price`, in the unit of l.
 
-    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a required value. J changes by twice
-    the `multiplier` λ for each unit by which the bound moves, to first order. The prices of all active bounds sum up to
-    D.
+    `name` is that of the quantity, and `side` is "lower", "upper", or "equal" for a required value. To first order, the
+    objective J = l + D changes by twice the `multiplier` λ for each unit by which the bound moves. The prices of all
+    active bounds sum up to D, the cost of the bounds.
     """
 
     name: str
@@ -136,15 +142,15 @@ class Solution:
     """Learned hyperparameters and signals that satisfy every constraint on its whole index set.
 
     `objective` is J = l + D, where D = `price` is the cost of the `active_bounds`. Without active bounds, the `signals`
-    are the posterior means, and J = l. `active` holds the places of each constraint in the last program, `fits` counts
-    the nonlinear programs solved, and `rounds` are the rounds of the exchange that led from a start to this solution.
+    are the posterior means, and J = l. `active` has, for each constraint, the times at which the last program imposed
+    it. `fits` counts the nonlinear programs solved, and `rounds` are those that led from a start to this solution.
     `others` are the ln θ of other local minima, best first. `method` says what was learned. `unconstrained` is the
     posterior at the minimum of the likelihood, if the learner computed it. `missed` bounds the violation, relative to a
-    bound's width, that is left if a program would need too many places; a larger back-off (tightening of the bounds)
-    removes it. `alone` is the least J found with hyperparameters alone, infinite if none was sought. `spread` is the
-    range of J among functions found from several starts for the same hyperparameters, which may differ if bounded
-    quantities are formulas of the signals; the search then tightened their bounds by up to `backoff`, a part of their
-    width, beyond what the problem demands.
+    bound's width, that is left if a program would need bounds at too many times; a larger back-off (tightening of the
+    bounds) removes it. `alone` is the least J found with hyperparameters alone, infinite if none was sought. `spread`
+    is the range of J among functions found from several starts for the same hyperparameters; functions may differ if
+    bounded quantities are nonlinear in the signals. In that case, the search tightened bounds by up to `backoff`, a
+    part of their width, more than the problem demands.
     """
 
     posterior: JointPosterior
@@ -225,7 +231,7 @@ class OutOfTime(NoSolution):
     def explanation(self) -> str:
         return (
             f"the budget of {self.budget:g} s ended before a reference was proved: give more time, fewer `centres` or "
-            "known hyperparameters; `learn_stream` is faster where samples last far longer than a kernel's memory"
+            "known hyperparameters; `learn_stream` is faster if samples last far longer than a kernel's memory"
         )
 
 
@@ -233,9 +239,9 @@ class OutOfTime(NoSolution):
 class UnmetBounds(NoSolution):
     """No function was found that meets all bounds and required values; `among` has the bounds with large multipliers.
 
-    The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. That is no proof:
-    for other hyperparameters there may be such a function. `feasibility` looks for contradictions that hold for every
-    function, and the checker verifies them.
+    The multipliers are a dual ray, in float64, of the program at the hyperparameters of `posterior`. This ray is no
+    proof: for other hyperparameters there may be a function that meets them all. `feasibility` looks for contradictions
+    that hold for every function, and the checker verifies them.
     """
 
     posterior: JointPosterior
@@ -246,8 +252,8 @@ class UnmetBounds(NoSolution):
         sides = {"lower": "lower bound", "upper": "upper bound", "equal": "given value"}
         said = "; ".join(f"{bound.name} ({sides[bound.side]}) at t = {bound.time:.6g} s" for bound in self.among)
         return (
-            f"no function was found that satisfies these together: {said}; this is no proof that there is none; "
-            "try wider bounds, fewer or other values, or other hyperparameters"
+            f"no function was found that satisfies all of these bounds and given values: {said}; this is no proof that "
+            "there is none; try wider bounds, fewer or other given values, or other hyperparameters"
         )
 
 
@@ -261,8 +267,9 @@ class NoFunction(NoSolution):
     def explanation(self) -> str:
         given = "; ".join(f"{each.name} = {each.value:.6g} at t = {each.time:.6g} s" for each in self.required)
         return (
-            f"no function could be computed that has the given values ({given}): formulas may not be defined near "
-            "them, or covariances cannot be factored in float64; give fewer or other values, or another prior"
+            f"no function could be computed that has the given values ({given}): formulas of the plant may not be "
+            "defined near these values, or covariances cannot be factored in float64; give fewer or other values, or "
+            "another prior"
         )
 
 

@@ -20,7 +20,7 @@ from trackably.learning.space import amplitude
 from trackably.work import done
 
 _POINTS = 1200  # points of the search space that are evaluated, each at all amplitudes
-_AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0  # number of amplitudes; their ends, relative to that of the samples
+_AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0  # number of amplitudes θ₁; least and largest, relative to the samples'
 _PHASES = 24  # phases of a period at which bounds are evaluated
 _MOST_SAMPLES, _NUMBERS = 100, 2**14  # most samples used of one signal; most entries of matrices decomposed at once
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
@@ -66,10 +66,10 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
 def _rays(
     prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
 ) -> tuple[Array, Array]:
-    """Return the largest relative violation of bounds at some phases of a period, and l, of b points.
+    """Return the largest relative violation of bounds at 24 phases of a period, and l, both of shape (b, a).
 
-    The shapes are (b, a), as each point is evaluated at a amplitudes. Hyperparameters have the values in `theta`, each
-    of shape (b,); those that `theta` does not have keep their values in the prior.
+    b points of the search space are evaluated, each at a `amplitudes`. `theta` has the values of hyperparameters at
+    these points, each of shape (b,); all other hyperparameters keep their values in the `prior`.
     """
     count = len(next(reversed(theta.values())))
     lengthscale, period, noise = (

@@ -13,8 +13,8 @@ from trackably.learning.exchange import Candidate, Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.screening import can_screen, screen
 
-_FEWEST_BASINS = 16  # periodic kernels: starts that are searched, or more if the search space asks for more
-_SPREAD_THINLY = 256  # points of the whole search space that are tried if all else fails
+_FEWEST_BASINS = 16  # least number of starts that are searched if all kernels are periodic
+_SPREAD_THINLY = 256  # points of the whole search space that are tried if no other search finds a feasible one
 
 
 def best_solution(
@@ -23,13 +23,16 @@ def best_solution(
     """Return the best local minimum that satisfies every bound on its whole index set, or the reason why there is none.
 
     Deterministic. The likelihood of periodic kernels has a basin for nearly every period: the most promising basins are
-    searched one by one. For other kernels, the searches from the starts of the search space share the places in their
-    programs. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free`
-    is the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the
-    problem has required values, which a posterior mean cannot meet.
+    searched one by one. For other kernels, the searches from the starts of the search space impose bounds at the same
+    times. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free` is
+    the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the problem
+    has required values, which a posterior mean cannot meet.
     """
     if problem.required:
-        raise ValueError("required: hyperparameters alone cannot meet given values; learn the function too")
+        raise ValueError(
+            "required: expected no given values, as hyperparameters alone cannot meet them, got "
+            f"{len(problem.required)}; learn the function too"
+        )
     exchange = Exchange(problem)
     if can_screen(problem.prior):
         exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
@@ -73,15 +76,15 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
     """Search from the starts of the search space; if these searches find no feasible point, restore feasibility.
 
-    A few starts, as many as there are hyperparameters, are first searched without places, in order to find places. All
-    starts are then searched with these places, which may lead to other minima. If the prior mean is an equilibrium
-    inside the bounds, scaling the signal down towards it gives a feasible point, which is kept and improved. Otherwise
-    the violation is minimised first.
+    A few starts, as many as there are hyperparameters, are first searched without bounds, to find the times at which
+    results violate bounds. All starts are then searched with bounds at these times, which may lead to other minima. If
+    the prior mean is an equilibrium inside the bounds, scaling the signal down towards it gives a feasible point, which
+    is kept and improved. Otherwise the violation is minimised first.
     """
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
-    known = len(starts) if free else len(space.bounds)  # the first starts, searched without places
+    known = len(starts) if free else len(space.bounds)  # number of first starts, searched without bounds
     exchange.together([*_point(near), *([*_point(free), *free.others] if free else starts[:known])])
     others = starts if any(map(len, exchange.active)) else starts[known:]
     if exchange.best is None:

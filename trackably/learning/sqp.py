@@ -37,11 +37,11 @@ Indices = npt.NDArray[np.intp]
 
 
 class QuadraticProgram(NamedTuple):
-    """The quadratic program for a step d, shape (p,). As B is factored once, it is solved for several g (m,) and ρ.
+    """min ½ dᵀ B d + cᵀ d + ρ (s + s²/2) subject to g + J d + s ≥ 0 and s ≥ 0, for a step d (p,) and a slack s.
 
-    The step is limited to the box from `lower` to `upper` (p,). `inverse` is the inverse of the Cholesky factor of B,
-    `shift` is the product of this inverse with c, and `newton` is −B⁻¹ c. `reach` (m,) is the largest change of each
-    linearised constraint within the box.
+    B is factored once, and the program is solved for several g (m,) and ρ. The step is limited to the box from `lower`
+    to `upper` (p,). `inverse` is the inverse of the Cholesky factor of B, `shift` is the product of this inverse with
+    c, and `newton` is −B⁻¹ c. `reach` (m,) is the largest change of each linearised constraint within the box.
     """
 
     jacobian: Array
@@ -54,7 +54,7 @@ class QuadraticProgram(NamedTuple):
 
     @classmethod
     def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array) -> Self:
-        """Factor B = `curvature`, which has to be positive definite; c is the `gradient`."""
+        """Return the program with the positive definite Hessian B = `curvature` and with c = `gradient`."""
         root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
         assert info == 0, "the curvature is positive definite"
         inverse, _ = scipy.linalg.lapack.dtrtri(root, lower=True)
@@ -63,11 +63,14 @@ class QuadraticProgram(NamedTuple):
         return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
-        """Return d and the constraints' multipliers for g = `slack`; Newton's step if it violates no constraint."""
+        """Return the step d and the constraints' multipliers for g = `slack` and ρ = `penalty`.
+
+        d is Newton's step if this step violates no constraint.
+        """
         multipliers = np.zeros(len(slack))
         if self._room(slack, self.newton).min() >= 0:
             return self.newton, multipliers
-        rows = (slack < self.reach).nonzero()[0]  # no step in the box violates the other constraints
+        rows = (slack < self.reach).nonzero()[0]  # no step in the box can violate any other one
         polyhedron = self._polyhedron(slack, rows, penalty)
         normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
         d = (normals.dot(u) - self.shift).dot(self.inverse)
@@ -81,7 +84,7 @@ class QuadraticProgram(NamedTuple):
         return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
 
     def _polyhedron(self, slack: Array, rows: Indices, penalty: float) -> Array:
-        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b.
+        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b, shape (p + 2, number of inequalities).
 
         Its columns are the constraints with the indices `rows`, s ≥ 0, and the ends of the box.
         """
@@ -121,11 +124,11 @@ def _of_the_shortest(polyhedron: Array) -> Array:
     return np.asarray(u * (scale / (1.0 - offsets.dot(u))))
 
 
-_MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10  # most steps of a search; shorter steps count as none
+_MAX_ITERATIONS, _STEP_TOLERANCE = 1000, 1e-10  # most steps of a search; size below which a step counts as zero
 PRECISION = 1e-15  # relative to 1 + |f|: a search ends when a step promises to gain less
 _ROUNDING = 1e-10  # smaller violations count as zero: a tenth of the usual back-off (tightening) of bounds
-FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13  # of the trust region; below the last, searches end
-# The first and the largest ρ; the part of the violation that a step has to remove, of what any step can remove.
+FIRST_RADIUS, _LARGEST_RADIUS, _SMALLEST_RADIUS = 0.5, 4.0, 1e-13  # of the trust region; a search ends at the smallest
+# First and largest penalty ρ; a step has to remove the part _STEERED of the violation that any step can remove.
 _FIRST_PENALTY, _LARGEST_PENALTY, _STEERED = 1e2, 1e9, 0.5
 # A large penalty makes steps along curved bounds tiny. It is lowered to _ENOUGH times the sum of the multipliers, but
 # not below the first penalty, and at most _MOST_REDUCTIONS times.
@@ -133,8 +136,9 @@ _ENOUGH, _MOST_REDUCTIONS = 10.0, 5
 _RIDGE = 1e-10  # this part of the trace of B is added to its diagonal: it limits the condition number of B
 
 GiveUp = Callable[[Array, float, float], bool]
-"""Decides from x, its merit and a gain whether to give up a search. Neither the last step nor the next one lowers the
-merit by more than the gain. Called after each step that the trust region did not shorten, if the penalty is kept."""
+"""A function of (x, merit, gain) that decides whether a search is given up at x. `gain` is the decrease of the merit by
+the last step or its prediction for the next step, whichever is larger. It is called after each step that the trust
+region did not shorten, if the penalty did not change."""
 
 
 def never(x: Array, merit: float, gain: float) -> bool:
@@ -144,7 +148,7 @@ def never(x: Array, merit: float, gain: float) -> bool:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """f, ∇f (p,), g (m,) and its Jacobian (m, p) at one point.
+    """The objective f, its gradient (p,), the slacks g (m,) of constraints g ≥ 0, and their Jacobian (m, p) at a point.
 
     `information` (p, p) is a positive semi-definite approximation of the Hessian of f; None if there is none.
     """
@@ -179,9 +183,9 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class Minimum:
-    """The last point of the iteration; `converged` if no step improves it, also none that the trust region excludes.
+    """The last point `x` of a search; `converged` tells that no step of any length promises to improve it.
 
-    `curvature` is the Hessian of the Lagrangian there.
+    `curvature` (p, p) approximates the Hessian of the Lagrangian there.
     """
 
     x: Array
@@ -281,7 +285,10 @@ def _size(d: Array) -> float:
 
 
 def _violation(slack: Array) -> float:
-    """Return the largest violation, less a tolerance for rounding errors, which a high penalty would amplify."""
+    """Return the largest violation of g ≥ 0 for g = `slack`, less 1e-10; 0 if it is smaller.
+
+    Rounding errors would otherwise count, and a high penalty would amplify them.
+    """
     return max(0.0, -float(slack.min()) - _ROUNDING) if slack.size else 0.0
 
 

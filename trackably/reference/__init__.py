@@ -1,1 +1,1 @@
-"""Learn a reference with a proof from samples: the user's input, the prior, the search, the verdict, the result."""
+"""Learn a reference from samples and prove that a plant can follow it: checks of the input, prior, search, result."""

@@ -37,11 +37,11 @@ NODES = 4
 
 
 def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[Array, Array, Array, ResidualStatistics]:
-    """Return times [s], values and relative noises of `NODES` samples in place of n, and statistics of the residuals.
+    """Return times [s], values and relative noises of 4 samples that replace n, and statistics of the residuals.
 
-    If n is at most `NODES`, return the given samples, and no residuals. The orthonormal polynomials at the samples are
-    the columns of Q in a QR decomposition of √w times the powers of t. The nodes are the eigenvalues of Qᵀ diag(t) Q,
-    the Jacobi matrix (Golub and Welsch, 1969).
+    If n is at most 4, return the given samples, and no residuals. The orthonormal polynomials at the samples are the
+    columns of Q in a QR decomposition of √w times the powers of t. The nodes are the eigenvalues of Qᵀ diag(t) Q, the
+    Jacobi matrix (Golub and Welsch, 1969).
     """
     if len(times) <= NODES:
         return times, values, relative_noise, ResidualStatistics()
@@ -58,19 +58,19 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[A
     return middle + half * nodes, along / root_of_mass, 1 / np.abs(root_of_mass), scatter
 
 
-_OF_L = 4.0  # a larger change of l is significant; by chance, a useless hyperparameter may change l by this much
-_OF_NOISE = 0.1  # in σ_n: a change of the posterior mean by more than this is visible
+_OF_L = 4.0  # a larger change of l = −2 ln p counts as significant: a useless hyperparameter may change l by this much
+_OF_NOISE = 0.1  # part of σ_n: a change of the posterior mean by more than this is visible in plots
 
 
 @dataclass(frozen=True)
 class Condensation:
-    """The effect of replacing `count` samples of `name` by `centres` samples.
+    """The effect of replacing `count` samples of `name` by a smaller number of samples, called `centres`.
 
-    The centres are compared with `beside` samples: all samples, or a larger number of centres. `change_of_l` is l of
-    the `beside` samples minus l of the centres, for the same hyperparameters. `apart` is the largest distance between
-    the two posterior means, in standard deviations σ_n of the noise; means are compared at the times of both sets and
-    halfway between these. Both numbers are exact if `beside` is `count`, and estimates otherwise. They are None if they
-    could not be computed in float64.
+    The centres are compared with `beside` samples: all samples, or a larger number of centres. `change_of_l` is l = −2
+    ln p of the `beside` samples minus l of the centres, for the same hyperparameters. `apart` is the largest distance
+    between the two posterior means, in standard deviations σ_n of the noise; means are compared at the times of both
+    sets and halfway between these. Both numbers are exact if `beside` is `count`, and estimates otherwise. They are
+    None if they could not be computed in float64.
     """
 
     name: str
@@ -90,7 +90,10 @@ class Condensation:
         between = np.concatenate([times, (times[1:] + times[:-1]) / 2])
 
         def evaluate(samples: Samples) -> tuple[float, Array]:
-            """Return l and the posterior mean of the first sampled state; large matrices are freed on return."""
+            """Return l and the posterior mean of the first sampled state at the times `between`.
+
+            A function of its own, so that its large matrices are freed when it returns.
+            """
             posterior = Posterior(prior, samples)
             return posterior.negative_log_likelihood, stencil.measured(posterior.signal, between)
 
@@ -115,17 +118,17 @@ class Condensation:
         return f"{said}: with {of}, l changes by {self.change_of_l:.2g} and {mean}"
 
 
-_LEAST_GAIN = 4  # the first comparison has one centre for this many samples
-_LOST = 0.01  # fewer centres may increase the mean square residual of polynomials by this part, plus chance
-_DEVIATIONS = 3.0  # an increase by fewer standard deviations is chance; one is √(2/n) of the mean square of n numbers
+_LEAST_GAIN = 4  # the search begins with one centre for this many samples
+_LOST = 0.01  # fewer centres may increase the mean square residual of polynomials by this part, in addition to chance
+_DEVIATIONS = 3.0  # an increase by fewer standard deviations, √(2/n) of the mean square of n numbers each, is chance
 
 
 def condense(samples: Samples, centres: int) -> Samples:
     """Return at most `centres` samples that represent all `samples`; return `samples` if they are no more than that.
 
-    The time between the first sample and the last is divided into equal bins, and `condensed_bin` replaces the samples
-    in each. Nothing is lost for a signal that is a cubic polynomial in each bin. Raises ValueError if there are fewer
-    centres than one bin needs, or if the samples are of several kinds.
+    The time between the first sample and the last is divided into equal bins, and the samples in each bin are replaced
+    by 4. Nothing is lost for a signal that is a cubic polynomial in each bin. Raises ValueError if `centres` is below
+    4, or if the samples are of several kinds (for example, positions and velocities).
     """
     if len(samples) <= centres:
         return samples
@@ -133,8 +136,8 @@ def condense(samples: Samples, centres: int) -> Samples:
         raise ValueError(f"centres: expected at least {NODES}, got {centres}")
     if isinstance(samples.stencil, Stencils):
         raise ValueError(
-            "centres: expected samples of one kind, but these mix several kinds; condense each kind before you join "
-            "them"
+            "centres: expected samples of one state, got samples of several states joined in one Samples; condense the "
+            "samples of each state before you join them"
         )
     ends = np.linspace(samples.times[0], samples.times[-1], centres // NODES + 1)[1:-1]
     cuts = [0, *np.searchsorted(samples.times, ends).tolist(), len(samples)]
@@ -146,10 +149,11 @@ def condense(samples: Samples, centres: int) -> Samples:
 
 
 def condensed_enough(samples: Samples, noise_std: float | None = None) -> Samples:
-    """Return as few centres as represent the samples without a significant increase of the residuals.
+    """Return the smallest set of samples, called centres, that represents all samples without much larger residuals.
 
-    If half as many centres as samples are not enough, return all samples. The residuals depend on the samples only;
-    `Condensation` judges the loss for a kernel.
+    Residuals are those of polynomials fitted in each interval of time, so they do not depend on a kernel
+    (`Condensation` judges the loss for a kernel). If half as many centres as samples are not enough, return all
+    samples.
 
     The search begins with a quarter as many centres as samples. It halves their number while the mean square residual
     of the polynomials exceeds that of the first number by at most 1 %, plus an allowance for chance. Both are relative
@@ -169,7 +173,7 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
 
 
 def _allowance(samples: Samples, finest: int, noise_std: float | None) -> float:
-    """Return the largest mean square residual that is allowed for fewer centres than `finest`."""
+    """Return the largest mean square residual of polynomials that is allowed for fewer centres than `finest`."""
     least = condense(samples, finest).scatter.mean_square
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
     return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))
@@ -183,7 +187,7 @@ Centres = int | Literal["auto"] | None
 
 
 def checked_centres(given: object) -> Centres:
-    """Return the option. Raises TypeError or ValueError unless it is "auto", None or a whole number ≥ `NODES`."""
+    """Return the option `centres`. TypeError or ValueError unless it is "auto", None or a whole number of 4 or more."""
     if given is None:
         return None
     if isinstance(given, str):
@@ -202,11 +206,10 @@ def condense_by_name(
 ) -> dict[str, Samples]:
     """Return the samples to learn from, for each name at most as many as `centres` allows.
 
-    `kinds` has, for each flat output, the names of the samples that depend on it; σ_n of the first name holds for all,
-    and is in `noise_std` if it is known.
-    "auto" keeps up to `MANY` samples of a name. If there are more, it chooses as many centres as the samples need,
-    multiplied by `times` (larger than 1 if the kernel needs more centres). If that is more than half of the samples, it
-    keeps all samples.
+    `kinds` has, for each flat output, the names of the samples that depend on it. Their noise is relative to σ_n of the
+    first of these names, which is in `noise_std` if it is known. "auto" keeps up to 500 samples of a name. If there are
+    more, it chooses as many centres as the samples need, multiplied by `times` (larger than 1 if the kernel needs more
+    centres). If this number exceeds half of the samples, it keeps all samples.
     """
     known = {name: noise_std.get(first) for first, *others in map(tuple, kinds) for name in (first, *others)}
     return {name: _condense(samples, centres, known[name], times) for name, samples in given.items()}

@@ -17,7 +17,7 @@ from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
-# States and inputs at several steps as one normal distribution, given samples.
+# The joint normal distribution of states and inputs at several steps, given samples.
 
 
 def step_normal(reference: Reference, posterior: JointPosterior, steps: Array) -> tuple[Array, Array]:
@@ -28,7 +28,7 @@ def step_normal(reference: Reference, posterior: JointPosterior, steps: Array) -
     this holds to first order in the distance from the `reference`. The mean is that of the `posterior`, which may
     differ from the reference.
 
-    ValueError: an input has no finite derivative. Raises IllConditioned as the posterior does.
+    ValueError: an input has no finite derivative. IllConditioned: K + σ_n² I has no Cholesky factor.
     """
     plant, signals, times = reference.plant, reference.signals, steps * reference.plant.sampling_time
     coordinates = (*plant.flatness.states, *plant.flatness.inputs)
@@ -40,19 +40,22 @@ def step_normal(reference: Reference, posterior: JointPosterior, steps: Array) -
             terms[c].append(Terms(t + plant.sampling_time * np.arange(len(w)), w, np.full(len(w), row)))
     rows = Rows(np.zeros(len(coordinates) * len(times)), tuple(Terms.joined(parts) for parts in terms))
     if not all(np.isfinite(of.weights).all() for of in rows.terms):
-        raise ValueError("draws: an input has no finite derivative at the reference, so that no draws are near it")
+        raise ValueError(
+            "draws: an input of the nonlinear plant has no finite derivative with respect to the flat outputs at one "
+            "of the steps, so that draws cannot be linearised there; ask for other steps"
+        )
     mean = np.array([q(signals, times) for q in coordinates])
     mean += (rows.values(posterior.signals) - rows.values(signals)).reshape(mean.shape)
     return mean, root(RowPosterior(posterior, rows).covariance).reshape(*mean.shape, -1)
 
 
 MOST_VALUES = 1200
-"""Largest number of states and inputs, counted at all steps, that are drawn together."""
+"""Largest number of values (states and inputs at all steps together) in one draw."""
 
-_BETWEEN_SAMPLES = 50  # intervals between the steps with bounds, from the first sample to the last
-_LOOKED_AT = 5000  # steps at which the reference is evaluated to find small margins
+_BETWEEN_SAMPLES = 50  # bounds are imposed at the ends of this many intervals from the first sample to the last
+_LOOKED_AT = 5000  # most steps at which the reference is evaluated to find small margins
 _NEXT_TO = 1e-2  # bounds are also imposed at local minima of a margin that are below this part of the bound's width
-_PLACES = 50  # most local minima at which bounds are imposed; the smallest ones are taken
+_PLACES = 50  # most local minima of margins at which bounds are imposed: those with the smallest margins
 
 
 class Draws(NamedTuple):
@@ -79,21 +82,21 @@ class Bands(NamedTuple):
 def draws_within_bounds(
     reference: Reference, posterior: JointPosterior, k: Array | int, also: Array, count: int, seed: int
 ) -> Draws:
-    """Return draws at steps k (any shape), given the `posterior`'s samples and the bounds at k and at the steps `also`.
+    """Return draws at steps k (any shape), given the `posterior`'s samples and the bounds at steps k and `also`.
 
     Every draw keeps all bounds of the plant at all these steps, up to rounding, but not necessarily between them.
     Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. If several of them act
     alike, the smallest admissible ones are returned. The same seed gives the same draws (see `BoundedNormal`).
 
-    ValueError: too many values, or an input has no finite derivative. NoRoom: nothing lies between the bounds. Raises
-    IllConditioned as the posterior does.
+    ValueError: there are more than 1200 states and inputs at all steps, or an input has no finite derivative. NoRoom:
+    no values lie between the bounds. IllConditioned: K + σ_n² I has no Cholesky factor.
     """
     plant, k = reference.plant, np.asarray(k, dtype=float)
     n, m, steps = len(plant.flatness.states), len(plant.flatness.inputs), np.union1d(k, also)
     if steps.size * (n + m) > MOST_VALUES:
         raise ValueError(
-            f"draws: {n + m} states and inputs at {steps.size} steps are {steps.size * (n + m)} values, and "
-            f"{MOST_VALUES} can be drawn together; ask for fewer steps"
+            f"draws: expected at most {MOST_VALUES} values, got {steps.size * (n + m)} of {n + m} states and inputs at "
+            f"{steps.size} steps (some steps are added, to impose bounds there); ask for fewer steps"
         )
     mean, half = step_normal(reference, posterior, steps)
     w, at_k = _given_bounds(mean, half, plant, steps).draws(count, seed), np.searchsorted(steps, k)
@@ -140,9 +143,9 @@ def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[
 
 
 def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
-    """Return the steps at which some margin has a small local minimum: the `_PLACES` smallest ones.
+    """Return up to 50 steps at which a margin has a local minimum below 1e-2 of its width: those with the smallest.
 
-    Active bounds do not tell them all: a reference of the `method` "hyperparameters" has none.
+    The list of active bounds would not do: it is empty for a reference of the `method` "hyperparameters".
     """
     times = steps * reference.plant.sampling_time
     found = list[tuple[float, float]]()
@@ -155,7 +158,10 @@ def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
 
 
 def _given_bounds(mean: Array, half: Array, plant: ConstrainedSystem, steps: Array) -> BoundedNormal:
-    """Return w ~ N(0, I), given that mean + half w satisfies all constraints of the plant at all `steps`."""
+    """Return the distribution of w ~ N(0, I), given that mean + half w satisfies all bounds of the plant at `steps`.
+
+    `mean` (p, S) has the p states and inputs at the S steps, and `half` has shape (p, S, r).
+    """
     n, times = len(plant.flatness.states), steps * plant.sampling_time
     rows = np.zeros((len(plant.constraints), len(mean)))
     for row, constraint in zip(rows, plant.constraints, strict=True):

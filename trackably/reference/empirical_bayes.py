@@ -32,21 +32,21 @@ Mean = float | tuple[float, float] | None
 """A prior mean in the unit of the samples: known, learned between two values, or learned without limits (None)."""
 
 Ends = tuple[tuple[float, float] | None, ...]
-"""For each flat output, the interval in which its mean is learned; None if the mean is known."""
+"""For each flat output, the interval in which its prior mean is learned; None if the mean is known."""
 
 Indices = npt.NDArray[np.intp]
 
 _ANYWHERE = (-inf, inf)
-_NO_EVIDENCE = 1.0  # if J exceeds the least l without bounds by less than this, the noise is not learned again
-_SEEN = 10.0  # a learned σ_n below this many times the lower end of its search interval shows no noise, and is not held
-_ROOM = 1e-2, 1e-4, 1e-6  # slacks of learned means at bounds, relative to a width; tried until one is possible
-_MOST_STEPS = 50  # most steps to an admissible equilibrium; a linear system takes two
-_FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by more than this: odds of 150 to 1
-# Samples count as noise alone if −2 ln p without a kernel is larger than with the kernel by less than this. It is 2
-# for each of the kernel's two hyperparameters, as in Akaike's criterion.
+_NO_EVIDENCE = 1.0  # if J exceeds the least −2 ln p without bounds by less than this, noise is not learned again
+_SEEN = 10.0  # a learned σ_n counts as noise, and is held, only above this many times the lower end of its interval
+_ROOM = 1e-2, 1e-4, 1e-6  # slacks of learned means at bounds, as parts of a width: tried in turn until one is possible
+_MOST_STEPS = 50  # most steps of the search for an admissible equilibrium; a linear system takes two
+_FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by more than this: odds of about 150 to 1
+# Samples count as noise alone if the kernel lowers −2 ln p by less than this: 2 for each of its two hyperparameters, as
+# in Akaike's criterion.
 _AS_LIKELY = 4.0
 _UNRELATED = 0.2  # neighbouring samples whose prior correlation is at most this count as unrelated
-_FEWEST = 10  # fewer samples than this may be waypoints, and are not taken for noise
+_FEWEST = 10  # fewer samples than this are never taken for noise alone, as they may be waypoints
 _SAME = 1e-9  # the search for an equilibrium ends when two steps differ by less, relative to 1 + |step|
 
 
@@ -75,8 +75,8 @@ class EmpiricalPrior:
     def best(self, learn: Callable[[JointPrior], T]) -> T:
         """Return the result of `learn` for `prior`, or for `with_noise` if J is smaller there.
 
-        `with_noise` is tried only if no function is found for `prior`, because learning the noise again would always
-        lower J.
+        `with_noise`, in which σ_n is learned again, is tried only if no function is found for `prior`, because
+        minimising J over σ_n too would always lower it.
         """
         found = learn(self.prior)
         first = _solution_of(found)
@@ -106,10 +106,11 @@ def empirical_prior(
 ) -> EmpiricalPrior | NoSolution:
     """Learn means, noise and hyperparameters from samples by maximum likelihood, without bounds.
 
-    With `keep`, the returned prior knows all of them; otherwise hyperparameters are learned again, with the bounds.
-    Only means with an interval in `between` are learned here. With `hold_noise`, each σ_n without an interval of its
-    own is also learned and then kept, because the cost of bounds is not sensor noise; if samples show no noise, σ_n is
-    learned again. Means without limits are chosen so that the quantities `at_rest` keep their bounds.
+    With `keep`, all of them are known in the returned prior; otherwise hyperparameters are learned again later, under
+    the bounds. Only means with an interval in `between` are learned here. With `hold_noise`, each σ_n without an
+    interval of its own is learned here and then known, because misfits that bounds cause are not sensor noise; if the
+    samples show no noise, σ_n is learned again later. Means without limits are chosen so that the quantities `at_rest`
+    keep their bounds.
     """
     noises = [part.noise_std for part in prior.parts]
     left_out = [hold_noise and isinstance(noise, Learned) and noise.interval is None for noise in noises]
@@ -120,7 +121,7 @@ def empirical_prior(
         return found
     likeliest = found.posterior.prior
     questions = [
-        f"mean: that of {name} lies at an end of the interval in which it was sought: was it meant as a limit?"
+        f"mean: the learned mean of {name} lies at an end of the interval given for it: was it meant as a limit?"
         for name, part, ends in zip(prior.names, likeliest.parts, between, strict=True)
         if ends and part.mean in ends
     ]
@@ -155,7 +156,7 @@ def empirical_prior(
 
 
 class _Likelier(NamedTuple):
-    """A better `noise_std` for the samples of `name`, and the `question` to the user about it."""
+    """A likelier `noise_std` of the samples of `name` than the kernel finds, and a `question` to the user about it."""
 
     name: str
     noise_std: float
@@ -165,9 +166,9 @@ class _Likelier(NamedTuple):
 def _likelier(
     likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
 ) -> Iterator[_Likelier]:
-    """Yield a better σ_n for each name whose kernel takes motion for noise, or noise for motion.
+    """Yield a likelier σ_n for each name whose kernel takes motion for noise, or noise for motion.
 
-    Only names with a σ_n that was `left_out` are examined, and only samples that are not all equal.
+    Only names whose σ_n the user left out (`left_out`) are examined, and only samples that are not all equal.
     """
     parts = zip(prior.names, prior.parts, likeliest.parts, between, left_out, strict=True)
     for name, part, posterior, ends, may in parts:
@@ -198,15 +199,15 @@ def _likelier(
 
 
 def _without_bounds(samples: tuple[Samples, ...], prior: JointPrior, means: Ends, starts: int) -> Solution | NoSolution:
-    """Return the most likely hyperparameters, and means with an interval in `means`, without bounds."""
+    """Learn hyperparameters, and the means with an interval in `means`, by maximum likelihood without bounds."""
     return best_solution(ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts), means=means))
 
 
 def _noise_alone(posterior: Posterior) -> float | None:
-    """Return σ_n if the samples may just as well be noise about the level at rest; None if a motion is likelier.
+    """Return σ_n if the samples may just as well be noise around the prior mean; None if a motion is likelier.
 
-    Length scales below the spacing of samples explain noise too, so that the likelihood does not tell noise from
-    motion.
+    A kernel with a length scale below the spacing of samples explains noise as motion, so that the likelihood alone
+    does not tell noise from motion.
     """
     samples, prior = posterior.samples, posterior.prior
     spacings = np.diff(np.unique(samples.times))
@@ -227,9 +228,9 @@ def _noise_alone(posterior: Posterior) -> float | None:
 
 
 def _go_on(posterior: Posterior) -> bool:
-    """Whether successive residuals are positively correlated, more than by chance.
+    """Whether successive residuals of the posterior mean are positively correlated, more than by chance.
 
-    Residuals of a suitable kernel are negatively correlated, as the posterior mean follows each sample a little.
+    Residuals of a suitable kernel are negatively correlated, because the posterior mean follows each sample a little.
     """
     residuals = posterior.weights * posterior.samples.relative_noise  # each in units of its noise
     along = float(residuals[1:] @ residuals[:-1])
@@ -239,10 +240,10 @@ def _go_on(posterior: Posterior) -> bool:
 def split_means(
     mean: Mean | Mapping[str, Mean], names: tuple[str, ...], samples: Mapping[str, Samples]
 ) -> tuple[dict[str, float], dict[str, tuple[float, float]]]:
-    """Return a prior mean for each name, and the intervals of the learned ones. ValueError: an interval is invalid.
+    """Return a first prior mean for each name, and the intervals of the means that are to be learned.
 
-    A mean given as None is learned without limits, and is first set to the average of the `samples` of its name. A mean
-    given as a pair is learned in this interval, and is first set to its middle.
+    A mean given as None is learned without limits; it is first the average of the `samples` of its name. A mean given
+    as a pair is learned in this interval; it is first the middle. ValueError: an interval is invalid.
     """
     given = mean if isinstance(mean, Mapping) else dict.fromkeys(names, mean)
     known, between = dict[str, float](), dict[str, tuple[float, float]]()
@@ -284,10 +285,10 @@ def _with_means(prior: JointPrior, means: Sequence[float]) -> JointPrior:
 
 
 def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Sequence[bool]) -> list[float]:
-    """Return the likeliest means, with the `free` ones moved so that all quantities keep their bounds at rest.
+    """Return the likeliest prior means, with the `free` ones moved until all quantities keep their bounds at rest.
 
-    As l is quadratic in the means, the moved means are the likeliest admissible ones for these hyperparameters. If no
-    equilibrium is admissible, the means are not moved.
+    −2 ln p is quadratic in the means, so that the moved means are the likeliest admissible ones for these
+    hyperparameters. If no equilibrium is admissible, the means are not moved.
     """
     means = [part.mean for part in likeliest.prior.parts]
     moving = np.flatnonzero(free)

@@ -15,25 +15,24 @@ from trackably.learning.problem import LEAST_GAP
 from trackably.reference.fit import Fit, Misfit
 from trackably.systems.tightening import Tightening
 
-_DEAREST = 3  # most contacts (times during which a bound is active) that a sentence names: the most expensive ones
+_DEAREST = 3  # most contacts (bounds that are active for some time) that a sentence names, by decreasing price
 _SHOWN = 4  # most given values that are named if some are left out
-_OF_NOISE = 0.5  # a question is asked if noise learned with and without the bounds differs by more than this part
+_OF_NOISE = 0.5  # a question is asked if σ_n learned with bounds differs from σ_n without by more than this part
 
-# A sample is far off if its residual exceeds both the typical residual and the noise, each times a factor. To be an
-# outlier, it also has to lie beyond the values before and after it by a part of its residual, because where a signal
-# jumps, a smooth fit is off samples that lie between their neighbours. If more than a few samples are far off, the
-# noise is not normal, and none is called an outlier.
+# A sample is far off if its residual exceeds _TIMES_TYPICAL times the usual residual and _TIMES_NOISE times the noise.
+# An outlier is also beyond the values before and after it by _BEYOND times its residual: where a signal jumps, a smooth
+# fit is far off samples that lie between their neighbours. If more than the part _FEW is far off, none is an outlier.
 _TIMES_TYPICAL = 10.0
 _TIMES_NOISE = 5.0
 _BEYOND = 0.5
 _FEW = 0.1  # largest part of all samples that may be far off
 _FEWEST = 10  # with fewer samples, none is called an outlier
-_WINDOW = 24.0  # correlation times: the window that is suggested for `learn_stream`, twice the memory of a stream
+_WINDOW = 24.0  # correlation times: the length of the window that is suggested for `learn_stream`
 _WINDOWS = 2.0  # `learn_stream` is suggested only if samples last at least this many windows
 _MANY = 500  # `learn_stream` is suggested only if a flat output has at least this many samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
-_LAST = 0.1  # the level at which a motion ends is judged by this last part of the samples,
-_FEWEST_LAST = 3  # but by at least this many of the last samples
+_LAST = 0.1  # this last part of the samples shows the level at which a motion ends
+_FEWEST_LAST = 3  # at least this number of last samples shows the level at which a motion ends
 _STAYS = 5.0  # samples stay at a level if they differ from it by at most this many times their noise
 
 
@@ -60,14 +59,17 @@ def kept_free(tightening: Tightening | None) -> str | None:
 
 
 def given_values(pinned: Sequence[Waypoint]) -> list[str]:
-    """Return the given values as sentences; of many times, the first ones, the number of omitted ones, and the last."""
+    """Return a sentence for each time with given values; of more than 5 times, for the first 3 and the last."""
     said = list(map(str, pinned))
     left_out = len(said) - _SHOWN
     return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]
 
 
 def distances(fit: Fit) -> Iterator[str]:
-    """Yield how far the reference is off the samples of each name, compared with noise and the fit without bounds."""
+    """Yield a sentence on the distance of the reference from the samples of each name.
+
+    It is compared with the samples' noise and with the distance of the fit without bounds.
+    """
     for misfit in fit.misfits:
         noise = "learned noise" if misfit.is_learned else "noise"
         yield (
@@ -90,8 +92,8 @@ def budget_sentence(fit: Fit) -> str | None:
     if fit.budget is None:
         return None
     return (
-        f"the budget of {fit.budget:g} s ended the search: J may be {fit.price:.3g} larger than the least, if −2 ln p "
-        "without bounds is nowhere smaller than a short search found it"
+        f"the budget of {fit.budget:g} s ended the search: J is at most {fit.price:.3g} above its least value, if a "
+        "short search found the least −2 ln p without bounds"
     )
 
 
@@ -111,7 +113,7 @@ def longer_than_memory(fit: Fit) -> str | None:
 
 
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> Iterator[str]:
-    """Yield a sentence on each prior mean; if the likeliest mean is no admissible equilibrium, it names that too."""
+    """Yield a sentence on each prior mean; it also names the likeliest mean if that is no admissible equilibrium."""
     for name, of, *priors in zip(prior.names, samples, prior.parts, likeliest.parts, strict=True):
         mean, likely = (float(of.of_level.stencil.at_rest(part.mean)) for part in priors)
         said = f"the prior mean of {name} is {mean:.6g}"
@@ -121,13 +123,14 @@ def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior
 def leaves_last_samples(fit: Fit) -> Iterator[str]:
     """Yield a sentence for each name whose last samples stay at a level that the reference leaves.
 
-    A reference for all times comes to rest at its prior mean. Only names whose mean was learned are examined.
+    A reference that is proved for all times comes to rest at its prior mean, which differs from this level. Only names
+    whose mean was learned are examined.
     """
     yield from filter(None, (_leaves(fit, i) for i, name in enumerate(fit.prior.names) if name in fit.free))
 
 
 def noise_questions(fit: Fit) -> Iterator[str]:
-    """Yield a question for each noise that differs, learned with the bounds, by more than a half from that without."""
+    """Yield a question for each name whose σ_n, learned with bounds, differs by more than half from that without."""
     parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
     for name, own, free in parts:
         if NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std:
@@ -140,9 +143,9 @@ def noise_questions(fit: Fit) -> Iterator[str]:
 
 
 def outlying(misfits: Iterable[Misfit]) -> Iterator[str]:
-    """Yield a question for each name of which a few samples are far off the fit without bounds, while most are not.
+    """Yield a question for each name with a few samples that are far off the fit without bounds, if most are near it.
 
-    One such sample is enough to raise the learned noise, and so to pull the reference away from all others.
+    A single outlier is enough to raise the learned noise, and so to pull the reference away from all other samples.
     """
     yield from filter(None, map(_outliers, misfits))
 
@@ -163,7 +166,10 @@ def costs(fit: Fit) -> str:
     if fit.spread > LEAST_GAP:
         said.append(f"functions from several starts differed by {fit.spread:.2g}, and the search went on from the best")
     if fit.backoff > 0:
-        said.append(f"no function closer to some bound than {fit.backoff:.2g} times its width was searched")
+        said.append(
+            f"the search tightened some bounds by up to {fit.backoff:.2g} times their width, so that it examined no "
+            "functions closer to these bounds"
+        )
     return "; ".join(said)
 
 
@@ -217,7 +223,10 @@ def _outliers(misfit: Misfit) -> str:
 
 
 def _beyond_others(samples: Samples, are_near: Flags) -> Array:
-    """Return how far each value lies beyond the last value before it and the first after it that are near the fit."""
+    """Return how far each sample lies outside the range of its two neighbours, negative inside: shape (n,).
+
+    The neighbours are the last sample before it and the first after it that are near the fit (flags `are_near`).
+    """
     values, near = samples.values, np.flatnonzero(are_near)
     if not len(near):
         return np.zeros(len(values))

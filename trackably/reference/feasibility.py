@@ -32,11 +32,12 @@ _scipy: Any = scipy  # SciPy's annotations refuse some arguments that it takes
 
 # Every reference has to satisfy the dynamics, the bounds and the waypoints at consecutive time steps.
 #
-# For a linear system, a linear program computes the least relaxation that makes these feasible; for a nonlinear one,
-# reachable boxes show values that cannot be reached. Both use plain float64 and may be wrong; the checker decides.
+# For a linear system, a linear program computes the least relaxation that makes these conditions feasible. For a
+# nonlinear system, boxes around the reachable states show values that cannot be reached. Linear programs and boxes are
+# computed in plain float64 and may be wrong; the checker decides.
 
 _MOST_UNKNOWNS = 2000
-"""Most unknowns (states and inputs of all steps) of a program. Further steps are left out, which only relaxes it."""
+"""Most unknowns (states and inputs of all steps) of a linear program. Leaving out further steps only relaxes it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ class Steps:
 
     @property
     def rows(self) -> scipy.sparse.csr_array:
-        """The matrix of all rows, (r, count · (n + m))."""
+        """The matrix of all r rows, a sparse array of shape (r, count · (n + m))."""
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         names = self.plant.names
@@ -72,7 +73,7 @@ class Steps:
 
     @cached_property
     def _ends(self) -> Array:
-        """The lower and upper bounds of the rows of X and U at each step, at the checker's times: shape (2, r)."""
+        """The lower and upper bounds of the rows of X and U at each step, at exact times start + k T_s: (2, r)."""
         _, X, U = a_moving_plant(as_written(self.plant), "plant")
         start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
@@ -105,7 +106,7 @@ class Steps:
 
 @lru_cache(maxsize=8)
 def _scales(plant: ConstrainedSystem) -> Array:
-    """Return `Steps.scales`; cached, because each of several programs about one plant needs these widths."""
+    """Return the width of the bounds of each state and input, 1 if it has none: (n + m,). Cached for each plant."""
     hulls = plant.state_set.hull, plant.input_set.hull
     extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
     scales = np.array([of.width if of else 1.0 for of in extents])
@@ -118,8 +119,9 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
 
     Without waypoints, yield the steps from the start of the claim, once.
 
-    Only the kernel couples waypoints of different groups. Times count as whole steps apart if they differ from that by
-    less than the short window around its time in which a waypoint holds.
+    No equation of the system couples waypoints of different groups, only the kernel does. Times count as whole steps
+    apart if their distance differs from whole steps by less than `WINDOW` steps, as a waypoint is proved in a short
+    window around its time.
     """
     step, most = plant.sampling_time, _MOST_UNKNOWNS // len(coordinates(plant))
     first, last = claim.span
@@ -150,9 +152,8 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
 def _whole(time: float, start: float, step: float, most: int) -> int:
     """Return how many whole steps fit into a duration `time` [s], at most `most`.
 
-    Durations that rounding of times near `start` [s] makes slightly too short count as whole steps.
-
-    A step outside of the claim does not count, however close it is: bounds do not apply there.
+    A duration that is too short only by the rounding of times near `start` [s] counts as whole steps. A step after the
+    end of the duration does not count, however near it is, because bounds do not apply there.
     """
     rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
     return math.floor(min((time + rounding) / step, most))
@@ -175,9 +176,9 @@ class Courses:
     bounds: Sequence[tuple[float | None, float | None]]
 
     def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
-        """Minimise cost · (v, e) over 0 ≤ e ≤ most, and return SciPy's result.
+        """Minimise cost · (v, e) over 0 ≤ e ≤ most (None: without limit), and return SciPy's result of `linprog`.
 
-        Its multipliers `ineqlin.marginals` are first those of the upper ends of rows, then those of the lower ends.
+        Its multipliers `ineqlin.marginals` are first those of the upper bounds of rows, then those of the lower bounds.
         """
         sparse, (K, n, size) = _scipy.sparse, self.steps.shape
         blocks = np.stack([-self.steps, np.broadcast_to(np.eye(n, size), self.steps.shape)], axis=1)
@@ -204,10 +205,10 @@ def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Least:
-    """The least d ≥ 0 for which a sequence of states and inputs has each row in [lower − d elastic, upper + d elastic].
+    """The least d ≥ 0 for which states and inputs exist with each row in [lower − d elastic, upper + d elastic].
 
-    `at_lower` and `at_upper` are multipliers λ ≥ 0 of the rows, in their own units. `missing` is d up to the solver's
-    tolerance; the checker proves how much of it is certain.
+    `at_lower` and `at_upper` are multipliers λ ≥ 0 of these bounds of the rows, in the rows' units. `missing` is d up
+    to the solver's tolerance; the checker proves how much of it is certain.
     """
 
     steps: Steps
@@ -219,7 +220,8 @@ class Least:
 def least(steps: Steps, elastic: Array) -> Least | None:
     """Solve for the least relaxation d; None if no d suffices, because rows with `elastic` 0 contradict each other.
 
-    Unknowns and rows are divided by their widths, as tolerances of solvers are absolute.
+    `elastic` (r,) is the width by which d = 1 relaxes each row. Unknowns and rows are divided by the widths of their
+    bounds, because tolerances of solvers are absolute.
     """
     widths, scales, system, K = steps.widths, steps.scales, steps.plant.linear, steps.count - 1
     n, every = len(system.A), np.tile(scales, steps.count)
@@ -241,11 +243,9 @@ def least(steps: Steps, elastic: Array) -> Least | None:
 
 
 def first_gap(steps: Steps) -> tuple[Gap, float] | None:
-    """Return the first bound or waypoint that x(k+1) = f(x(k), u(k)) cannot reach, and its distance.
+    """Return the first bound or waypoint that no reachable state meets, and its distance from the reachable states.
 
-    None if there is none.
-
-    At each step, a box encloses the states that can be reached; it may also contain states that cannot be reached.
+    None if none is found. At each step, a box encloses all reachable states; it may also contain other states.
     """
     system, state_set, input_set = a_plant(as_written(steps.plant), "plant")
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
@@ -262,10 +262,10 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
     return None
 
 
-_NOTHING = 1e-6  # relative to a bound's width: violations up to this are within the tolerance of solvers
+_NOTHING = 1e-6  # part of a bound's width: violations up to this are within the tolerance of solvers
 _ACTIVE = 1e-6  # relative to the largest multiplier: smaller multipliers count as 0
 _PARTS = (1 - 1e-9, 1 - 1e-6, 1 - 1e-3, 0.9, 0.5, 0.1)
-"""The violation that a solver finds is multiplied by these factors in turn, until the checker accepts the product."""
+"""The violation that a solver finds is multiplied by each of these factors, until the checker accepts the product."""
 
 
 def impossible(
@@ -277,12 +277,12 @@ def impossible(
 ) -> Impossible | InfeasibleTightening | None:
     """Return bounds and waypoints that contradict each other at claimed steps; None if no contradiction is proved.
 
-    If `plant` has tightened bounds, the plant with its given bounds is tried first, because only a contradiction of
-    given bounds excludes every reference. Each contradiction returned is proved: programs find where it is and how
-    large, and the checker accepts its file. The search is incomplete. It examines no times between steps, no vehicles,
-    no nonlinear systems with bounds that move, and of other nonlinear systems only boxes around the reachable states.
-    It is skipped if there are no waypoints (`pinned`), no bound moves, and the plant may rest at the `means` of its
-    flat outputs.
+    If `plant` has bounds tightened by `tightening`, the plant with its given bounds is tried first, because only a
+    contradiction of given bounds excludes every reference. Each contradiction returned is proved: it is computed in
+    float64, and the checker accepts its file. The search is incomplete. It examines no times between steps, no
+    vehicles, no nonlinear systems with bounds that move, and of other nonlinear systems only boxes around the reachable
+    states. It is skipped if there are no waypoints (`pinned`), no bound moves, and the plant may rest at the `means` of
+    its flat outputs.
     """
     if tightening is None:
         return _of_bounds(plant, claim, pinned, means)
@@ -325,7 +325,7 @@ def _accept(found: Impossible) -> Impossible | None:
 
 
 def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of a contradiction's file, about `count` steps from the step `first`."""
+    """Return the content of the file of a contradiction, which is about `count` steps from the step `first` on."""
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -361,7 +361,7 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
 
 
 def _contradiction(steps: Steps) -> Least | None:
-    """Return the solved program of the first waypoint value that contradicts the bounds and the values before it.
+    """Solve a program for the first waypoint value that contradicts the bounds and the waypoint values before it.
 
     If the bounds contradict each other without any waypoint, return the program of the bounds alone. None if all rows
     are satisfied up to the tolerance of solvers.

@@ -1,8 +1,8 @@
 """A reference with its learning results: its distance from its samples, and the cost of its bounds.
 
-A misfit belongs to the samples of one name, and is compared with the misfit without bounds. A contact is a bound that
-is active for some time: active bounds at neighbouring times are joined. An edge is a hyperparameter at an end of its
-search interval.
+A misfit is the distance from the samples of one name, and is compared with that of the fit without bounds. A contact is
+a bound that is active for some time: active bounds at neighbouring times are joined. An edge is a hyperparameter at an
+end of its search interval.
 """
 
 import math
@@ -31,7 +31,7 @@ from trackably.systems.trajectories import Trajectory
 
 @dataclass(frozen=True)
 class Contact:
-    """A bound or given value of the quantity `name`, active from `start` to `end` [s]; `price` is in the unit of l."""
+    """A bound or given value of the quantity `name`, active from `start` to `end` [s]; it costs `price` in −2 ln p."""
 
     name: str
     side: Side
@@ -54,7 +54,7 @@ def _seconds(time: float) -> str:
 def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
     """Join active bounds of the same quantity and side that are less than `apart` [s] apart.
 
-    The most expensive come first. Given values are not joined.
+    The result is sorted by price, the most expensive first. Given values are not joined.
     """
     found: list[Contact] = []
     for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
@@ -110,9 +110,9 @@ class Misfit:
         """Whether the reference ignores the samples.
 
         The root mean square of the residuals, weighted by relative noise, has to exceed three limits. The first is 3
-        times its value for the fit without bounds; above it, neither the kernel nor the noise explains the residuals.
-        The second is the noise of that fit, whose residuals are close to zero if it goes through all samples. The third
-        is a tenth of the samples' spread, because smaller residuals are hardly visible in a plot.
+        times its value for the fit without bounds: larger residuals are explained neither by the kernel nor by noise.
+        The second is σ_n of the fit without bounds, because a fit through all samples has residuals near zero. The
+        third is a tenth of the samples' spread, because smaller residuals are hardly visible in a plot.
         """
         w = self.samples.relative_noise**-2
         about = self.samples.values - np.average(self.samples.values, weights=w)
@@ -131,7 +131,7 @@ class Misfit:
         return float(np.sqrt(squares / (len(values) + scatter.count)))
 
 
-_AT_EDGE = 1e-4  # in ln θ: a value closer than this to an end of its interval lies at this end
+_AT_EDGE = 1e-4  # in ln θ: a value closer than this to an end of its interval counts as being at this end
 
 
 @dataclass(frozen=True)
@@ -177,8 +177,8 @@ class Fit:
     values of states or inputs at given times. `condensed` is the effect of replacing samples by fewer ones. `limited`
     names the length scales that were searched only as far as float64 can evaluate the reference. `budget` [s] is the
     time limit that ended the search, or None. `spread` is the range of J among functions from several starts. `free`
-    are the names whose prior mean was learned. Functions that come closer to a bound than `backoff`, a part of its
-    width, were not searched; zero where all bounds are linear in the signals.
+    are the names whose prior mean was learned. The search tightened some bounds by up to `backoff` times their width,
+    and so examined no functions closer to these bounds; it is 0 if all bounded quantities are linear in the signals.
     """
 
     reference: Reference
@@ -186,7 +186,7 @@ class Fit:
     prior: JointPrior
     unconstrained_prior: JointPrior
     objective: float
-    moved: Method  # `method`, under the name that saved references have for it
+    moved: Method  # the `method`, under the name that it has in files
     active_bounds: tuple[ActiveBound, ...]
     pinned: tuple[Waypoint, ...]
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
@@ -217,7 +217,7 @@ class Fit:
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
 
         def mark(name: str, value: float) -> float:
-            """Mark what was learned without bounds, also if it was held afterwards."""
+            """Mark a hyperparameter that was learned without bounds as learned, even if it was known afterwards."""
             return Learned(value) if name in sought and not isinstance(value, Learned) else value
 
         return cls(
@@ -252,12 +252,12 @@ class Fit:
 
     @cached_property
     def price(self) -> float:
-        """J minus the least l found without bounds."""
+        """J minus the least l = −2 ln p found without bounds."""
         return self.objective - self.unconstrained_posterior.negative_log_marginal_likelihood()[0]
 
     @cached_property
     def solution(self) -> Solution:
-        """The solution from which a search for another one can start."""
+        """The result as a `Solution`, from which the search for a similar problem can start."""
         places = places_of(self.active_bounds, [quantity.name for quantity in self.reference.quantities])
         found = self.posterior, self.reference.kernel_sums, self.objective, places, 0
         return Solution(*found, active_bounds=self.active_bounds, method=self.method)
@@ -287,7 +287,7 @@ class Fit:
         return self.misfits_to(self.samples)
 
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
-        """Return the misfits to other `samples` of each flat output, such as all that the fit's centres represent."""
+        """Return the misfits to other `samples` of each flat output, for example to all that the centres represent."""
         off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
         parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
         return tuple(
@@ -309,14 +309,14 @@ class Fit:
         return Reference(self.unconstrained_posterior.signals, self.reference.plant)
 
     def std_of(self, coordinates: Iterable[Trajectory], t: Array) -> Array:
-        """Return the posterior standard deviations of coordinates at t [s], given the samples: shape (*t.shape, q)."""
+        """Return the posterior standard deviations of q states or inputs at t [s], given the samples: (*t.shape, q)."""
         variances = [self._variance(q, t) for q in coordinates]
         return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
 
     def _variance(self, q: Trajectory, t: Array) -> Array:
-        """Return the posterior variance of a coordinate at each time [s]; an array of the same shape as t.
+        """Return the posterior variance of a state or input q at each time [s]; an array of the same shape as t.
 
-        A nonlinear coordinate is linearised around the reference at each t.
+        A nonlinear function of the flat outputs is linearised around the reference at each t.
         """
         if (linear := q.functional) is not None:
             return self.posterior.variance_of(linear.rounded, t, q.sampling_time)
@@ -327,7 +327,7 @@ class Fit:
         return np.array(each).reshape(t.shape)
 
     def _off(self, reference: Reference, samples: tuple[Samples, ...]) -> dict[str, Array]:
-        """Return, by sampled name, the samples minus the values of a reference at their times."""
+        """Return, by sampled name, the samples minus the values of a `reference` at the times of the samples."""
         flat = zip(self.prior.names, samples, reference.kernel_sums, strict=True)
         return {
             name: of.values - of.stencil.measured(signal, of.times)

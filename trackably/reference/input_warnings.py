@@ -20,37 +20,40 @@ from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 
-_OUTLYING = 1e3  # a sample is an outlier if it is further from the median than this many times the spread of the others
+_OUTLYING = 1e3  # a sample is an outlier if its distance from the median exceeds this many times the others' spread
 _FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
 _FEWEST = 5  # with fewer samples, outliers cannot be told from the others
 _FEWEST_BESIDE = 10  # with fewer samples, the usual distance of neighbours is not known
-# A sample is also an outlier if its distance from its neighbours exceeds the usual distance, the noise, and the moves
-# nearby, each times its factor.
+# A sample is also an outlier if its distance from its neighbours exceeds three limits: _TIMES_USUAL times the usual
+# distance, _TIMES_NOISE times the noise, and _TIMES_MOVES times the largest change between samples nearby.
 _TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
 _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle, and the remedy
-# A jump counts as a whole turn if it differs from a turn by at most _OF_TURN of a turn plus the largest other move, and
-# if the largest other move is at most _LARGEST_MOVE of a turn.
+# A jump between two samples counts as a whole turn if it differs from a turn by at most _OF_TURN of a turn plus the
+# largest other change between two samples, and if this largest other change is at most _LARGEST_MOVE of a turn.
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
-_BEYOND = 10.0  # in widths of the bounds: units are in doubt if most samples, or a mean, lie further outside than this
+_BEYOND = 10.0  # widths of the bounds: units are in doubt if most samples, or a mean, are further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
 _DEGREE = np.pi / 180
-# Changes of units that may have been meant, in the order tried.
+# Factors between units that may have been mixed up, in the order in which they are tried.
 _SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6, _DEGREE, 1 / _DEGREE)
-_INSIDE = 0.01  # of its width: a value is well within bounds that is further from them than this part
-_DEEPEST = 6  # nested parts of a formula that are written out
-_SEEN = 1e-3  # of the width of bounds: samples in the right unit differ by more than this part
+_INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
+_DEEPEST = 6  # levels of nesting to which a formula is written out in a message
+_SEEN = 1e-3  # part of a width: samples in the right unit are expected to differ by more than this
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
-_LAST = 0.1  # whether samples still move at their end is judged by this last part of them,
-_FEWEST_LAST = 4  # but by at least this many, of at least twice as many
-_MOVED = 20.0  # they still move if a line through them rises by more than this many times what they are off the line
-_ROUNDING = 1e-9  # of a rate
+_LAST = 0.1  # this last part of the samples shows whether they still move at their end
+_FEWEST_LAST = 4  # at least this number of last samples shows whether samples still move; twice as many are needed
+_MOVED = 20.0  # last samples still move if a line through them rises by over this many times their distance from it
+_ROUNDING = 1e-9  # part of a rate by which rounding may change it
 
 
 def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
-    """Warn with each of `questions`, and return them; the user's call, where warnings point, is `frames` frames up."""
+    """Issue each of `questions` as a warning, and return them.
+
+    Warnings point to the line of the user's call, which is `frames` stack frames up.
+    """
     asked = tuple(questions)
     for question in asked:
         warnings.warn(question, DoubtfulInputWarning, stacklevel=frames + 1)
@@ -59,7 +62,7 @@ def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
 
 @contextmanager
 def repeated(questions: Sequence[str]) -> Iterator[None]:
-    """Append `questions`, which were asked before, to the message of an error that ends this context."""
+    """Append `questions`, which were asked as warnings before, to the message of an error raised in this context."""
     try:
         yield
     except (NotTrackableError, ValueError) as error:
@@ -78,8 +81,8 @@ def doubts(
 ) -> Iterator[str]:
     """Yield a sentence for each property of the input that is probably a mistake.
 
-    `samples` are by name, and so are `noise_std` where it is known and the `mean`; the means of the names in `learned`
-    are learned.
+    `samples`, the known `noise_std` and the first `mean` are given by sampled name. The means of the names in `learned`
+    will be learned.
     """
     yield from _of_system(plant)
     yield from _of_window(claim, *recorded_span(samples.values()))
@@ -101,7 +104,7 @@ def doubts(
 
 
 def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
-    """Warn if the samples still move at their end, and all times after it are claimed."""
+    """Yield a question if all times t ≥ 0 are claimed, but the samples still move at their end."""
     if isinstance(claim, AllTimes) and (rate := _last_rate(samples)):
         yield (
             f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
@@ -111,9 +114,9 @@ def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
 
 
 def _last_rate(samples: Samples) -> float:
-    """Return the slope [1/s] of a line through the last samples; 0 if noise, or the end of a motion, may explain it.
+    """Return the slope [1/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
 
-    A motion that ends is slower than the mean rate that the range of the samples and their duration give.
+    A motion that ends is slower than the mean rate, which is the range of the samples divided by their duration.
     """
     last = max(_FEWEST_LAST, int(_LAST * len(samples)))
     if len(samples) < 2 * last:
@@ -126,7 +129,7 @@ def _last_rate(samples: Samples) -> float:
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Warn if A is singular, or if a formula has no slope somewhere within the bounds.
+    """Yield a question if A is singular, or if a formula has no derivative somewhere within the bounds.
 
     In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
     equation in place of exp(A T_s), which is never singular.
@@ -148,9 +151,10 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
 def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
     """Return a root or fractional power in f whose argument is zero or negative well within the bounds, or None.
 
-    It is so if intervals do not exclude it, and it is so at a point whose coordinates are zero or near their bounds.
-    Zeros on the bounds are not asked about: a tank may be empty, if the reference never comes there. Arguments that
-    depend on a state or input without bounds are not examined.
+    Such a part is returned if interval arithmetic does not exclude zero, and if the argument is zero or negative at a
+    point whose coordinates are zero or near their bounds. An argument that is zero only on the bounds is accepted: a
+    tank may be empty, if the reference never comes there. Arguments that depend on a state or input without bounds are
+    not examined.
     """
     sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
     extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
@@ -198,7 +202,7 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
     if isinstance(claim, AllTimes) and last < 0:
         yield (
             f"samples: all of {name} lie before t = 0, where the claim begins (from {first:g} s to {last:g} s): should "
-            "times count from the first of them?"
+            "times count from the first sample?"
         )
     if first > _LATE * (last - first) > 0:
         yield (
@@ -224,13 +228,13 @@ def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]
 
 
 def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
-    """Warn if the longest gap between samples is long."""
+    """Yield a question if a gap between samples is much longer than usual; about the longest one."""
     if gaps := samples.gaps:
         start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
         usual = float(np.median(np.diff(samples.times)))
         yield (
             f"samples: there is none of {name} for {end - start:.4g} s after {start:.6g} s, where there is usually one "
-            f"every {usual:.3g} s: is a part missing? What is learned there follows from kernel and bounds alone"
+            f"every {usual:.3g} s: is a part missing? What is learned in this gap follows from kernel and bounds alone"
         )
 
 
@@ -269,7 +273,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: I
 
 
 def _alone(outside: Array) -> Array:
-    """Return `outside` (n,), distances outside of bounds, set to 0 unless the samples before and after are inside."""
+    """Return the distances `outside` of bounds (n,), set to 0 unless the samples before and after are inside."""
     beside = np.pad(outside, 1)
     return np.where((beside[:-2] <= 0) & (beside[2:] <= 0), outside, 0.0)
 
@@ -277,10 +281,10 @@ def _alone(outside: Array) -> Array:
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:
     """Return the distance of each sample from what its neighbours predict, shape (n,); 0 if the sample is not far off.
 
-    Predictions are the values before and after the sample, and the lines through two neighbours: a value beside a step
-    lies on one of these lines. The distance is that from the nearest prediction. A sample is far off if its distance
-    exceeds the noise, the usual distance, and the moves between neighbours, each times a factor. The first and the last
-    sample are never far off, because they may be all that is seen of a step.
+    Predictions are the values before and after the sample, and the lines through two neighbours (the value before or
+    after a step of the signal lies on one of these lines). The distance is that from the nearest prediction. A sample
+    is far off if its distance exceeds the noise, the usual distance, and the changes between neighbours, each times a
+    factor. The first and the last sample are never far off, because the signal may have a step beside them.
     """
     noise, n = noise_std * samples.relative_noise, len(samples)
     t, y = (np.pad(of, 3, constant_values=np.nan) for of in (samples.times, samples.values))
@@ -301,7 +305,7 @@ def _off_neighbours(samples: Samples, noise_std: float) -> Array:
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:
-    """Warn if a value jumps by a whole turn between two samples, and moves little between the others."""
+    """Yield a question if a value jumps by a whole turn between two samples, and changes little between all others."""
     moves = np.abs(np.diff(samples.values))
     for turn, remedy in _TURNS.items():
         jumps = moves > turn / 2
@@ -316,9 +320,9 @@ def _of_turns(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
-    """Warn if most samples of a state are many widths outside of its bounds.
+    """Yield a question if most samples of a state are outside of its bounds by many times their width.
 
-    That happens, for example, if metres and millimetres are mixed up.
+    This happens, for example, if metres and millimetres are mixed up.
     """
     off = float(np.quantile(_outside(samples, bounds), 1 - _MOST))
     if off > _BEYOND * bounds.width:
@@ -338,7 +342,7 @@ def _outside(samples: Samples, bounds: Interval, scale: float = 1.0) -> Array:
 
 
 def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
-    """Warn if the known noise is larger than all differences of the samples, as happens when units are mixed up."""
+    """Yield a question if the known σ_n exceeds the range of the samples, as it may if units are mixed up."""
     extent = float(np.ptp(samples.values))
     if len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
         yield (
@@ -348,7 +352,7 @@ def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
 
 
 def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
-    """Warn if the prior mean is far outside of the bounds; only for a window, as other claims refuse such a mean."""
+    """Yield a question if the prior mean is far outside of the bounds; used for windows, as other claims refuse it."""
     if -bounds.rest.margin(np.array(mean)) > _BEYOND * bounds.width:
         yield (
             f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "

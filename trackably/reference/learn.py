@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -52,8 +52,8 @@ Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
 """The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
-_FIRST = 200  # likely hyperparameters are learned from at most this many first samples of a name, in about a second
-_CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_reference`
+_FIRST = 200  # with a budget, hyperparameters are first learned from at most this many first samples of each name
+_CALLER = 3  # stack frames from `warn_about` up to the user's line, including the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
 
@@ -89,94 +89,102 @@ def learn_reference(
     ----------
     samples
         Samples by the name of the sampled state (or of a flat output, z1, z2, …). Each flat output of the system needs
-        at least one name. Names that show the same flat output, such as position and velocity, are learned from
-        together. "rate of x" is the velocity of a state x whose velocity is not a state: the change of x in one step,
-        per second. A system with one flat output takes samples of its first state without a name. A pandas Series or
-        DataFrame will do, with times in seconds as its index; NaN is no sample.
+        at least one name. Samples of several states that depend on the same flat output, such as position and velocity,
+        are used together. "rate of x" is the velocity of a state x whose velocity is not a state: the change of x in
+        one step, per second. A system with one flat output takes samples of its first state without a name. A pandas
+        Series or DataFrame is accepted, with times in seconds as its index; NaN is no sample.
     kernel
-        One kernel for all flat outputs, or one for each, by the name of its samples (the first name, where several show
-        one flat output). Each hyperparameter is a number (known), a pair (learned in this interval), or left out
-        (learned in an interval chosen from the samples).
+        One kernel for all flat outputs, or one for each, by the name of its samples (by the first name, if several
+        states depend on the flat output). Each hyperparameter is a number (known), a pair (learned in this interval),
+        or left out (learned in an interval chosen from the samples).
     claim
         What is proved. "all_times": every time t ≥ 0, with kernels that decay; the reference comes to rest at the prior
         mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
         seconds. "recorded": the window from the first sample to the last, or from the step before to the step after.
     noise_std
         σ_n, the standard deviation of the samples' noise; the `relative_noise` of samples multiplies it. A number is
-        taken as known. With a pair, σ_n is learned in this interval together with the function, and grows where bounds
-        keep the function off its samples. Left out, it is first learned without bounds and then held (with Matern52,
-        and a warning, where that explains the samples far better than a SquaredExponential); it is learned together
-        with the function where samples show no noise, where no function is found with the held value, and for the
-        `method` "hyperparameters". Where several states show one flat output, each needs a number in its own unit.
+        taken as known. With a pair, σ_n is learned in this interval together with the function, and grows if bounds
+        keep the function off its samples. If it is left out, it is first learned without bounds and then taken as known
+        (with the kernel Matern52, and a warning, if this kernel explains the samples far better than
+        SquaredExponential). It is instead learned together with the function if the samples show no noise, if no
+        function is found with the value learned first, and for the `method` "hyperparameters". If several sampled
+        states depend on one flat output, each needs a number in its own unit.
     mean
-        The prior mean, in the unit of the sampled states. A pair is an interval in which it is learned; left out, it is
-        learned without limits. Neither uses the bounds; but where the claim needs an equilibrium within the bounds, the
-        mean is the likeliest one that stays a hundredth of each width away from them.
+        The prior mean, in the unit of the sampled states. A pair is an interval in which it is learned; if it is left
+        out, it is learned without limits. Bounds have no influence on it, except if the claim needs an equilibrium
+        within the bounds: a mean without limits is then the likeliest one that stays a hundredth of each width away
+        from the bounds.
     learn_from
         Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
-        function is learned from `samples`: the paper's D_θ and D_t. Left out, both are learned from `samples`.
+        function is learned from `samples`: the paper's D_θ and D_t. If left out, both are learned from `samples`.
     method
         What is learned. "joint": function and hyperparameters together, so that J = l + D is least; l = −2 ln p(y) of
-        the samples, and D is what the bounds cost. "hyperparameters": these alone, so that the posterior mean keeps the
-        bounds, as in the paper. The `method` of the result says which was taken: "hyperparameters" also where "joint"
+        the samples, and D is the cost of the bounds. "hyperparameters": these alone, so that the posterior mean keeps
+        the bounds, as in the paper. The `method` of the result says which was taken: "hyperparameters" also if "joint"
         finds no function with a smaller J.
     centres
         The largest number of kernel centres for the samples of each name. None: one centre for each sample. A whole
         number: time is divided into bins, and the samples in each bin are replaced by four that have the same
         likelihood for every signal that is a cubic polynomial in each bin, noise included. "auto", with more than 500
         samples: just enough centres that, at the learned hyperparameters, the exact l differs by less than 4, and the
-        exact mean by less than a tenth of σ_n at samples, at centres and halfway between them; one for each sample if
-        half as many do not suffice, as for many kernels with kinks. With more than 4000 samples, this comparison is
-        with twice as many centres instead of all samples; `learn_stream` is faster then. The proof is of the reference
-        that is returned; its `explanation` gives the number of samples and centres, and the differences of l and of the
-        mean.
+        exact mean by less than a tenth of σ_n at samples, at centres and halfway between them; one centre for each
+        sample if half as many centres are not enough, as for many kernels with kinks. With more than 4000 samples, this
+        comparison is with twice as many centres instead of all samples; `learn_stream` is faster then. The proof is of
+        the reference that is returned; its `explanation` gives the number of samples and centres, and the differences
+        of l and of the mean.
     at
-        Waypoints: values of states and inputs, by name, that the reference has at times [s]. {0.0: {"position": -0.08,
-        "velocity": 0.0}} begins at a plant's present state. {6.0: "rest"} is in an equilibrium then, with the input
-        that holds it; which one is learned. Waypoints need the `method` "joint".
+        Waypoints: values of states and inputs, by name, that the reference has at times [s]. For example, with {0.0:
+        {"position": -0.08, "velocity": 0.0}} it begins at the plant's present state. With {6.0: "rest"} it is in an
+        equilibrium at 6 s, with the input that holds it; the equilibrium is learned. Waypoints need the `method`
+        "joint".
     at_tolerance
-        The largest deviation from these values, in their unit, for all names or by name; it is proved, by a certificate
-        for each time. Left out, it is 1e-4 of the width of the state's or input's bounds.
+        The largest deviation from the values in `at`, in their unit, for all names or by name; it is proved, by a
+        certificate for each time. If left out, it is 1e-4 of the width of the state's or input's bounds.
     disturbance
         W in x(k+1) = A x(k) + B u(k) + c + w(k), w(k) ∈ W, of a linear system: Zonotope.box(lower, upper), or another
-        Zonotope or ConvexHull. It holds 0. The reference then leaves room for every error that such disturbances may
-        cause under the feedback u = u_r + K (x - x_r), and the proof says so.
+        Zonotope or ConvexHull. It has to contain 0. The reference then keeps a distance from its bounds that covers
+        every error which these disturbances may cause under the feedback u = u_r + K (x - x_r), and the proof says so.
     measurement_noise
-        V of the measured state y = x + v, v(k) ∈ V: a Zonotope that holds 0, as W then has to be one. The feedback is
-        given y, u = u_r + K (y - x_r), and the proof says so.
+        V of the measured state y = x + v, v(k) ∈ V: a Zonotope that contains 0; W then has to be a Zonotope too. The
+        feedback uses y: u = u_r + K (y - x_r), and the proof says so.
     feedback
-        K (m, n), with all eigenvalues of A + B K inside the unit circle. Left out, it is a linear-quadratic regulator;
-        of several weights, those are taken that tighten the bounds least.
+        K (m, n), with all eigenvalues of A + B K inside the unit circle. If left out, it is a linear-quadratic
+        regulator; several weights are tried, and among those that tighten the bounds nearly least, the one with the
+        fastest decay of errors is taken.
     model_error
-        Plants that differ from the linear one that is learned for: ModelError.of(vertices), or ModelError.intervals of
-        named entries. Any point of their convex hull may be the plant, another one at each step. The reference then
-        leaves room for the errors that this may cause under the feedback, and for those of `disturbance` and
-        `measurement_noise`, which have to be zonotopes then. States and inputs whose coefficients are uncertain need
-        bounds of their own.
+        Linear plants that the true plant may be instead of `plant`: ModelError.of(vertices), or ModelError.intervals of
+        named entries. The true plant may be any point of their convex hull, another one at each step. The reference
+        then keeps a distance from its bounds that covers the errors which this may cause under the feedback, together
+        with those of `disturbance` and `measurement_noise`, which have to be zonotopes. States and inputs whose
+        coefficients are uncertain need bounds.
     margin
-        The part of each width by which the reference stays away from either bound: a substitute for a known W.
+        The part of each width between two bounds by which the reference stays away from both: a substitute for a known
+        set W of disturbances.
     truth
-        What is known of the true signal of a sampled state, Truth(noise=…, second_derivative=…), by name or for the
-        only one: bounds of the sensor's error and of the signal's slope or second derivative. They have to come from
-        the sensor and other data, not from these samples. The certificate then bounds the distance of the reference
-        from every such signal, from the first sample to the last, and `accuracy` compares it with the least possible.
+        What is known of the true signal of a sampled state, Truth(noise=…, second_derivative=…), by name, or without a
+        name for the first one: bounds of the sensor's error and of the signal's slope or second derivative. These
+        bounds have to come from the sensor and from other data, not from these samples. The certificate then bounds the
+        distance of the reference from every such signal, from the first sample to the last, and `accuracy` compares it
+        with the least possible.
     tolerance
-        With `truth`: the largest distance of the reference from the true signal that will do, in the state's unit, for
-        all names of `truth` or by name. The state then also keeps bounds that move, which exclude all values
-        that are further from a possible signal: the certificate states them, and proves a distance of at most this. If
-        the plant is disturbed, they hold for the plant too, at steps.
+        With `truth`: the largest distance allowed between the reference and the true signal, in the state's unit, for
+        all names of `truth` or by name. The state then also keeps bounds that move in time, which exclude all values
+        that are further than this from a possible true signal: the certificate states these bounds, and proves that the
+        distance is at most the tolerance. If the plant is disturbed, its state keeps these bounds at steps too.
     near
         A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
-        The search also starts at its hyperparameters and prior means, and the function for them is one more candidate.
-        So J is no larger than that of `near` if `near` keeps these bounds and was learned from these samples, up to
-        the duality gaps that explanations state and the cost of a back-off. It needs `method` "joint".
+        The search also starts at its hyperparameters and prior means (unless numbers are given for them), and the
+        function for these is one more candidate. So if `near` keeps these bounds and was learned from these samples,
+        with the same numbers given, J is no larger than that of `near`, up to the duality gaps that both explanations
+        state and the cost of tightening bounds for the proof. It needs `method` "joint".
     starts
         The number of points from which the search starts.
     budget
         Seconds after which the best proved reference is returned; its `explanation` says how far its J may be from the
         least. A function for likely hyperparameters is proved first, then one with hyperparameters from a single start,
-        then the same as without a budget. The result then depends on the machine and on its load. A step that is under
-        way is finished. None: there is no limit, and the result is always the same.
+        and last the one that would be learned without a budget. The result depends on the machine and on its load. The
+        limit may be exceeded by the time of one step of the computation. None: there is no limit, and the result is
+        always the same.
     progress
         Whether a line on a terminal counts fits, evaluations and boxes proved. Elsewhere, the logger "trackably" logs
         them every 10 s, at level INFO: `logging.basicConfig(level="INFO")` shows that.
@@ -184,32 +192,32 @@ def learn_reference(
     Warns
     -----
     DoubtfulInputWarning
-        Where the input is accepted, but is probably a mistake: a singular A, a root whose argument may be zero, a
-        window far from every sample or far beyond them, samples before time zero or that still move where all times
-        are claimed, stamps since 1970, an outlier, a noise_std larger than all that samples differ by. Also where
-        a hyperparameter lies at an end of the interval that was given for it, and where noise learned with the bounds
-        differs by more than a half from that without.
+        If the input is accepted, but is probably a mistake: a singular A; a root whose argument may be zero; a window
+        far from all samples or far beyond them; if all times are claimed, samples before time zero or that still move
+        at their end; times since 1970; samples, noise or means in a wrong unit; an outlier. Also if a learned
+        hyperparameter lies at an end of the interval that was given for it, and if noise learned with the bounds
+        differs by more than a half from noise learned without them.
     IgnoresSamplesWarning
-        Where the reference keeps its bounds, but does not follow its samples: it is off by more than 3 times what it
-        would be without bounds, by more than the noise, and by more than a tenth of the samples' spread.
+        If the reference keeps its bounds, but does not follow its samples: its distance from them is more than 3 times
+        that of a fit without bounds, more than the noise, and more than a tenth of the samples' spread.
 
     Raises
     ------
     TypeError
-        Where an argument is of another type: the message names it.
+        If an argument is of another type: the message names it.
     ValueError
-        Where samples, kernels, claim and options do not fit together, and where the prior mean is no admissible
-        equilibrium though all times are claimed. Where a value of `at` is outside of its set, or a time outside of the
-        claim. Where a disturbance leaves nothing of the bounds: the message says which bound is short by how much, and
-        which part of the disturbance set would do.
+        If samples, kernels, claim and options do not fit together; if all times are claimed, but the prior mean is no
+        admissible equilibrium; if a value of `at` is outside of its set, or a time outside of the claim; if a
+        disturbance leaves nothing of the bounds: the message then says which bound is too close by how much, and which
+        part of the disturbance set would be possible.
     NotTrackableError
-        Where no reference was found, or none that is proved: the message says by how much, where and why. Its `outcome`
-        is `Impossible` where values of `at` and bounds contradict each other whatever the kernel, and
-        `InfeasibleTightening` where only bounds that are tightened for this feedback or margin contradict: both are
-        found before anything is learned, and `save_contradiction` writes what the checker accepted. It is `OutOfTime`
-        where the budget ended before anything was proved, `NoSignal` where no signal of `truth` explains the samples,
-        and `TooFar` where a linear program finds no reference within the `tolerance`: the message says with which it
-        finds one.
+        If no reference was found, or none that is proved: the message says by how much, where and why. Its `outcome` is
+        `Impossible` if values of `at` and bounds contradict each other for every kernel, and `InfeasibleTightening` if
+        this holds only for bounds that are tightened for this feedback or margin: both are found before anything is
+        learned, and `save_contradiction` writes the contradiction that the checker accepted. It is `OutOfTime` if the
+        budget ended before anything was proved, `NoSignal` if no signal of `truth` explains the samples, and `TooFar`
+        if a linear program finds no reference within the `tolerance`: the message says for which tolerance it finds
+        one.
 
     """
     # The input: samples, plant and claim.
@@ -217,14 +225,14 @@ def learn_reference(
     learner = _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
-    plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
-    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
-    measured = replace(measured, plant=plant)
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    goal = goal_for(claim, measured.signals, prior, plant)
     asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
+    plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
+    plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
+    measured = replace(measured, plant=plant)
+    goal = goal_for(claim, measured.signals, prior, plant)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
@@ -244,7 +252,7 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        search = _Search(measured, goal, required, starts)
+        search = _Search(measured, goal, required, starts, between)
         with _in_time(budget, end):
             (certified, cost, limited), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
         pinned = tuple(at.found(certified.reference) for at in pinned)
@@ -272,15 +280,19 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
     if at and method != "joint":
-        raise ValueError('at: values at given times need method="joint", as hyperparameters alone cannot meet them')
+        raise ValueError(
+            f'at: values at given times need method="joint", got {method!r}, which learns hyperparameters alone and '
+            "cannot meet given values"
+        )
     if learn_from is not None and method != "joint":
         raise ValueError(
-            'learn_from: needs method="joint", as other methods learn nothing but what is learned from learn_from'
+            'learn_from: needs method="joint": method="hyperparameters" learns only hyperparameters, which learn_from '
+            "would determine"
         )
     if near is not None:
         instance("near", near, TrackableReference, "one that learn_reference returns")
         if method != "joint":
-            raise ValueError('near: needs method="joint", as the function for its hyperparameters is a candidate')
+            raise ValueError(f'near: needs method="joint", which can start from a learned function, got {method!r}')
     return _LEARNERS[method]
 
 
@@ -288,29 +300,34 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
-    `required` are the values of waypoints, and `starts` is the number of points from which each search starts.
+    `required` are the values of waypoints, `starts` is the number of points from which each search starts, and `free`
+    are the names whose prior mean is learned.
     """
 
     measured: Measurements
     goal: Goal
     required: tuple[RequiredValue, ...]
     starts: int
+    free: Collection[str]
 
     def stages(
         self, first: EmpiricalPrior, learner: Learner, near: TrackableReference | None, has_budget: bool
     ) -> Iterator[Callable[[], Found]]:
-        """Yield functions that each learn a reference: from `near`, then quickly if there is a budget, then at best.
+        """Yield functions that each learn a reference: one from `near`, two quick ones if there is a budget, the best.
 
-        ValueError: `near` does not fit.
+        ValueError: `near` has other names or kernels than this search.
         """
         if near is not None:
-            yield partial(self.learn, *_of_neighbour(near, first))
+            yield partial(self.learn, *_of_neighbour(near, first, self.free))
         if has_budget and first.prior.learned:
             yield from self._quick_stages(first, learner)
         yield partial(self.learn, first, _informed(learner, first, near))
 
     def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
-        """Return the best reference for a prior. NotTrackableError: none was found, or none that is proved."""
+        """Return the best proved reference for a prior, with the effect of condensing and shortened search intervals.
+
+        NotTrackableError: no reference was found, or none that is proved.
+        """
 
         def certified(
             of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
@@ -328,9 +345,10 @@ class _Search:
         return _with_unconstrained(None if limited else first.likeliest, found), cost, limited
 
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
-        """Yield stages that prove a reference sooner than the whole search does, for likely hyperparameters.
+        """Yield functions that prove a reference sooner than the whole search does, for likely hyperparameters.
 
-        If `first` does not know them, they are learned here without bounds, from the first samples of each name.
+        If `first` has no likely hyperparameters, they are learned here without bounds, from the first samples of each
+        name.
         """
         likeliest = first.likeliest
         if likeliest is None:
@@ -363,23 +381,35 @@ class _Search:
         return SearchSpace.around(self.measured.signals, prior, self.starts)
 
 
-def _of_neighbour(near: TrackableReference, first: EmpiricalPrior) -> tuple[EmpiricalPrior, Learner]:
+def _of_neighbour(
+    near: TrackableReference, first: EmpiricalPrior, free: Collection[str]
+) -> tuple[EmpiricalPrior, Learner]:
     """Return a prior with the hyperparameters and means of `near`, and a learner that starts at the function of `near`.
 
-    ValueError: `near` has other names or kernels, or its hyperparameters differ from those that are given as known.
+    Hyperparameters that are known, and means of names that are not in `free`, keep their values in `first`. ValueError:
+    `near` has other names or kernels.
     """
     own, theirs = first.prior, near.prior
     kinds = [[type(part.kernel) for part in prior.parts] for prior in (own, theirs)]
     if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
         raise ValueError(
-            "near: expected a reference learned from samples of the same names, with the same kinds of kernels"
+            f"near: expected a reference learned from samples of {', '.join(own.names)} with the same kinds of kernels "
+            f"({', '.join(kind.__name__ for kind in kinds[0])}), got one of {', '.join(theirs.names)} "
+            f"({', '.join(kind.__name__ for kind in kinds[1])})"
         )
-    held = replace(first, prior=theirs.as_known(), with_noise=None)
+    given = first.with_noise or first.prior
+    known = {name: value for name, value in given.hyperparameters.items() if name not in given.learned}
+    every = zip(own.names, own.parts, theirs.as_known().with_hyperparameters(known).parts, strict=True)
+    parts = [part if name in free else replace(part, mean=ours.mean) for name, ours, part in every]
+    held = replace(first, prior=theirs.with_parts(parts), with_noise=None)
     return held, replace(FUNCTION, solve=partial(function_near, near.fit.solution))
 
 
 def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference | None) -> Learner:
-    """Return a learner of functions that knows the minima of l, and also starts at the hyperparameters of `near`."""
+    """Return `learner` with more starts: the minima of l that `first` knows, and the hyperparameters of `near`.
+
+    A learner of hyperparameters alone is returned unchanged.
+    """
     if learner is HYPERPARAMETERS:
         return learner
     also = [np.log([of.prior.hyperparameters[name] for name in first.prior.learned]) for of in (near,) if of]
@@ -397,9 +427,10 @@ def _in_time(budget: float | None, end: float) -> Iterator[None]:
 
 
 def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
-    """Return the result with the least J of the stages that the budget has time for, and whether all stages ran.
+    """Call functions that learn references until the budget ends; return the result with the least J.
 
-    Of equal results, the later one is returned. BudgetEnded or NotTrackableError: no stage had a result.
+    Also return whether all of them were called. Of equal results, the later one is returned. BudgetEnded or
+    NotTrackableError: there is no result.
     """
     best: Found | None = None
     why: NotTrackableError | None = None
@@ -427,9 +458,9 @@ def _is_no_worse(one: Found, other: Found) -> bool:
 
 
 def _with_unconstrained(likeliest: JointPosterior | None, certified: Certified) -> Certified:
-    """Return `certified` with the posterior without bounds to which it is compared.
+    """Return `certified` with a posterior without bounds, to which its fit is compared.
 
-    That is `likeliest` if given, otherwise the one that the search found, otherwise one that is computed here.
+    This is `likeliest` if it is given, otherwise the posterior that the search found, otherwise one computed here.
     """
     solution = certified.solution
     least = likeliest or solution.unconstrained

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from trackably.exports.table import Units
 
 
-# Methods that all proved references offer to users, in the conventions of common tools.
+# Methods of all proved references, in the conventions of common tools.
 
 
 class Values(NamedTuple):
@@ -66,9 +66,9 @@ class ExportMixin:
     def plot(self: Proved, start: float | None = None, end: float | None = None) -> Figure:
         """Draw states and inputs between their bounds from `start` to `end` [s], and the samples if there are any.
 
-        By default these are the ends of the claim. If all times are proved, the default is one period, or the time
-        until the reference has settled, but at most twice the time of its last kernel or piece. ValueError: a time is
-        not proved. MissingExtra: matplotlib is not installed.
+        By default these are the first and the last proved time. If all times are proved, the default is one period, or
+        the time until the reference has settled, but at most twice the time of its last kernel or polynomial piece.
+        ValueError: a time is not proved. MissingExtra: matplotlib is not installed.
         """
         from trackably.exports.proved import figure  # noqa: PLC0415
 
@@ -110,7 +110,7 @@ class ExportMixin:
     def to_control(self: Proved) -> FlatTrajectory:
         """Return the reference as a trajectory of a flat system in python-control: `.eval(times)`, `.response(times)`.
 
-        Signals are rows there and times are columns: shapes (n, N) and (m, N).
+        These return one row for each state or input and one column for each time: shapes (n, N) and (m, N).
         """
         from trackably.exports.control import FlatTrajectory  # noqa: PLC0415
 
@@ -187,7 +187,7 @@ class ProvedReference(ExportMixin, ABC):
     def __post_init__(self) -> None:
         """Let the checker judge the certificates.
 
-        NotTrackableError: it refuses one. ValueError: one is about another reference.
+        NotTrackableError: the checker refuses one. ValueError: a certificate is about another reference.
         """
         for certificate in (self.certificate, *self.pin_certificates):
             found_or_raise(judge(certificate))
@@ -203,7 +203,7 @@ class ProvedReference(ExportMixin, ABC):
     @property
     @abstractmethod
     def explanation(self) -> str:
-        """The proved statement, and what else is known about the reference."""
+        """The proved statement as a sentence, and what else is known about the reference."""
 
     def state(self, k: Array | int) -> Array:
         """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError: a step is not proved."""
@@ -235,9 +235,9 @@ class ProvedReference(ExportMixin, ABC):
 
     @property
     def identity(self) -> str:
-        """The reference's identity in the checker's words: its fingerprint, its times, and its first states.
+        """The reference's identity as the checker prints it: SHA-256, kernels or pieces with their times, first states.
 
-        Times are those of kernels with nonzero weights, or of pieces.
+        Kernels with the weight 0 do not count.
         """
         reference, begun = self.reference, 0.0
         if reference.pieces:

@@ -1,4 +1,4 @@
-"""What a user asks for, checked: samples by name, a prior for each name, and a mean that a claim allows."""
+"""Check the user's input: samples by name, a prior for each name, and a prior mean that the claim allows."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -31,11 +31,16 @@ Noise = float | tuple[float, float] | Mapping[str, float | tuple[float, float] |
 
 
 def _value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
-    """Return the value for a name, given for all names or by name. ValueError: `what` is missing for it."""
+    """Return the value for a `name`, from one value for all names or values by name.
+
+    ValueError, which begins with the argument's name `what`: there is no value for this name.
+    """
     if not isinstance(given, Mapping):
         return given
     if name not in given:
-        raise ValueError(f"{what}: is missing for {name}, given for {', '.join(map(str, given)) or 'none'}")
+        raise ValueError(
+            f"{what}: expected a value for {name}, got values for {', '.join(map(str, given)) or 'no name'} only"
+        )
     return given[name]
 
 
@@ -49,7 +54,7 @@ def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | N
         raise ValueError(f"{error}{'' if name in str(error) else f' for {name}'}") from None
 
 
-# Samples in tables with an index of times, as pandas has them; nothing is imported from there.
+# Samples in tables with an index of times, as in pandas, which is not imported.
 
 
 @runtime_checkable
@@ -85,7 +90,9 @@ def _of_column(what: str, column: SeriesLike) -> Samples:
     rows. ValueError as `Samples` raises it, for example if times are not in order.
     """
     if type(column.index).__name__ == "RangeIndex":
-        raise TypeError(f"{what}: expected an index of times in seconds, got row numbers; see `frame.set_index(times)`")
+        raise TypeError(
+            f"{what}: expected an index of times in seconds, got row numbers; set it by `frame.set_index(times)`"
+        )
     times = np.asarray(column.index)
     if times.dtype.kind == "M" or hasattr(column.index, "tz"):
         raise TypeError(f"{what}: index: expected times in seconds, got dates; {_SECONDS_OF_DATES}")
@@ -104,11 +111,11 @@ SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLi
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """Samples of a `plant` by name, with the noise `noise_std` of each.
+    """Samples of a `plant`, `given` by name, with the noise `noise_std` of each name.
 
     `kinds` has, for each flat output, the names of the samples that depend on it; their noise is relative to that of
-    the first name. If a name has many samples, they are condensed (replaced by fewer kernel centres) according to
-    `centres`; see `condense_by_name` for `times`.
+    the first name. If a name has many samples, they are replaced by fewer ones according to the option `centres`, whose
+    number is multiplied by `times` (see `condense_by_name`).
     """
 
     plant: ConstrainedSystem
@@ -120,7 +127,7 @@ class Measurements:
 
     @classmethod
     def of(cls, samples: SamplesLike, plant: ConstrainedSystem, noise_std: Noise, centres: Centres) -> Self:
-        """Check and return the samples. TypeError and ValueError as in `learn_reference`."""
+        """Check the arguments, and return the measurements. TypeError and ValueError as in `learn_reference`."""
         require_plant(plant)
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
         return cls(plant, given, _kinds(plant, given), noise_std, centres)
@@ -136,14 +143,15 @@ class Measurements:
             if len(names) > 1 and unknown:
                 got = _value_of(self.noise_std, unknown[0], "noise_std")
                 raise ValueError(
-                    f"noise_std: must be given as a number for each of {' and '.join(names)}, which show the same flat "
-                    f"output in units of their own, as {dict.fromkeys(names, 0.1)}; got {got!r}"
+                    f"noise_std: expected a number for each of {' and '.join(names)}, which depend on the same flat "
+                    f"output, as {dict.fromkeys(names, 0.1)}, each in the unit of its samples; got {got!r} for "
+                    f"{unknown[0]}"
                 )
         return relative_to_first(self.given, self.kinds, self.known_noise)
 
     @cached_property
     def fewer(self) -> dict[str, Samples]:
-        """The samples to learn from, by name."""
+        """The samples to learn from, by name: all of them, or fewer that represent them."""
         return condense_by_name(self.all, self.kinds, self.centres, self.known_noise, self.times)
 
     @cached_property
@@ -153,7 +161,7 @@ class Measurements:
 
     @cached_property
     def known_noise(self) -> dict[str, float]:
-        """The noise of each name for which a number is given."""
+        """σ_n of each name for which a number is given."""
         of = self.noise_std
         given = {name: of.get(name) if isinstance(of, Mapping) else of for name in self.given}
         return {
@@ -162,18 +170,18 @@ class Measurements:
 
     @cached_property
     def all_signals(self) -> tuple[Samples, ...]:
-        """All samples of each flat output."""
+        """All samples, joined for each flat output."""
         return sampled_signals(self.plant, self.all)[1]
 
     @cached_property
     def signals(self) -> tuple[Samples, ...]:
-        """The samples to learn from, of each flat output."""
+        """The samples to learn from, joined for each flat output."""
         return sampled_signals(self.plant, self.fewer)[1]
 
     def others(self, what: str, samples: SamplesLike) -> Self:
-        """Return measurements of other samples of the same names; `what` names them in messages.
+        """Return measurements of other `samples` of the same names; `what` is the argument's name in messages.
 
-        ValueError: they have other names.
+        ValueError: the samples have other names.
         """
         given = samples_by_name(samples, self.plant, what)
         if _kinds(self.plant, given) != self.kinds:
@@ -187,17 +195,17 @@ class Measurements:
         prior_of: Callable[[T], JointPrior],
         before: T | None = None,
     ) -> tuple[T, tuple[Condensation, ...]]:
-        """Return the result of learning from samples of each flat output, and the effect of condensing them.
+        """Return the result of `learn` for the samples of all flat outputs, and the effect of using fewer samples.
 
-        If the learned hyperparameters need more centres, learn again with more, starting from the last result.
+        `learn` takes the samples and its last result. If the learned hyperparameters (`prior_of` the result) need more
+        centres, it is called again with more centres.
         """
         found = learn(self.signals, before)
         enough, cost = self.enough_for(prior_of(found))
         return (found, cost) if enough is self else enough.learn_enough(learn, prior_of, found)
 
     def enough_for(self, prior: JointPrior) -> tuple[Self, tuple[Condensation, ...]]:
-        """Return the measurements with enough centres for a prior with known hyperparameters, and
-        the effect of condensing.
+        """Return measurements with enough centres for a prior, and the effect of replacing samples by these centres.
 
         "auto" doubles the number of centres until the effect is small, or all samples are used. If some
         hyperparameters are still to be learned, return the same measurements and no effect.
@@ -210,7 +218,7 @@ class Measurements:
     def priors(self, kernel: Kernel | Mapping[str, Kernel], mean: float | Mapping[str, float]) -> dict[str, Prior]:
         """Return the prior of each flat output, by name.
 
-        TypeError or ValueError, with the name in question: something is invalid, missing, or given for another name.
+        TypeError or ValueError, with the name concerned: a value is invalid, missing, or given for another name.
         """
         noise_std = self.noise_std
         if isinstance(noise_std, Mapping):
@@ -237,7 +245,7 @@ def _kinds(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ..
 
 
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
-    """Return samples by the sampled name. TypeError: they are no samples."""
+    """Return samples by the sampled name. TypeError: `given` is no form of samples that is accepted."""
     if isinstance(given, FrameLike):
         return {str(name): _of_column(f"{what}[{str(name)!r}]", given[name]) for name in given.columns}
     if isinstance(given, Samples | SeriesLike):
@@ -258,15 +266,16 @@ def _samples(what: str, given: object, of: str = "") -> Samples:
     return given
 
 
-# The prior mean, which has to be an equilibrium for as long as the claim requires.
+# The prior mean: if all times are claimed, it has to be an equilibrium within the bounds.
 
 
 def refuse_mean(
     claim: Claim, prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None = None
 ) -> None:
-    """Raise ValueError if the claim needs the prior mean to be followed for ever, and this is not possible.
+    """Raise ValueError if the plant has to follow the prior mean for ever, but cannot.
 
-    `tightening` is None, or how the bounds of the plant were tightened.
+    It has to if all times t ≥ 0, or all phases of a period, are claimed. `tightening` is None, or how the bounds of the
+    plant were tightened.
     """
     if quantities_at_rest(claim, plant):
         why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
@@ -274,8 +283,8 @@ def refuse_mean(
 
 
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
-    """Return the quantities that have to keep their bounds while the prior mean is held for ever, for this claim."""
-    # A vehicle may move for ever: it has to come to rest only where the kernel decays.
+    """Return the quantities that have to keep their bounds while the plant rests at the prior mean, for this claim."""
+    # A vehicle may move for ever with a periodic kernel; with a kernel that decays, it comes to rest.
     is_free = isinstance(claim, Window) or (plant.flat_form and isinstance(claim, AllPhases))
     return () if is_free else plant.quantities
 
@@ -303,7 +312,7 @@ def _remaining_text(quantity: Quantity, tightening: Tightening) -> str:
 
 
 def _instead(quantity: Quantity, level: float, prior: JointPrior, or_else: str) -> str:
-    """Suggest another mean, if the quantity is a sampled state, whose unit the mean has; otherwise `or_else`."""
+    """Return the end of a message: a better mean if the quantity is a sampled state, otherwise `or_else`."""
     bounds = quantity.bounds.rest
     if bounds.lower <= level <= bounds.upper:
         return ""
@@ -319,8 +328,8 @@ def _place_text(quantity: Quantity, level: float, why: str, or_else: str) -> str
     at = f"the {quantity.name} is {bounds.shown(level)}"
     if level in {bounds.lower, bounds.upper}:
         return (
-            f"{at}, on a bound of {bounds}: a reference that fades to it has in the end no margin, and rounding alone "
-            "needs one; widen this bound or move the mean inside, if only by a millionth of the width"
+            f"{at}, on a bound of {bounds}: a reference that tends to it has no margin in the end, but a proof needs "
+            "one for rounding errors; widen this bound or move the mean inside, by a millionth of the width at least"
             f"{or_else and f', or {or_else}'}"
         )
     return f"{at}, not inside {bounds}: {why}"

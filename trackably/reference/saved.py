@@ -1,4 +1,4 @@
-"""What files of saved references hold: the reference and the proved times. Loading one proves the reference again."""
+"""Files of saved references: the reference and the proved times. Loading a file proves the reference again."""
 
 import re
 from abc import ABC, abstractmethod
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class SavedTightening:
-    """The `given` plant, and the parameters of its tightening, which is computed again when the file is read."""
+    """The `given` plant and the parameters by which its bounds were tightened, and are tightened again on reading."""
 
     given: ConstrainedSystem
     margin: float
@@ -60,7 +60,8 @@ class SavedTightening:
 class Saved(ABC):
     """The content of the file of a reference; subclasses say how the reference was found.
 
-    `proved_from` and `proved_until` [s] are None unless a window is proved. ValueError: they are no window.
+    `proved_from` and `proved_until` [s] are the ends of the proved window, or None if all times are proved. ValueError:
+    only one of them is None, or they do not increase.
     """
 
     proved_from: float | None
@@ -88,7 +89,7 @@ class Saved(ABC):
 
         content = read_bytes(path)
         if re.search(rb'"format": "track(ably|able) certificate"', content):
-            raise InputError(f"{path}: holds a certificate; expected a reference, as `save` writes it")
+            raise InputError(f"{path}: expected a reference, as `save` writes it, got a certificate")
         try:
             return loads(cls, content)
         except CodecError as error:
@@ -99,7 +100,7 @@ class Saved(ABC):
         ends = self.proved_from, self.proved_until
         if (ends[0] is None) is not (ends[1] is None):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
-        _ = self.computed_tightening  # computed here, so that it raises its errors here
+        _ = self.computed_tightening  # computed here, so that a wrong file is refused on reading
         if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
             raise ValueError(f"proved_from and proved_until: expected start < end, got {ends[0]} and {ends[1]}")
 
@@ -114,7 +115,10 @@ class Saved(ABC):
         write_atomically(path, dumps(self))
 
     def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
-        """Prove the claim again, and the required values at each time; return the certificates, or a failure."""
+        """Prove the claim and the required values again.
+
+        Return the certificate of the claim and those of the values, or the failure of a proof.
+        """
         if self.proved_from is None or self.proved_until is None:
             found = prove(self.reference)
         else:
@@ -128,9 +132,9 @@ class Saved(ABC):
 
 @dataclass(frozen=True, repr=False)
 class Unchecked(Generic[T]):
-    """A reference that was read, but not checked within `seconds`; nothing is known about it.
+    """A reference that was read from `path`, but not checked within `seconds`, so that nothing is known about it.
 
-    `check` checks it without a limit of time, and returns the reference or raises as `load` does.
+    `check` checks it without a time limit, and returns the reference or raises the errors of `load`.
     """
 
     path: Path
@@ -139,7 +143,10 @@ class Unchecked(Generic[T]):
 
     @property
     def explanation(self) -> str:
-        return f"{self.path}: is unchecked after {self.seconds:g} s, and nothing is known yet; `check()` finishes it"
+        return (
+            f"{self.path}: is unchecked after {self.seconds:g} s, so that nothing is known about the reference; call "
+            "`check()` to check it without a time limit"
+        )
 
     def __repr__(self) -> str:
         return f"Unchecked({self.explanation})"

@@ -40,7 +40,7 @@ from trackably.systems.tightening import Tightening
 
 
 class LearnedReference(ProvedReference):
-    """A proved reference that was learned from samples, and can be saved with all that it was learned from."""
+    """A proved reference that was learned from samples; it can be saved together with its samples and its prior."""
 
     @property
     @abstractmethod
@@ -50,7 +50,7 @@ class LearnedReference(ProvedReference):
     @property
     @abstractmethod
     def misfits(self) -> tuple[Misfit, ...]:
-        """The differences of samples and reference, for each sampled name."""
+        """The differences between samples and reference, for each sampled name."""
 
     @classmethod
     @abstractmethod
@@ -71,9 +71,9 @@ class LearnedReference(ProvedReference):
         return {misfit.name: misfit.size for misfit in self.misfits}
 
     def accuracy(self, name: str | None = None) -> Accuracy:
-        """Return error bounds of the state `name` (by default the first): this reference's, and the least possible.
+        """Return bounds of the distance between a state and its true signal: the proved one, and the least possible.
 
-        They bound the distance from the true signal. ValueError: no `truth` was given for this state.
+        Without a name, it is the first state with a `truth`. ValueError: no `truth` was given for this state.
         """
         return accuracy(self.certificate, name)
 
@@ -108,8 +108,8 @@ class TrackableReference(LearnedReference):
     `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the waypoints (values asked
     for at single times), one certificate a time, in the order of `fit.pinned`. `tightening` tells how the plant's
     bounds were tightened, for disturbances or by a margin; `reference` keeps the tightened bounds. Methods raise
-    ValueError for steps k outside of the proved times, and with |k T_s| > `certificate.last_time`; `reference` has
-    values there too, but no guarantee.
+    ValueError for steps k outside of the proved times, and for |k T_s| > `certificate.last_time`; `reference` has
+    values at these steps too, but without guarantee.
     """
 
     fit: Fit
@@ -129,7 +129,7 @@ class TrackableReference(LearnedReference):
 
     @property
     def samples(self) -> tuple[Samples, ...]:
-        """The samples of the flat outputs; where there were too many, the fewer ones that stand for them."""
+        """The samples of each flat output that were learned from; of many samples, fewer ones that represent them."""
         return self.fit.samples
 
     @property
@@ -144,7 +144,7 @@ class TrackableReference(LearnedReference):
 
     @property
     def misfits(self) -> tuple[Misfit, ...]:
-        """The differences of samples and reference for each sampled name, also for the reference without bounds."""
+        """The differences between samples and reference for each sampled name, also for the fit without bounds."""
         return self.fit.misfits
 
     @property
@@ -167,12 +167,15 @@ class TrackableReference(LearnedReference):
 
     @property
     def duality_gap(self) -> float:
-        """The most by which a better function within the bounds could lower J, for the same hyperparameters."""
+        """An upper bound of the amount by which another function within the bounds may lower J.
+
+        It is for the same hyperparameters; if bounded quantities are nonlinear formulas, it holds to first order.
+        """
         return self.fit.duality_gap
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
-        """The bounds that the reference touches: their times, multipliers and prices."""
+        """The bounds that the reference touches, with their times, multipliers and prices."""
         return self.fit.active_bounds
 
     def state_std(self, k: Array | int) -> Array:
@@ -194,12 +197,12 @@ class TrackableReference(LearnedReference):
         """Return draws of states and inputs at steps k, given the samples and the bounds; the same for the same seed.
 
         Every draw keeps the bounds at the steps k, at up to 51 steps between the first sample and the last, and where
-        the reference touches a bound; it may break them between these steps. The bounds are those of `reference`, so
-        tightened ones where there are any. Inputs of a nonlinear system are drawn to first order around the reference.
+        the reference nearly touches a bound; it may violate bounds between these steps. The bounds are those of
+        `reference`, which may be tightened. Inputs of a nonlinear system are drawn to first order around the reference.
         Shapes (count, *k.shape, n) and (count, *k.shape, m).
 
         Raises ValueError for steps outside of the proved times and for too many steps, and NoRoom (an ArithmeticError)
-        where the bounds leave no room for draws.
+        if no values satisfy the bounds.
         """
         self._refuse_unproved(k)
         whole("draws: count", count, least=1)
@@ -208,8 +211,7 @@ class TrackableReference(LearnedReference):
         return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
 
     def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
-        """Return the intervals that hold each state and each input at steps k with probability
-        `coverage`, within the bounds.
+        """Return intervals that contain each state and input at steps k with probability `coverage`, within the bounds.
 
         They are the shortest intervals with this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), for the
         lower and for the upper ends. Raises ValueError and NoRoom as `draws` does.
@@ -219,14 +221,12 @@ class TrackableReference(LearnedReference):
 
     @property
     def unconstrained_misfit(self) -> dict[str, float]:
-        """The root mean square of samples minus the reference learned without bounds, by the
-        sampled name and in its unit.
-        """
+        """The root mean square of samples minus the fit without bounds, by the sampled name and in its unit."""
         return {misfit.name: misfit.size_unconstrained for misfit in self.fit.misfits}
 
     @property
     def explanation(self) -> str:
-        """A text: what is proved, how far the reference is from its samples, and what its bounds cost."""
+        """A text that says what is proved, how far the reference is from its samples, and what its bounds cost."""
         fit = self.fit
         said = [
             ignores_samples(fit),
@@ -245,13 +245,11 @@ class TrackableReference(LearnedReference):
         return "; ".join(filter(None, said))
 
     def unconstrained(self) -> Reference:
-        """Return the reference with the least l without bounds, for comparison: the system may
-        be unable to follow it.
-        """
+        """Return the reference of least l without bounds, for comparison: the system may be unable to follow it."""
         return self.fit.unconstrained
 
     def save(self, path: Path | str) -> None:
-        """Write everything as JSON, losslessly and atomically. Raises OSError."""
+        """Write the reference, its samples, prior and claim to a JSON file, without loss. Raises OSError."""
         SavedReference.of(self.fit, self.certificate, self.tightening).write(new_file("save", path))
 
     @classmethod

@@ -53,9 +53,9 @@ from trackably.systems.tightening import Tightening
 _NEAR = 30
 """Pairs among this many measurements before a time and as many after it are examined; others hardly help."""
 
-_CELLS, _TERMS = 300, 12
-_ROUNDING = 1e-9  # part of the largest error that is added to all errors, as room for rounding
-_STEPS = 3000  # most steps in the linear program for the least ε
+_CELLS, _TERMS = 300, 12  # about this many cells (intervals of time) for a proof; Taylor terms in each
+_ROUNDING = 1e-9  # part of the largest error that is added to all errors, to cover rounding
+_STEPS = 3000  # most time steps in the linear program for the least ε
 _KNOTS = 4000  # most knots in linear programs for signals, unless there are more measurements
 
 
@@ -87,7 +87,10 @@ class Truth:
         if self.slope is None and self.second_derivative is None:
             raise ValueError("truth: expected a bound of the slope, of the second derivative, or of both")
         if (self.rate is None) is not (self.rate_noise is None) or (self.rate and self.second_derivative is None):
-            raise ValueError("truth: a rate needs rate_noise and second_derivative, and rate_noise needs a rate")
+            raise ValueError(
+                f"truth: expected rate and rate_noise together, with second_derivative, got rate={self.rate!r}, "
+                f"rate_noise={self.rate_noise}, second_derivative={self.second_derivative}"
+            )
 
 
 TruthLike = Truth | Mapping[str, Truth]
@@ -96,9 +99,10 @@ Tolerance = float | Mapping[str, float] | None
 
 @dataclass(frozen=True)
 class Sought:
-    """A class `of` true signals of a state, and the `tolerance` within which the reference has to follow them all.
+    """A class `of` possible true signals of a state, and the `tolerance` within which the reference has to follow them.
 
-    `derived` points help to prove this: each is a bound at one time that a linear program finds from many measurements.
+    `derived` points help to prove it: each has bounds of all these signals at one time, which a linear program finds
+    from many measurements.
     """
 
     of: SignalClass
@@ -113,12 +117,13 @@ def true_signals(
     plant: ConstrainedSystem,
     claim: Claim,
 ) -> tuple[ConstrainedSystem, dict[str, Sought]]:
-    """Return, by name, the possible true signals of each state that `truth` describes.
+    """Return the plant with a bound for each `tolerance`, and the possible true signals of each state in `truth`.
 
-    Also return the plant with one more row for each state with a `tolerance` ε, U(t) − ε ≤ x(t) ≤ D(t) + ε from the
-    first sample to the last. TypeError or ValueError: `truth` does not fit the samples or the plant; a tolerance is no
-    positive number, is of another state, or all phases are claimed. NotTrackableError: no signal of a class explains
-    its samples, or a tolerance is too small for every reference.
+    For each state x with a tolerance ε, the plant has one more bound U(t) − ε ≤ x(t) ≤ D(t) + ε from the first sample
+    to the last, where U and D are the upper and the lower side of the possible signals. TypeError or ValueError:
+    `truth` does not fit the samples or the plant; a tolerance is no positive number, is of another state, or all phases
+    are claimed. NotTrackableError: no signal of a class explains its samples, or a tolerance is too small for every
+    reference.
     """
     if truth is not None and not isinstance(truth, Mapping):
         truth = {next(iter(samples)): truth}
@@ -128,7 +133,10 @@ def true_signals(
     if tolerance is None:
         return plant, found
     if not found or isinstance(claim, AllPhases):
-        raise ValueError("tolerance: give truth= of a sampled state too, and claim a window or all times")
+        raise ValueError(
+            "tolerance: give truth= of a sampled state too, and claim a window or all times t ≥ 0; got "
+            f"{'the claim of all phases' if found else 'no truth='}"
+        )
     for name, given in (tolerance if isinstance(tolerance, Mapping) else dict.fromkeys(found, tolerance)).items():
         if name not in found:
             raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
@@ -145,7 +153,10 @@ def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: C
     instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
     assert isinstance(truth, Truth), "instance has refused anything else"
     if not isinstance(plant.system, LinearSystem):
-        raise ValueError("truth: expected a linear system, as only its states can be compared with true signals")
+        raise ValueError(
+            "truth: expected a plant with a linear system, whose states can be compared with true signals, got a "
+            "nonlinear system"
+        )
     if name not in plant.system.states:
         raise ValueError(f"truth: expected names of states, {', '.join(plant.system.states)}, got {name}")
     for sampled in filter(None, (name, truth.rate)):
@@ -159,15 +170,15 @@ def _measure(samples: Samples, noise: float) -> Measured:
     return Measured(tuple(samples.times.tolist()), tuple(samples.values.tolist()), noise)
 
 
-# Sides of a class, in float64: the checker finds them again in rational arithmetic.
+# Upper and lower sides of a class of signals, in float64: the checker computes them again in rational arithmetic.
 
 
 Points = tuple[Any, Any, Any, Any]
-"""Points that every signal of a class passes closely: increasing times [s], values, bounds of the distance, indices."""
+"""Points near which every signal of a class passes: increasing times [s], values, bounds of the distance, indices."""
 
 
 def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
-    """Return the samples and the derived points; if some have the same time, only the one with the least noise."""
+    """Return the samples and the derived points (bounds at one time); of equal times, the one with the least noise."""
     found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
     best = {t: i for i, (t, _, _) in sorted(found.items(), key=lambda item: (-item[1][2], -item[0]))}
     times, values, noise, ids = zip(*sorted((*map(float, found[i]), i) for i in best.values()), strict=True)
@@ -216,10 +227,10 @@ class Sides:
         return cls(i, j, value + slack, value - slack)
 
     def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int], float]:
-        """Return the pair (i, j) with the tightest upper bound on x (T,), and that with the tightest lower bound.
+        """Return the pairs (i, j) of measurements with the tightest upper and with the tightest lower bound.
 
-        The tightest bound is the one whose largest distance from x, over the T times, is least. The larger one of the
-        two distances is returned last.
+        The tightest bound is the one whose largest distance from the values x (T,), over the T times, is least. The
+        larger one of the two distances is returned last.
         """
         apart = [np.max(side, axis=1) for side in (self.upper - x, x - self.lower)]
         upper, lower = ((int(self.i[k]), int(self.j[k])) for k in map(np.argmin, apart))
@@ -232,23 +243,26 @@ def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
 
 
 def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
-    """Return the upper side U and the lower side D at times [s], each of shape (T,)."""
+    """Return the least upper bound U and the largest lower bound D of a class's signals at `times` (T,) [s]: (T,) each.
+
+    They follow from pairs of nearby measurements and `derived` points.
+    """
     known = _points(of, derived)
     found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
     return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
 
 
-# The smallest proved error, cell by cell.
+# The smallest proved distance between reference and true signals, in each cell (interval of time).
 
 
 def true_signal(
     reference: Reference, claim: Claim, name: str, sought: Sought, robust: Tightening | None = None
 ) -> TrueSignal:
-    """Bound how far a state of the reference is from every signal of a class, from the first sample to the last.
+    """Bound the distance between a state of the reference and every signal of a class, from first to last sample.
 
-    For a claim of a window, only times in the window count. If the plant is disturbed, the state of the plant at
-    sampling instants is bounded too. ValueError: the reference is piecewise polynomial, or fewer than two samples lie
-    in the window.
+    For a claim of a window, only times in the window count. If the plant is disturbed, the distance of the plant's
+    state at sampling instants is bounded too. ValueError: the reference is piecewise polynomial, or fewer than two
+    samples lie in the window.
     """
     of = sought.of
     if reference.pieces:
@@ -261,7 +275,10 @@ def true_signal(
     found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
-        raise ValueError(f"truth: the {name} of the reference cannot be bounded at all times between its samples")
+        raise ValueError(
+            f"truth: no bound was found for the distance between the reference's {name} and its true signals at some "
+            "times between the samples"
+        )
     smallest = float(np.max(errors)) * _ROUNDING or _ROUNDING
     errors = np.maximum(errors, 0.0) + smallest
     proved = replace(found, errors=tuple(errors.tolist()))
@@ -272,12 +289,12 @@ Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[D
 
 
 def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Derived] = ()) -> Chosen:
-    """Return the pair of measurements for each side of each cell (an interval of time), and derived points.
+    """Return the pair of measurements for the upper and the lower side of each cell (interval of time), and points.
 
     `x` are values at some `times` [s] of each cell, both of shape (cells, T). The error of a cell is the largest
     distance between x and one of the sides. Many measurements together bound a signal more tightly than two. So at the
-    ends of the cells with the largest errors, linear programs combine all nearby measurements. The results are further
-    derived points, in addition to those `known_before`.
+    ends of the cells with the largest errors, linear programs combine all nearby measurements. Their results are
+    derived points (bounds at one time), which are added to those in `known_before`.
     """
     derived, asked = [*known_before], {d.time for d in known_before}
     ends, apart = times[:, [0, -1]].tolist(), np.zeros(len(times))
@@ -298,8 +315,9 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
 
 
 _WORST, _AT_ONCE, _DERIVED, _BESIDE = 0.95, 10, 120, 12
-"""Derived points are sought at the ends of cells whose error is at least the part _WORST of the largest error, for
-_AT_ONCE cells in a round, until there are _DERIVED points. Each is derived from _BESIDE measurements on each side.
+"""Derived points (bounds at one time, by linear programs) are computed at the ends of the cells whose error is at least
+the part _WORST of the largest error, for _AT_ONCE cells in a round, until there are _DERIVED points. Each is computed
+from _BESIDE measurements on each side.
 """
 
 
@@ -321,7 +339,8 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
 def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction], ...] | None:
     """Return the multipliers that bound a signal from above at a time [s]; from below for `sign` −1.
 
-    The program is solved with finer cells until the bound of its multipliers is near the value of a signal it found.
+    A linear program over signals is solved on finer and finer grids, until the bound that its multipliers prove is near
+    the value of a signal that it found. None if there are too few samples, or no program is solved.
     """
     found = None
     for cells in _FINER:
@@ -340,8 +359,8 @@ def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction]
     return found
 
 
-_GAP = 0.05  # part of the noise by which a bound at a derived point may exceed the value of a signal
-_FINER = 4, 16, 64  # cells between measurements: where few signals are in a class, a coarse program finds none of them
+_GAP = 0.05  # part of the noise: a bound at a derived point is precise enough if some signal is this near to it
+_FINER = 4, 16, 64  # cells between measurements, tried in turn: if few signals are in a class, a coarse grid has none
 
 
 def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction) -> list[Fraction] | None:
@@ -383,7 +402,7 @@ def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derive
     if isinstance(claim, Window):
         start, end = max(start, claim.start), min(end, claim.end)
     if not start < end:
-        raise ValueError(f"truth: two samples of {name} at least must lie within what is proved")
+        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
     ends = np.unique([start, end, *of.samples.times, *(of.rates.times if of.rates else ()), *(d.time for d in derived)])
     ends = ends[(start <= ends) & (ends <= end)]
     widest = (end - start) / cells
@@ -391,7 +410,7 @@ def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derive
 
 
 def _in_cells(edges: Array) -> Array:
-    """Return five times [s] in each cell, at which errors are compared, its ends included: shape (cells, 5)."""
+    """Return five times [s] in each cell between two `edges`, its ends included: shape (cells, 5)."""
     return np.linspace(edges[:-1], edges[1:], 5, axis=1)
 
 
@@ -423,7 +442,7 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     return float_above(Fraction(proved.error) + max(sides))
 
 
-# Linear programs over signals whose highest derivative is piecewise constant. Each feasible signal is in the class.
+# Linear programs over signals whose highest bounded derivative is piecewise constant. Each feasible signal is possible.
 
 
 @dataclass(frozen=True, eq=False)
@@ -440,9 +459,7 @@ class Signals:
 
     @classmethod
     def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> Self:
-        """Return signals with knots at all measurements, at the times `also`, and `cells` − 1
-        more between two of them.
-        """
+        """Return signals with knots at all measurements, at the times `also`, and `cells` − 1 between two of these."""
         rates = of.rates or Measured((), (), 0.0)
         own = np.unique([*of.samples.times, *rates.times, *also])
         cells = max(1, min(cells, _KNOTS // max(1, len(own))))
@@ -452,7 +469,7 @@ class Signals:
                          for bound in (of.slope, of.second_derivative))  # fmt: skip
         h, free = np.diff(knots), (None, None)
         one = np.ones(len(h))
-        # values and slopes; without a bound of the second derivative, slopes are constant between two knots
+        # States are values and slopes; without a bound of the second derivative, slopes are constant between two knots.
         moves = [[one, h]] if second is None else [[one, h, h**2 / 2], [0 * h, one, h]]
         each = [free, slope or free] if second is None else [free, slope or free, second]
         steps, bounds = np.moveaxis(np.array(moves), 2, 0), each * len(knots)
@@ -470,7 +487,7 @@ class Signals:
         return cost
 
     def ends_at(self, t: float) -> tuple[float, float] | None:
-        """Return the least and the largest value of a signal at the knot t [s]; None if they are not found."""
+        """Return the least and the largest value of all signals at the knot t [s]; None if they are not found."""
         low, high = (self.courses.minimise(sign * self.value_at(t)) for sign in (1.0, -1.0))
         return None if low.x is None or high.x is None else (low.fun * self.unit, -high.fun * self.unit)
 
@@ -519,7 +536,8 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
 def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
     """Return the indices of measurements that contradict each other, and the multipliers of all measurements.
 
-    Without a contradiction, there are no indices. The largest multiplier is 1 or −1. Samples come first, then rates.
+    Without a contradiction, there are no indices. Multipliers are scaled so that the largest absolute value is 1.
+    Samples come first, then rates.
     """
     courses = Signals.of(of, cells=cells).courses
     found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
@@ -548,15 +566,15 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     return replace(of, samples=samples, rates=some(of.rates, rates) if of.rates and rates else None)
 
 
-# The tolerance of a reference, as bounds that move.
+# The tolerance of a reference as bounds that move in time.
 
-_SHARE = 0.98  # this part of a tolerance is imposed; the proof needs the rest, because it bounds cubics by coefficients
+_SHARE = 0.98  # this part of a tolerance is imposed; the other part covers the estimates of the proof
 _WIDER = 100.0  # before the first sample and after the last, bounds are further out by this number of widths
-_FEWER = 100  # about this many cells, or more if there are more measurements; in a cell, moving bounds are polynomials
+_FEWER = 100  # about this many cells, in which moving bounds are polynomials; more if there are more measurements
 
 
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
-    """Return the sides of a class in each cell; the error of a cell is half the largest distance of its sides."""
+    """Return the sides U and D of a class in each cell (interval of time); its error is half their largest distance."""
     edges = _edges(name, of, claim, _FEWER)
     times = _in_cells(edges)
     middles = np.mean(sides_at(of, times.ravel()), axis=0).reshape(times.shape)
@@ -569,7 +587,10 @@ def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
 
 
 def _pieces(of: TrueSignal) -> tuple[Array, Array]:
-    """Return U and D in each cell, as coefficients in the time since its start [s]: shape (cells, 3)."""
+    """Return the upper side U and the lower side D in each cell, as quadratic polynomials of the time since its start.
+
+    Coefficients have shape (cells, 3), the constant ones first; the time is in seconds.
+    """
     every, boxes = places(of), [Box(a, b, 1.0) for a, b in pairwise(of.ends)]
     scales = [2 / (Fraction(box.end) - Fraction(box.start)) for box in boxes]
     upper, lower = (
@@ -585,7 +606,10 @@ def _pieces(of: TrueSignal) -> tuple[Array, Array]:
 
 
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
-    """Return the plant with one more bound of a state, U − ε ≤ x ≤ D + ε, which is far away outside of the cells."""
+    """Return the plant with one more bound U − ε ≤ x ≤ D + ε of a state x, ε = `tolerance`.
+
+    Before the first sample and after the last, this bound is so wide that it never matters.
+    """
     low, high = _pieces(of)
     low[:, 0] -= tolerance
     high[:, 0] += tolerance
@@ -609,10 +633,10 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
 class Accuracy:
     """How far a reference is from the true signal, and how close any other could be, in the state's unit.
 
-    `error` is the proved bound ε. `plant` is the proved bound for the disturbed plant at sampling instants, None if it
-    is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of two
-    signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program finds
-    for a reference that the plant can follow at sampling instants, with the same U and D.
+    `error` is the proved bound ε of the reference. `plant` is that of the disturbed plant at sampling instants, None if
+    the plant is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of
+    two signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program
+    finds for a reference that the plant can follow at sampling instants, with the same U and D.
     """
 
     error: float
@@ -637,7 +661,9 @@ def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
     """
     truth = next((truth for truth in certificate.truth if name in (None, truth.state)), None)
     if truth is None:
-        raise ValueError(f"accuracy: no truth was given of {name or 'any state'}")
+        raise ValueError(
+            f"accuracy: the certificate has no true signal of {name or 'any state'}; give truth= to learn_reference"
+        )
     times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
@@ -670,7 +696,8 @@ def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certi
         truth, most = true_signal(of.reference, of.claim, name, sought, of.robust), sought.tolerance
         if truth.error > most:
             worst, bounds = int(np.argmax(truth.errors)), Interval(-most, most)
-            box, why = (truth.ends[worst], truth.ends[worst + 1]), "the tolerance is too small"
-            raise NotTrackableError(Unproved(f"error of {name}", bounds, box, truth.error - most, why))
+            box, why = (truth.ends[worst], truth.ends[worst + 1]), "a larger tolerance is needed"
+            what = f"deviation of {name} from its true signals"
+            raise NotTrackableError(Unproved(what, bounds, box, truth.error - most, why))
         found.append(truth)
     return replace(certificate, truth=tuple(found)) if found else certificate

@@ -1,4 +1,4 @@
-"""Check waypoints (values that a user asks of a reference at given times), and choose their tolerances."""
+"""Check waypoints (values that a reference has to have at given times), and choose their tolerances."""
 
 import math
 from collections.abc import Mapping
@@ -17,8 +17,8 @@ from trackably.systems.tightening import Tightening
 Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]
 """Values of states and inputs, by name, at times [s]; or "rest": an equilibrium, with the input that holds it."""
 
-_OF_WIDTH = 1e-4
-_DRAWS = 40
+_OF_WIDTH = 1e-4  # default tolerance, as a part of the width of the bounds
+_DRAWS = 40  # equilibria at which it is examined whether states and inputs are defined at rest
 
 
 def waypoints(
@@ -30,15 +30,14 @@ def waypoints(
 ) -> tuple[Waypoint, ...]:
     """Return the waypoints, sorted by time. If `plant` has tightened bounds, error messages mention the `tightening`.
 
-    Raises ValueError for times that are not claimed, unknown names, inputs if several inputs act alike,
-    values outside of their sets, and tolerances that are missing or not positive. TypeError for values that are no
-    numbers.
+    ValueError: a time is not claimed, a name is unknown, an input is given though inputs are redundant, a value is
+    outside of its set, or a tolerance is missing or not positive. TypeError: a value is no number.
     """
     if not isinstance(at, Mapping):
         raise TypeError(f"at: expected a mapping from times [s] to values by name, got {short(at)}")
     _refuse_unknown("at_tolerance", tolerance if isinstance(tolerance, Mapping) else {}, plant)
     times = {real("at: time", time) + 0.0: values for time, values in at.items()}  # −0 is shown as 0
-    left = "; disturbance, noise and margin leave no more of its bounds" if tightening else ""
+    left = "; these bounds are tightened for disturbance, noise and margin" if tightening else ""
     return tuple(_waypoint(time, times[time], tolerance, plant, claim, left) for time in sorted(times))
 
 
@@ -63,7 +62,7 @@ def _waypoint(
         )
     _refuse_unknown("at", values, plant)
     if not values:
-        raise ValueError(f"at: nothing is given at {time:g} s")
+        raise ValueError(f"at: expected values of states or inputs at {time:g} s, got none")
     by: dict[str, float] = {}
     for name, value in values.items():
         bounds, number = extent(plant, name, time), real(f"at: {name} at {time:g} s", value)
@@ -73,7 +72,7 @@ def _waypoint(
     found = Waypoint(time, {name: float(value) for name, value in values.items()}, by)
     for names, bounded in ((plant.system.states, plant.state_set), (plant.system.inputs, plant.input_set)):
         try:
-            found.within(bounded, names)  # each value is possible, but perhaps not all together
+            found.within(bounded, names)  # each value alone is inside of the set, but perhaps not all together
         except ValueError:
             raise ValueError(f"at: {found} lies outside of {bounded}, where x is {', '.join(names)}{left}") from None
     return found
@@ -83,15 +82,15 @@ def _refuse_restless(time: float, plant: ConstrainedSystem) -> None:
     """Raise ValueError if "rest" does not determine the plant's inputs or states."""
     if plant.allocation is not None:
         raise ValueError(
-            f"at: rest at {time:g} s cannot be asked for, as several inputs act alike and only their effect is "
-            "learned; give values of states instead"
+            f'at: got "rest" at {time:g} s, but inputs of this system are redundant and only their effect is learned; '
+            "give values of states instead"
         )
     levels = np.random.default_rng(0).normal(size=(_DRAWS, plant.signal_count)) * np.logspace(-3, 3, _DRAWS)[:, None]
     for name, of in coordinates(plant).items():
         if not any(math.isfinite(of.at_rest(level)) for level in levels.tolist()):
             raise ValueError(
-                f"at: rest at {time:g} s cannot be asked for, as the {name} is not defined while flat outputs stay as "
-                "they are: a vehicle has a heading only where it moves; give values instead"
+                f'at: got "rest" at {time:g} s, but the {name} is not defined while flat outputs are constant (a '
+                "vehicle has a heading only while it moves); give values of states and inputs instead"
             )
 
 
@@ -101,16 +100,16 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
             raise ValueError(f"{argument}: {name} is neither a state nor an input ({', '.join(plant.names)})")
         if name in plant.system.inputs and plant.allocation is not None:
             raise ValueError(
-                f"{argument}: {name} is one of several inputs that act alike; only their effect is learned, so give "
-                "states instead"
+                f"{argument}: got a value of the input {name}, but inputs of this system are redundant and only their "
+                "effect is learned; give values of states instead"
             )
 
 
 def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:
-    """Return the tolerance given for a name; by default a small part of the width of its bounds."""
+    """Return the tolerance given for a name; by default 1e-4 of the width of its bounds."""
     found = given.get(name) if isinstance(given, Mapping) else given
     if found is None:
         if bounds is None:
-            raise ValueError(f"at_tolerance: is needed for {name}, which has no bounds that give a default")
+            raise ValueError(f"at_tolerance: expected a number for {name}, which has no bounds that give a default")
         return _OF_WIDTH * bounds.width
     return positive(f"at_tolerance of {name}", found)

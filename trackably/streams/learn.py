@@ -124,7 +124,6 @@ def learn_stream(
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
-    _, signals = true_signals(truth, None, measured.given, plant, claim)
     length = _window_length(window, measured.given)
     level, between = split_means(mean, measured.names, measured.given)
     prior = prior_for(plant, measured.priors(kernel, level))
@@ -133,6 +132,7 @@ def learn_stream(
             "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
     asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
+    _, signals = true_signals(truth, None, measured.given, plant, claim)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     begun = _busiest(measured, length)

@@ -26,15 +26,15 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
 
-_MAX_LAWS = 10_000  # an input set that needs more candidates (`Allocation.laws`) is refused
-_AT_ONCE = 2**22  # inputs are treated in blocks, whose candidates have about this many numbers at most
+_MAX_LAWS = 10_000  # an input set with more candidates for the smallest input (`Allocation.laws`) is refused
+_AT_ONCE = 2**22  # inputs are treated in blocks: about this many numbers in all candidates of a block
 ROUNDING = 2.0**-48
 """A candidate still counts as admissible if it exceeds a bound by at most this part of the sum of the absolute values
 of the terms of the row, because rounding can cause such an excess."""
 
 
 class AllocationLaws(NamedTuple):
-    """Candidates for the smallest input, affine in u: `gains`[c] u + `shifts`[c] for each c, of shapes (m, m), (m,)."""
+    """C candidates for the smallest input, affine in u: `gains`[c] u + `shifts`[c]; shapes (C, m, m) and (C, m)."""
 
     gains: Array
     shifts: Array
@@ -54,26 +54,29 @@ class Allocation:
     def of(cls, system: LinearSystem, input_set: Polytope) -> "Allocation | None":
         """Return the allocation; None if no input is redundant or no input is bounded.
 
-        ValueError: a bound moves in time, or there are too many candidates (`laws`).
+        ValueError: a bound moves in time, or there are too many candidates for the smallest input (`laws`).
         """
         kernel = null_space(exact(system.B))
         free = kernel.shape[1]
         if not free or not len(input_set.rows):
             return None
         if input_set.moves:
-            raise ValueError(f"system: redundant inputs need constant bounds, but those of {input_set} move in time")
+            raise ValueError(
+                f"system: redundant inputs need constant bounds, but bounds of the input set {input_set} move in time"
+            )
         sizes = range(1, free + 2)
         if sum(math.comb(len(input_set.rows), size) * 2**size for size in sizes) > _MAX_LAWS:
             raise ValueError(
-                f"system: {free} redundant inputs are too many for an input set of {len(input_set.rows)} rows; "
-                "give fewer inputs or rows"
+                f"system: {free} redundant inputs are too many for an input set of {len(input_set.rows)} rows, as the "
+                f"smallest input would have more than {_MAX_LAWS} candidates; give fewer inputs or rows"
             )
         return cls(input_set, kernel)
 
     @property
     def attainable(self) -> list[tuple[tuple[Fraction, ...], Interval]]:
-        """The rows and bounds of attainable effects: an input u satisfies all of them if and only if some input in the
-        set has the effect of u.
+        """Rows with bounds, which an input u satisfies if and only if some input in the set has the same effect as u.
+
+        ValueError: the input set has no interior.
         """
         found: dict[tuple[Fraction, ...], tuple[Fraction, Fraction]] = {}
         for demand in demands(self.kernel.T.tolist(), self.input_set.checked.rows):
@@ -82,15 +85,15 @@ class Allocation:
             low, high = sorted((demand.low / scale, demand.high / scale))
             lowest, highest = found.get(direction, (low, high))
             low, high = found[direction] = max(low, lowest), min(high, highest)
-            if not (low < high if any(direction) else low <= 0 <= high):  # a row of zeros may show that U is empty
+            if not (low < high if any(direction) else low <= 0 <= high):  # a row of zeros tells whether U is empty
                 raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
         return [(row, Interval(float_above(low), float_below(high))) for row, (low, high) in found.items() if any(row)]
 
     def smallest(self, u: Array) -> Array:
-        """Return the input of smallest Euclidean norm in the input set that has the effect of u (…, m).
+        """Return the input of smallest Euclidean norm in the input set that has the same effect as u (…, m).
 
-        u must be orthogonal to the columns of Z. If no input in the set has this effect, return the candidate of `laws`
-        that violates the set least, relative to the widths of its rows.
+        u must be orthogonal to the null space of B. If no input in the set has this effect, return the candidate of
+        `laws` that violates the set least, relative to the widths of its rows.
         """
         chosen = self._choice(u)
         gains, shifts = self.laws
@@ -101,13 +104,13 @@ class Allocation:
         return np.asarray(self.laws[0][self._choice(u)])
 
     def _choice(self, u: Array) -> Array:
-        """Return the index of the law that gives the smallest admissible input for u (…, m); shape (…)."""
+        """Return the index of the candidate in `laws` that is the smallest admissible input for u (…, m); shape (…)."""
         flat = u.reshape(-1, u.shape[-1])
         blocks = np.array_split(flat, 1 + flat.size * len(self.laws[1]) // _AT_ONCE)
         return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
 
     def _choice_of(self, u: Array) -> Array:
-        choice = np.zeros(len(u), dtype=int)  # the first law is u itself
+        choice = np.zeros(len(u), dtype=int)  # the first candidate is u itself
         outside = self.input_set.margin(u) < 0
         u = u[outside]
         gains, shifts = self.laws

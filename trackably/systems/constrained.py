@@ -26,7 +26,7 @@ Side = Literal["state", "input"]
 
 
 class LinearConstraint(NamedTuple):
-    """The `bounds` of Σ_i `row`[i] x_i if `side` is "state", and of Σ_i `row`[i] u_i if it is "input"."""
+    """The `bounds` of Σ_i `row`[i] x_i if `side` is "state", or of Σ_i `row`[i] u_i if `side` is "input"."""
 
     name: str
     side: Side
@@ -58,11 +58,11 @@ class ConstrainedSystem:
             free = [self.system.inputs[i] for i in np.flatnonzero(~self.input_set.rows.any(axis=0))]
             if free and not self.system.flat:
                 raise ValueError(
-                    f"system: every input of a nonlinear system must be bounded, because the proof of its bounds shows "
-                    f"that the input exists, but {', '.join(free)} is free; give bounds, however wide"
+                    f"system: every input of a nonlinear system must be bounded, because the proof of its bounds also "
+                    f"proves that the input exists, but {', '.join(free)} has no bounds; give bounds, however wide"
                 )
             object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
-        _ = self.flatness, self.constraints  # computed now, to raise their errors
+        _ = self.flatness, self.constraints  # computed here, to raise errors as soon as the object is created
 
     @property
     def sampling_time(self) -> float:
@@ -103,7 +103,7 @@ class ConstrainedSystem:
     def unwrap(self, states: Array) -> Array:
         """Return successive states (K, n) with whole turns added to the angles, so that they do not jump.
 
-        A controller that follows a heading would turn around where it jumps from π to −π.
+        Without it, a controller that follows a heading would make a full turn when the heading jumps from π to −π.
         """
         turned = states.copy()
         turned[:, self.angles] = np.unwrap(states[:, self.angles], axis=0)
@@ -111,10 +111,10 @@ class ConstrainedSystem:
 
     @property
     def linear(self) -> LinearSystem:
-        """The system, if it is linear. ValueError: it is not."""
+        """The system, if it is linear. ValueError: it is nonlinear."""
         if not isinstance(self.system, LinearSystem):
             raise ValueError(
-                f"system: must be linear here, got a nonlinear system with f = {', '.join(map(text, self.system.f))}"
+                f"system: expected a linear system, got a nonlinear one with f = {', '.join(map(text, self.system.f))}"
             )
         return self.system
 
@@ -125,20 +125,20 @@ class ConstrainedSystem:
 
     @cached_property
     def allocation(self) -> Allocation | None:
-        """The choice among redundant inputs; None if there are none."""
+        """The choice among redundant inputs; None if no inputs are redundant."""
         return Allocation.of(self.system, self.input_set) if isinstance(self.system, LinearSystem) else None
 
     @cached_property
     def given_constraints(self) -> tuple[LinearConstraint, ...]:
-        """The bounds of all rows of X, then of all rows of U, as they are given."""
+        """The given bounds of all rows of the state set X, then of all rows of the input set U."""
         return self._with_names(_rows("state", self.state_set), _rows("input", self.input_set))
 
     @cached_property
     def constraints(self) -> tuple[LinearConstraint, ...]:
-        """What a reference must satisfy at each step so that an input in U exists which leads to its next state.
+        """The bounds that a reference must satisfy at each step so that an input in U leads to its next state.
 
-        Without redundant inputs, these are the given constraints. With redundant inputs, combinations of the rows of U
-        replace these rows. An input satisfies the combinations if and only if some input in U has the same effect.
+        Without redundant inputs, they are the given constraints. With redundant inputs, combinations of the rows of U
+        replace the rows of U; an input satisfies the combinations if and only if some input in U has the same effect.
         """
         if self.allocation is None:
             return self.given_constraints
@@ -149,7 +149,7 @@ class ConstrainedSystem:
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
-        """All bounded quantities: a reference is trackable if each is in its bounds at t = k T_s for all k ≥ 0."""
+        """All bounded quantities: a reference is trackable if each is inside its bounds at t = k T_s for all k ≥ 0."""
         return tuple(
             Quantity(name, weighted_sum(row, self.coordinates[side]), bounds)
             for name, side, row, bounds in self.constraints

@@ -39,7 +39,7 @@ def _exactly(
 
 
 class _ExactSet(ABC):
-    """A set W of disturbances w, defined by vectors of rational numbers. The checker has the same sets."""
+    """A set W of disturbances w ∈ Rⁿ, defined by vectors of rational numbers, as in the checker."""
 
     @property
     @abstractmethod
@@ -56,7 +56,7 @@ class _ExactSet(ABC):
 
     @cached_property
     def matrix(self) -> Array:
-        """The vectors in float64, one in each row."""
+        """The vectors that define the set in float64, one in each row."""
         return np.array(self.vectors, dtype=float)
 
 
@@ -145,9 +145,9 @@ class Zonotope(checker.Zonotope, _ExactSet):
         return f"a zonotope with {len(self.generators)} generators"
 
 
-# Disturbance sets that are the convex hulls of their vertices; bounded half-spaces are converted to them.
+# Disturbance sets that are convex hulls of vertices; bounded intersections of half-spaces are converted to vertices.
 
-_MOST_CANDIDATES = 200_000  # largest number of choices of n rows that are tried to find vertices; more are refused
+_MOST_CANDIDATES = 200_000  # half-spaces are refused if vertices need more choices of n rows than this
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,9 @@ class ConvexHull(checker.Hull, _ExactSet):
         rows, sides = numbers("disturbance: H", H), numbers("disturbance: h", h)
         found = dict.fromkeys(_vertices(rows, sides))
         if not found:
-            raise ValueError("disturbance: the set H w ≤ h must be bounded, but no vertex was found")
+            raise ValueError(
+                "disturbance: expected a bounded set H w ≤ h, but it has no vertex; add rows that bound every direction"
+            )
         return cls(list(found))
 
     def support(self, rows: Array) -> Array:
@@ -228,13 +230,16 @@ DisturbanceSet = Zonotope | ConvexHull
 def require_disturbance(given: object, states: int, what: str = "disturbance") -> DisturbanceSet:
     """Return `given` if it is a disturbance set of a system with this number of `states`; errors begin with `what`.
 
-    TypeError: it is no set. ValueError: it has another dimension, or it does not contain 0. It has to contain 0, so
-    that the undisturbed system is a special case of the disturbed one.
+    TypeError: `given` is no disturbance set. ValueError: it has another dimension, or it does not contain 0. It has to
+    contain 0, so that the undisturbed system is a special case of the disturbed one.
     """
     instance(what, given, DisturbanceSet, "a Zonotope, such as Zonotope.box(lower, upper), or a ConvexHull")
     assert isinstance(given, DisturbanceSet), "instance has refused anything else"
     if given.dimension != states:
-        raise ValueError(f"{what}: must have an entry for each of {states} states, got {given.dimension}")
+        raise ValueError(
+            f"{what}: expected vectors with an entry for each of {states} states, got vectors with {given.dimension} "
+            "entries"
+        )
     if not _holds_zero(given):
         raise ValueError(
             f"{what}: must contain 0, got {given}; add its centre to c of the system, and subtract it from the set"
@@ -243,7 +248,7 @@ def require_disturbance(given: object, states: int, what: str = "disturbance") -
 
 
 def require_zonotope(what: str, given: object) -> Zonotope:
-    """Return `given` if it is a zonotope. TypeError, which begins with `what`: it is something else."""
+    """Return `given` if it is a zonotope. TypeError, whose message begins with `what`: it is anything else."""
     instance(what, given, Zonotope, "a Zonotope, such as Zonotope.box(lower, upper)")
     assert isinstance(given, Zonotope), "instance has refused anything else"
     return given
@@ -265,7 +270,7 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     return program.x is not None
 
 
-# Measurement noise: its effect on the disturbance of the measured state.
+# Measurement noise, as a larger disturbance of the measured state.
 
 
 def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
@@ -282,9 +287,9 @@ def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
 # A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal plant.
 #
 # The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, possibly at another
-# point in each step. The reference obeys the nominal matrices for which it is learned. As long as states and inputs
-# stay in their sets, which the proof ensures, the effect of the difference lies in a zonotope D, and W ⊕ D takes the
-# place of W. `trackably.checker.model_error` has the theorem and its proof.
+# point in each step. The reference obeys the nominal matrices with which it is learned. As long as states and inputs
+# stay in their sets, which is proved, the effect of the difference in (A, B, c) lies in a zonotope D, and the set of
+# disturbances is W ⊕ D instead of W. `trackably.checker.model_error` has the theorem and its proof.
 
 
 _MOST_ENTRIES = 6  # largest number of uncertain entries: k entries give 2^k vertices
@@ -319,7 +324,10 @@ class ModelError:
         systems = [LinearSystem(A, B, *c, sampling_time=1.0) for A, B, *c in _matrices(vertices)]
         for i, system in enumerate(systems):
             if system.B.shape != systems[0].B.shape:
-                raise ValueError(f"model_error: vertex {i + 1} must have matrices of the same shapes as vertex 1")
+                raise ValueError(
+                    f"model_error: expected matrices of the same shapes in all vertices, got B of shape "
+                    f"{system.B.shape} in vertex {i + 1} and of shape {systems[0].B.shape} in vertex 1"
+                )
         return cls(tuple(Vertex(system.A, system.B, system.c) for system in systems))
 
     @classmethod
@@ -383,7 +391,7 @@ class ModelError:
     def added_to(self, W: Zonotope, plant: ConstrainedSystem) -> Zonotope:
         """Return W ⊕ D, exactly, with a zonotope D that contains the effect of the model's error on a plant.
 
-        ValueError: shapes do not fit, or an unbounded state has an uncertain coefficient.
+        ValueError: shapes do not fit, or a state or input without bounds has an uncertain coefficient.
         """
         every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
         nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
@@ -397,7 +405,7 @@ class ModelError:
 
 
 def _matrices(vertices: object) -> Sequence[Any]:
-    """Return (A, B) or (A, B, c) of each vertex. TypeError: there is no vertex, or one is something else."""
+    """Return `vertices`, a list of (A, B) or (A, B, c). TypeError: it is empty, or it is no list of these."""
     if not isinstance(vertices, list | tuple) or not vertices:
         raise TypeError(f"model_error: expected a list of vertices, (A, B) or (A, B, c), got {short(vertices)}")
     for i, given in enumerate(vertices):

@@ -31,8 +31,8 @@ from trackably.systems.tracing import Symbol, formulas_of
 
 MOST_SHIFTS = 12  # largest j of a variable z{c}[j]
 MOST_PARTS = 30_000
-"""A flat form is found only if each formula has at most this many operations, names and numbers. A part that is used
-several times counts each time."""
+"""A flat form is found automatically only if each formula has at most this many operations, names and numbers. A part
+of a formula that occurs several times counts each time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,8 @@ class FlatForm(subject.FlatForm):
     """x(k) = X(z(k), z(k + 1), …) and u(k) = U(z(k), z(k + 1), …), where z_c(k + j) is the variable z{c}[{j}].
 
     States named in `angles` matter up to whole turns only. Their formulas may jump by 2π, as the angle of a vector
-    does. Formulas in `positive` are assumed positive, so that √(p²) = p for each of them; the proof of a reference
-    verifies this.
+    does. Each formula p in `positive` is assumed positive, so that √(p²) = p; the proof of a reference verifies that it
+    is.
     """
 
     def __post_init__(self) -> None:
@@ -50,14 +50,18 @@ class FlatForm(subject.FlatForm):
         for name in ("states", "inputs", "positive"):
             object.__setattr__(self, name, tuple(next(shared) for _ in getattr(self, name)))
         if missing := {*range(1 + max((c for c, _ in every.values()), default=0))} - {c for c, _ in self.indices}:
-            raise ValueError(f"flat form: no state and no input depends on z{min(missing) + 1}")
+            raise ValueError(
+                f"flat form: expected formulas that use all flat outputs, but no state and no input depends on "
+                f"z{min(missing) + 1}; leave this flat output out"
+            )
 
     @classmethod
     def of(cls, function: Callable[[Any], Any], outputs: int, angles: Sequence[str] = ()) -> Self:
         """Return the flat form of a function of z that returns a list of states and a list of inputs.
 
         z[j] is the array of the flat outputs at step k + j. The function is called with symbols, so it must use
-        ordinary arithmetic only (see `tracing.Symbol`). ValueError: it is no such function; the message says why.
+        ordinary arithmetic only (see `tracing.Symbol`). ValueError: the function cannot be called with symbols, or
+        returns anything else; the message says why.
         """
         states, inputs = formulas_of(lambda: function(_Shifts(outputs)))
         return cls(states, inputs, tuple(angles))
@@ -83,7 +87,7 @@ class FlatForm(subject.FlatForm):
             j = MOST_SHIFTS + 1
         if j > MOST_SHIFTS:
             raise ValueError(
-                f"flat form: formulas may use only flat outputs z1[0] to z99[{MOST_SHIFTS}], but one uses {name}"
+                f"flat form: expected formulas of flat outputs z1[0] to z99[{MOST_SHIFTS}] only, got one with {name}"
             )
         return c, j
 
@@ -96,22 +100,22 @@ class _Shifts:
 
     def __getitem__(self, j: Any) -> Any:
         if not isinstance(j, int) or not 0 <= j < MOST_SHIFTS:
-            raise ValueError(f"z[j] needs a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
+            raise ValueError(f"z[j]: expected a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
         return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
     def __iter__(self) -> Any:
-        raise ValueError("z has no end and cannot be iterated; use z[0], z[1], …")
+        raise ValueError("z: expected z[j] with a step j, got a loop over z, which has no end; use z[0], z[1], …")
 
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
 #
 # The checker judges: it compares both sides by normal forms, so that the identity holds wherever all parts are defined.
 # For a state that is an angle, both sides have the same sine and cosine, and f turns with its angles by whole turns
-# (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, values are drawn here and
-# compared in float64, to say where f and the flat form differ.
+# (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, both sides are compared in
+# float64 at drawn values, to say where f and the flat form differ.
 
-# Number of draws for each standard deviation; the standard deviations; and the least error that shows a difference,
-# relative to 1 + the largest value drawn.
+# Draws for each standard deviation; the standard deviations; the error, relative to 1 + the largest drawn value, above
+# which f and the flat form differ clearly.
 _TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
 
 
@@ -129,7 +133,7 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
     reached, later = flatness.successor_formulas(system, form), flatness.one_step_later(form.states)
     for state, a, b in zip(system.states, reached, later, strict=True):
         off: Formula = Operation("-", a, b)
-        if state in form.angles:  # zero for whole turns
+        if state in form.angles:  # the sine of half a whole turn is zero
             off = Function("sin", Operation("*", Number(0.5), off))
         if found := _not_zero(off, form.positive):
             return f"does not satisfy f, as {state} differs one step later{found}"
@@ -137,9 +141,9 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
 
 
 def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
-    """Return, as text, drawn values at which a formula is clearly not zero in float64.
+    """Return a text with drawn values at which a formula is clearly not zero in float64; None if none are found.
 
-    None if no such values are found.
+    Only values at which all formulas in `positive` are positive count.
     """
     unknown = sorted({name for formula in (error, *positive) for name in names(formula)})
     rng = np.random.default_rng(0)
@@ -160,9 +164,9 @@ def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
 #
 # As many states as there are inputs are taken for flat outputs. If x_i is known and its equation x_i⁺ = f_i contains
 # one unknown v, with f_i = a + b v or f_i = a + b √v, then v is (x_i⁺ − a)/b, or for the root the square of this
-# quotient, and the quotient is assumed to be positive. If there is no such equation, two or three equations that are
-# affine in as many unknowns, or in their roots, give these unknowns together. If all states and inputs are known in the
-# end, their formulas are a flat form.
+# quotient, and the quotient is assumed to be positive. If no equation has a single unknown, two or three equations that
+# are affine in as many unknowns, or in the roots of the unknowns, are solved together. If all states and inputs are
+# known in the end, their formulas are a flat form.
 
 _MOST_CHOICES = 2000  # choices of states as flat outputs; if there are more, no flat form is searched
 _ROOT = "√"
@@ -201,9 +205,10 @@ def _form_of_choice(
 def _solve_block(
     waiting: Mapping[str, Formula], unknown: set[str], known: Mapping[str, Formula]
 ) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]] | None:
-    """Find a smallest set of equations that has exactly as many unknowns and can be solved for them, or None.
+    """Find a smallest set of equations with exactly as many unknowns, and solve it for the unknowns.
 
-    Return the states of these equations, the formulas of the unknowns, and the formulas whose squares are unknowns.
+    Return the states x_i whose equations x_i⁺ = f_i these are, the formulas of the unknowns, and the formulas whose
+    squares are unknowns. None if there is no set that can be solved.
     """
     ready = [state for state in waiting if state in known and not _is_far_ahead(known[state])]
     for count in range(1, _MOST_COUPLED + 1):
@@ -248,7 +253,7 @@ def _name_roots(formulas: Sequence[Formula], name: str) -> list[Formula]:
 # Headings of flat forms without jumps: atan2 jumps by 2π where a vector crosses the direction of ±π.
 #
 # A heading matters up to whole turns only, so that formulas that differ by whole turns are equally good. No proof
-# relies on this code, because the resulting flat form is verified like any other.
+# relies on this code, because the resulting flat form is verified as any other flat form.
 
 _NOTHING, _QUARTER_TURN = Number(0.0), pi / 2
 _PARTS = 16  # tan(φ/2) is a multiple of 1/16, so that a heading jumps at most 1/16 rad from the intended direction
@@ -268,12 +273,13 @@ def without_jumps(form: FlatForm) -> FlatForm:
 
 
 def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
-    """Return the form with the heading of index `state` changed so that it jumps opposite to the middle of its bounds.
+    """Return the form with another formula of the heading of index `state`, which jumps far away from its bounds.
 
-    So the heading does not jump inside `bounds` [rad] that are up to 6.1 rad wide. The heading of v = (x, y) becomes n
-    π/2 plus the angle of v turned back by n π/2, where π/2 is atan2(1, 0), exactly. If the nearest quarter turn is too
-    far from the middle, an angle with rational cosine and sine is added. The form is returned unchanged if the state is
-    not the angle of a vector, or if its bounds are wider than a turn or more than 16 quarter turns from zero.
+    It jumps opposite to the middle of `bounds`. So the heading does not jump inside `bounds` [rad] that are up to 6.1
+    rad wide. The heading of v = (x, y) becomes n π/2 plus the angle of v turned back by n π/2, where π/2 is atan2(1,
+    0), exactly. If the nearest quarter turn is too far from the middle, an angle with rational cosine and sine is
+    added. The form is returned unchanged if the state is not the angle of a vector, or if its bounds are wider than a
+    turn or more than 16 quarter turns from zero.
     """
     heading = form.states[state]
     if not isinstance(heading, Angle):

@@ -37,7 +37,7 @@ def is_float64(value: object) -> bool:
 
 
 def size_and_depth(formula: Formula) -> tuple[int, int]:
-    """Return the number of nodes of the written formula (shared ones count each time), and its depth of nesting."""
+    """Return the number of operations, names and numbers in the written formula, and its depth of nesting."""
     known: dict[Formula, tuple[int, int]] = {}
     for node in parts(formula):
         inner = [known[operand] for operand in operands(node)]
@@ -52,7 +52,7 @@ def plain_text(formula: Formula) -> str:
 
 
 def to_lists(formula: Formula) -> object:
-    """Convert to JSON values: a number, a name, or a list like ["+", …, …], ["^", …, 0.5], ["sqrt", …]."""
+    """Convert a formula to JSON values: a number, a name, or a list like ["+", …, …], ["^", …, 0.5], ["sqrt", …]."""
     inner = [to_lists(operand) for operand in operands(formula)]
     match formula:
         case Number(value):
@@ -125,7 +125,7 @@ def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
 
 @lru_cache(maxsize=4096)
 def steps(formula: Formula) -> tuple[tuple[Formula, tuple[int, ...]], ...]:
-    """Return every node once, operands before the nodes that use them, each with the indices of its operands."""
+    """Return every node of a formula once, operands first, each with the indices of its operands in the result."""
     places = {node: place for place, node in enumerate(parts(formula))}
     return tuple((node, tuple(places[operand] for operand in operands(node))) for node in places)
 
@@ -134,7 +134,7 @@ _NUMPY = {"atan": "arctan"}
 
 
 def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
-    """Evaluate in float64, elementwise over arrays that broadcast; NaN or infinite outside the domain."""
+    """Evaluate a formula in float64, elementwise over arrays that broadcast; NaN or infinite outside its domain."""
     known: list[Array] = []
     with np.errstate(all="ignore"):
         for node, places in steps(formula):

@@ -16,7 +16,7 @@ _ROUNDING = 1e-12  # a value this near to a bound, relative to the width, differ
 
 
 def rounded_text(value: float, towards: Literal["up", "down"], digits: int = 3) -> str:
-    """Format a number with at most `digits` digits; if these do not give its exact value, it is rounded `towards`.
+    """Format a number with at most `digits` significant digits, rounded "up" or "down" if this is not exact.
 
     Callers choose the direction in which the text claims less than the exact number.
     """
@@ -41,7 +41,7 @@ def ends_shown(lower: float, upper: float) -> tuple[str, str]:
 
 
 def ends_within(lower: float, upper: float) -> tuple[str, str]:
-    """Format the ends of a range for which something is proved, as `ends_shown` does, but rounded inwards."""
+    """Format the two ends of a proved range, rounded inwards, with as many digits as `ends_shown` uses."""
     digits = _digits(lower, upper)
     return rounded_text(lower, "up", digits), rounded_text(upper, "down", digits)
 
@@ -55,14 +55,14 @@ def _digits(lower: float, upper: float) -> int:
 
 @dataclass(frozen=True)
 class Interval:
-    """[lower, upper] with finite lower ≤ upper. ValueError: anything else."""
+    """The closed interval [lower, upper]. ValueError: an end is not finite, or lower > upper."""
 
     lower: float
     upper: float
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower <= self.upper):
-            raise ValueError(f"an interval needs finite bounds, lower ≤ upper, got [{self.lower}, {self.upper}]")
+            raise ValueError(f"interval: expected finite bounds, lower ≤ upper, got [{self.lower}, {self.upper}]")
 
     @property
     def width(self) -> float:
@@ -84,12 +84,12 @@ class Interval:
 
     @property
     def hull(self) -> Interval:
-        """The smallest constant interval that contains this interval at all times of a grid."""
+        """The smallest constant interval that contains this one at all times of a grid."""
         return self
 
     @property
     def moving(self) -> list[PolynomialPieces]:
-        """The ends that move in time."""
+        """The ends of the interval that move in time; none for constant ends."""
         return []
 
     @property
@@ -109,7 +109,7 @@ class Interval:
             times = z.breakpoints
             if z.beyond == "period":
                 turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded; add neighbours, too
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded; add neighbours too
                 times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
             found.append(times)
         times = np.unique(np.concatenate(found))
@@ -130,7 +130,10 @@ class Interval:
         return nearer if abs(value - nearer) <= _ROUNDING * self.width else value
 
     def margin_of(self, other: Interval) -> float:
-        """Return the smallest margin that a value of the interval `other` has in this interval."""
+        """Return the smallest distance of the values in the interval `other` from the ends of this one.
+
+        It is negative if `other` reaches outside.
+        """
         return min(other.lower - self.lower, self.upper - other.upper)
 
     def __str__(self) -> str:
@@ -138,12 +141,12 @@ class Interval:
 
     @property
     def exactly(self) -> str:
-        """Both bounds as text, exactly, because a value outside may lie inside of an interval with rounded ends."""
+        """Both bounds as text, exactly: a value outside could lie inside of an interval with rounded bounds."""
         ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
         return f"[{', '.join(ends)}]"
 
     def shown(self, value: float) -> str:
-        """Format a value with as many digits as distinguish it from both bounds, if it differs from them."""
+        """Format a value with enough digits to distinguish it from both bounds, unless it equals one of them."""
         value += 0.0  # −0 is shown as 0
         for digits in range(_digits(self.lower, self.upper), 17):
             text = f"{value:.{digits}g}"
@@ -164,17 +167,17 @@ _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
 
 
 def shift_end(end: End, by: float) -> End:
-    """Return an end plus a number."""
+    """Return an end of an interval, a number or a function of time, plus the number `by`."""
     if not isinstance(end, PolynomialPieces):
         return end + by
     return replace(end, coefficients=end.coefficients + by * np.eye(1, end.degree + 1))
 
 
 class Corridor(Interval):
-    """[low(t), high(t)], where at least one end moves. An end that jumps has the tighter of both values.
+    """The interval [low(t), high(t)], of which at least one end moves in time. At a jump, the tighter value counts.
 
     `lower` and `upper` raise ValueError, so that no code takes an end that moves for a constant. ValueError: an end is
-    only known between its breakpoints, an end is infinite, or the ends meet.
+    only known between its breakpoints, an end is infinite, or the interval has no interior at some time.
     """
 
     low: End
@@ -185,7 +188,8 @@ class Corridor(Interval):
         object.__setattr__(self, "high", high)
         if any(end.beyond == "end" for end in self.moving):
             raise ValueError(
-                'set: a bound that moves must be known at all times, with beyond "rest" or "period", got "end"'
+                'set: a bound that moves must be known at all times: expected pieces with beyond="rest" or "period", '
+                'got "end"'
             )
         if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (low, high)):
             raise ValueError(f"set: if one bound moves in time, the other must be finite, got {low!r} and {high!r}")
@@ -198,7 +202,7 @@ class Corridor(Interval):
 
         def __getattr__(self, name):
             if name in {"lower", "upper"}:
-                raise ValueError(f"bounds: must be constant here, got {self}")
+                raise ValueError(f"bounds: expected constant bounds here, got {self}")
             raise AttributeError(name)
 
     def __eq__(self, other: object) -> bool:
@@ -250,7 +254,7 @@ class Corridor(Interval):
 
 
 def interval(low: End, high: End) -> Interval:
-    """Return the interval between two ends."""
+    """Return the interval between two ends, each a number, or polynomial pieces if it moves in time."""
     if isinstance(low, PolynomialPieces) or isinstance(high, PolynomialPieces):
         return Corridor(low, high)
     return Interval(low, high)

@@ -105,9 +105,9 @@ def _tanks(levels: list[str], sampling_time: float, area: float, outflow: float)
 
 
 def _vehicle(h: float, second: str, rate: Callable[..., Any], solved: Callable[..., Any]) -> NonlinearSystem:
-    """Return a vehicle that moves in the direction of its heading, with speed v and a second input u₂ named `second`.
+    """Return a vehicle that moves in the direction of its heading θ, with the inputs speed v and u₂, named `second`.
 
-    It has θ̇ = `rate`(v, u₂), and so u₂ = `solved`(h v, θ⁺ − θ).
+    Its heading obeys θ̇ = `rate`(v, u₂); `solved`(h v, θ⁺ − θ) is this equation, after a step of h, solved for u₂.
     """
 
     def f(state: Any, inputs: Any) -> list[Any]:
@@ -133,9 +133,9 @@ MODELS: Mapping[str, Callable[..., NonlinearSystem]] = MappingProxyType(
 def model_of(name: str, sampling_time: float, parameters: Mapping[str, float]) -> NonlinearSystem:
     """Return the system of this name. ValueError: there is none, or the parameters are not those of the system."""
     if name not in MODELS:
-        raise ValueError(f"there is no model {name!r}; there are {', '.join(MODELS)}")
+        raise ValueError(f"model: there is no model {name!r}; there are {', '.join(MODELS)}")
     try:
         signature(MODELS[name]).bind(sampling_time, **parameters)
     except TypeError as error:
-        raise ValueError(f"parameters: {name} does not take these ({error})") from error
+        raise ValueError(f"parameters: expected those of the model {name}, got {dict(parameters)} ({error})") from error
     return MODELS[name](sampling_time, **parameters)

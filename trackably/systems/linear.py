@@ -20,7 +20,7 @@ from trackably.systems.trajectories import Functional, Trajectory
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
 
-LONGEST = 60  # characters of a name
+LONGEST = 60  # most characters of a name
 
 _LETTER = "A-Za-zÀ-ÖØ-öø-ſḀ-ỿΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕ"
 _WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]*"
@@ -29,10 +29,10 @@ _NAME = re.compile(rf"{_WORD}(?:\[{_UNIT}\]|\({_UNIT}\))*")
 
 
 def require_names(names: Iterable[object]) -> None:
-    """Raise ValueError for the first invalid name: a name is a letter or _, then letters, digits,
-    _ and -, then brackets.
+    """Raise ValueError for the first invalid name of a state or an input.
 
-    Square or round brackets hold an index or a unit, such as q[1] or v(m/s). Letters are Latin or Greek.
+    A valid name begins with a letter or _, goes on with letters, digits, _ and -, and may end with square or round
+    brackets around an index or a unit, such as q[1] or v(m/s). Letters are Latin or Greek.
     """
     for name in names:
         if not (isinstance(name, str) and len(name) <= LONGEST and _NAME.fullmatch(name)):
@@ -87,22 +87,24 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
         every = np.hstack([every, A @ every[:, -m:]])
     taken = every[:, pivots]  # if A^j B_c depends on columns before it, so do later powers
     if len(pivots) < n:
-        row = null_space(taken.T)[:, 0]  # it maps every reachable column to zero
+        row = null_space(taken.T)[:, 0]  # the product with every reachable direction is zero
         raise ValueError(
             f"{_REFUSED}, but its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"
         )
     if not (condition := _condition(taken)) < _WORST_CONDITION:
         raise ValueError(
-            f"{_REFUSED}, but is nearly uncontrollable, as [B, A B, …] has condition number {condition:.1g}"
+            f"{_REFUSED}, but is nearly uncontrollable: [B, A B, …] has the condition number {condition:.1g}, expected "
+            f"less than {_WORST_CONDITION:g}"
         )
     return [sum(pivot % m == c for pivot in pivots) for c in range(m)]
 
 
 def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
-    """Return the rows q_c. Each is 1 on the last column of B_c, …, A^(κ_c − 1) B_c, and 0 on all other such columns.
+    """Return the rows q_c of the flat outputs z_c = q_c x.
 
-    With as many inputs as states, the q_c are unit vectors. `orders` are the κ_c.
+    They satisfy q_c A^(κ_c − 1) B_c = 1, and q_c Aʲ B_d = 0 for all other d and j < κ_d. With as many inputs as states,
+    the q_c are unit vectors. `orders` are the κ_c.
     """
     n, m = B.shape
     if m == n:
@@ -113,21 +115,21 @@ def _outputs(A: Rationals, B: Rationals, orders: list[int]) -> Rationals:
 
 
 def _independent_columns(B: Rationals) -> list[int]:
-    """Return the indices of the first columns that are a basis of the range of B.
+    """Return the indices of the first columns of B that are a basis of its range.
 
-    ValueError: they are nearly dependent.
+    ValueError: these columns are nearly dependent.
     """
     kept = row_echelon(B)[1]
     if kept and not _condition(B[:, kept]) < _WORST_CONDITION:
         raise ValueError(
-            "system: the columns of B must be clearly independent or exactly dependent, but are neither; for "
-            "redundant inputs, give columns that are exact multiples or sums of each other"
+            "system: the columns of B must be clearly independent or exactly dependent, but they are nearly dependent; "
+            "for redundant inputs, give columns that are exact multiples or sums of each other"
         )
     return kept
 
 
 def _pseudo_inverse(independent: Rationals, B: Rationals) -> Rationals:
-    """Return the matrix that maps B u to the smallest input with this effect. B_r are the `independent` columns of B.
+    """Return the matrix that maps B u to the smallest input with the effect of u. B_r are `independent` columns of B.
 
     With F = (B_rᵀ B_r)⁻¹ B_rᵀ B, so that B = B_r F, it is Fᵀ (F Fᵀ)⁻¹ (B_rᵀ B_r)⁻¹ B_rᵀ (Penrose).
     """
@@ -203,7 +205,10 @@ class LinearSystem:
         inputs = names("system: inputs", self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
         require_names((*states, *inputs))
         if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
-            raise ValueError(f"system: {n} states and {m} inputs need as many different names, got {states}, {inputs}")
+            raise ValueError(
+                f"system: expected different names of {n} states and {m} inputs, got states {states} and inputs "
+                f"{inputs}"
+            )
         c, T = array("system: c", np.zeros(n) if c is None else c, n), positive("system: sampling_time", T)
         for name, value in zip(
             ("A", "B", "c", "states", "inputs", "sampling_time"), (A, B, c, states, inputs, T), strict=True
@@ -212,7 +217,7 @@ class LinearSystem:
 
     @classmethod
     def scalar(cls, a: float, b: float, c: float = 0.0, *, sampling_time: float) -> Self:
-        """Return x(k+1) = a x(k) + b u(k) + c."""
+        """Return the system x(k+1) = a x(k) + b u(k) + c with one state and one input."""
         return cls(np.array([[a]]), np.array([[b]]), np.array([c]), sampling_time=sampling_time)
 
     @classmethod
@@ -256,7 +261,8 @@ class LinearSystem:
             return cls.discretised(given.A, given.B, sampling_time, **labels)
         if dt is None or dt is True or dt == 0 or (sampling_time is not None and sampling_time != dt):
             raise ValueError(
-                f"system: must have exactly one sampling time, got dt = {dt} and sampling_time = {sampling_time}"
+                f"system: expected one sampling time, as dt of a discrete system or as sampling_time= of a continuous "
+                f"one (dt = 0), got dt = {dt} and sampling_time = {sampling_time}"
             )
         return cls(given.A, given.B, **labels, sampling_time=dt)
 
@@ -292,10 +298,10 @@ class LinearSystem:
         by_outputs = inverse(np.vstack(Q))
         x_offset = -(by_outputs @ np.array(d, dtype=object))
         gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
-        # At rest, z_c is constant, and its weights in a state add up. The first sum that is not zero scales z_c.
+        # At rest, z_c is constant, so that the sum of its weights in a state counts. The first nonzero sum scales z_c.
         scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]
         x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))
-        inputs = _pseudo_inverse(independent, B)  # of x(k + 1) − A x(k) − c
+        inputs = _pseudo_inverse(independent, B)  # maps x(k + 1) − A x(k) − c to u(k)
         u_weights = [inputs @ (np.hstack([none, of]) - A @ np.hstack([of, none])) for of in x_weights]
         return Flatness(
             _trajectories(x_weights, x_offset, T),

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -24,26 +24,45 @@ from trackably.systems.trajectories import Functional, Trajectory, one_of, shift
 
 MAX_SIZE = 1000
 """A formula is refused if it has more operations, names and numbers than this, when it is written out."""
-_LONGEST_SHOWN = 80  # characters of a formula that a system's repr shows
+_LONGEST_SHOWN = 80  # most characters of a formula in the repr of a system
 
 
 @dataclass(frozen=True, eq=False)
 class NonlinearSystem(subject.NonlinearSystem):
-    """x(k+1) = f(x(k), u(k)), one formula `f` for each state, every `sampling_time` [s].
+    """x(k+1) = f(x(k), u(k)), one formula in `f` for each state, one step every `sampling_time` [s].
 
-    `states` and `inputs` are different names, and the variables of the formulas. The `flat` form gives states and
-    inputs as formulas of flat outputs. If equations can be solved one after the other, it is found automatically
-    (`flat_forms.found_form`). Without a flat form, the states are the flat outputs: there are as many inputs as states,
-    and f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat form does not satisfy f; without a flat form,
-    f is not affine in the inputs, or G is singular for all states; a formula is too long; a name is invalid
-    (`require_names`); or the sampling time is not positive.
+    Use `of` to get the formulas of a Python function. `states` and `inputs` are different names, and the variables of
+    the formulas. The `flat` form gives states and inputs as formulas of flat outputs. If equations can be solved one
+    after the other, it is found automatically (`flat_forms.found_form`). Without a flat form, the states are the flat
+    outputs: there are as many inputs as states, and f(x, u) = f0(x) + G(x) u is solved for them. ValueError: the flat
+    form does not satisfy f; without a flat form, f is not affine in the inputs, or G is singular for all states; a
+    formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
     """
 
+    states: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()
+    sampling_time: float = None  # type: ignore[assignment]  # __post_init__ refuses it
     flat: FlatForm | None = None
+
+    if TYPE_CHECKING:  # a function as the only argument reaches __post_init__, which says what to call instead
+
+        def __init__(
+            self,
+            f: tuple[Formula, ...],
+            states: tuple[str, ...],
+            inputs: tuple[str, ...],
+            sampling_time: float,
+            flat: FlatForm | None = None,
+        ) -> None: ...
 
     __eq__, __hash__ = object.__eq__, object.__hash__  # the parent class compares by value
 
     def __post_init__(self) -> None:
+        if callable(self.f):
+            raise TypeError(
+                "system: f: expected formulas, got a function; use NonlinearSystem.of(f, states, inputs, "
+                "sampling_time), which finds the formulas of a function"
+            )
         object.__setattr__(self, "sampling_time", positive("system: sampling_time", self.sampling_time))
         n = len(self.states)
         self._require_formulas()
@@ -54,9 +73,9 @@ class NonlinearSystem(subject.NonlinearSystem):
             return
         if len(self.inputs) != n:
             raise ValueError(
-                "system: a nonlinear system needs as many inputs as states, so that f can be solved for them, or "
-                f"flat=FlatForm.of(…), which is found for short chains only; got {len(self.inputs)} "
-                f"({', '.join(self.inputs)}) for {n} ({', '.join(self.states)})"
+                "system: a nonlinear system needs as many inputs as states, so that f can be solved for the inputs, or "
+                "a flat form, which is found automatically for short chains only (give flat=FlatForm.of(…)); got "
+                f"{len(self.inputs)} inputs ({', '.join(self.inputs)}) for {n} states ({', '.join(self.states)})"
             )
         for node in (part for formula in self.solution.values() for part in parts(formula)):
             match node:
@@ -103,7 +122,7 @@ class NonlinearSystem(subject.NonlinearSystem):
                 f"{', '.join(self.inputs) or 'no inputs'}"
             )
         if len(self.f) != n:
-            raise ValueError(f"system: f must have a formula for each of {n} states, got {len(self.f)}")
+            raise ValueError(f"system: f must have a formula for each of {n} states, got {len(self.f)} formulas")
         for state, formula in zip(self.states, self.f, strict=True):
             size, depth = size_and_depth(formula)
             if size > MAX_SIZE or depth > DEPTH:
@@ -113,7 +132,8 @@ class NonlinearSystem(subject.NonlinearSystem):
                 )
             if unknown := names_in(formula) - {*self.states, *self.inputs}:
                 raise ValueError(
-                    f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input"
+                    f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input; "
+                    f"expected {', '.join((*self.states, *self.inputs))}"
                 )
 
     @classmethod
@@ -141,7 +161,10 @@ class NonlinearSystem(subject.NonlinearSystem):
 
     @cached_property
     def solution(self) -> Mapping[str, Formula]:
-        """The inputs u = G(x)⁻¹ (x⁺ − f0(x)) as formulas of `states` and `successors`, solved as the checker does."""
+        """The inputs u = G(x)⁻¹ (x⁺ − f0(x)), by name, as formulas of `states` and `successors`; as in the checker.
+
+        ValueError: f cannot be solved for the inputs.
+        """
         try:
             return inputs_of(self.f, self.successors, self.inputs)
         except UnsolvableError as error:

@@ -1,4 +1,4 @@
-"""Signals of a reference: sums of kernels, or piecewise polynomials, which are evaluated in twice the precision."""
+"""Signals of a reference: sums of kernels, or piecewise polynomials, evaluated in twice the precision of float64."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from trackably.gp.signal import KernelSum
 if TYPE_CHECKING:
     from scipy.interpolate import BPoly, BSpline, PPoly
 
-# Numbers of twice the precision: unevaluated sums of two float64, elementwise in arrays.
+# Numbers of twice the precision of float64: unevaluated sums of two float64, elementwise in arrays.
 #
 # Sums and products are those of Dekker, "A floating-point technique for extending the available precision" (1971).
 # Their errors are bounded by Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of
@@ -36,14 +36,14 @@ _SPLITTER = 2.0**27 + 1
 
 @dataclass(frozen=True, eq=False)
 class DoubleDouble:
-    """`high` + `low`, where `high` is the float64 nearest to the sum."""
+    """The number `high` + `low`, of which `high` is the nearest float64."""
 
     high: Array
     low: Array
 
     @classmethod
     def of(cls, number: Fraction) -> Self:
-        """Convert a rational number, with a relative error of at most u²."""
+        """Convert a rational number, with a relative error of at most u², u = 2⁻⁵³."""
         high = float(number)
         return cls(np.asarray(high), np.asarray(float(number - Fraction(high))))
 
@@ -59,20 +59,20 @@ class DoubleDouble:
 
 
 def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return s = fl(a + b) and a + b − s, which is a float64."""
+    """Return s = fl(a + b), the sum rounded to float64, and its rounding error a + b − s, which is a float64."""
     total = a + b
     of_b = total - a
     return total, (a - (total - of_b)) + (b - of_b)
 
 
 def _two_sum_ordered(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return the result of `two_sum`, for |a| ≥ |b| or a = 0."""
+    """Return a + b rounded to float64, and the rounding error, as `two_sum` does, for |a| ≥ |b| or a = 0."""
     total = a + b
     return total, b - (total - a)
 
 
 def two_product(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return p = fl(a b) and a b − p, which is a float64."""
+    """Return p = fl(a b), the product rounded to float64, and its rounding error a b − p, which is a float64."""
     product = a * b
     (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
     return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
@@ -129,7 +129,7 @@ class ExactSum:
 
     @property
     def rounded(self) -> Array:
-        """The sum in float64, with a relative error of at most 8 u for at most eight parts; its sign is right."""
+        """The sum in float64, with the right sign; the relative error is at most 8 u = 2⁻⁵⁰ for up to eight parts."""
         total = self.parts[0]
         for part in self.parts[1:]:
             total = total + part
@@ -137,17 +137,17 @@ class ExactSum:
 
     @property
     def double_double(self) -> DoubleDouble:
-        """The sum, with a relative error of at most 80 u² for at most seven parts."""
+        """The sum in twice the precision: its relative error is at most 80 u², u = 2⁻⁵³, for at most seven parts."""
         near = self.rounded
         return DoubleDouble(*two_sum(near, (self + -near).rounded))
 
     def turned_back(self, count: Array, period: Array) -> Self:
-        """Return the sum minus `count` times a period."""
+        """Return the sum minus `count` times the `period`, exactly."""
         whole, rest = two_product(count, period)
         return self + -whole + -rest
 
     def replace(self, where: npt.NDArray[np.bool_], value: float) -> Self:
-        """Return the sum with `value` in its place where the mask `where` is true."""
+        """Return the sums, replaced by `value` at the entries at which the mask `where` is true."""
         *others, last = (np.where(where, 0.0, part) for part in self.parts)
         return type(self)((*others, np.where(where, value, last)))
 
@@ -160,9 +160,9 @@ class PolynomialPieces:
     """z(t) = Σ_j c_ij (t − t_i)^j for t_i ≤ t < t_(i+1), with `breakpoints` t_i [s] and `coefficients` c_ij.
 
     Shapes (n + 1,) and (n, degree + 1). The stored float64 numbers are exact, and z may jump at breakpoints. `beyond`
-    defines z at other times: "rest", z(t_0) before and the limit of z at t_n after; "period", repeated every t_n − t_0;
-    or "end": claims are only about times between t_0 and t_n. In this case evaluation continues the first and the last
-    piece, so that rounding of t at an end does no harm.
+    defines z before t_0 and after t_n: with "rest", it keeps the value z(t_0) and the limit of z at t_n; with "period",
+    it repeats every t_n − t_0; with "end", it is known between t_0 and t_n only. With "end", evaluation continues the
+    first and the last piece, so that rounding of t at an end does no harm.
 
     ValueError: breakpoints do not increase, shapes do not fit, a number is not finite, or the period is no float64.
     """
@@ -178,7 +178,10 @@ class PolynomialPieces:
     def __post_init__(self) -> None:
         ends = numbers("pieces: breakpoints", self.breakpoints)
         if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
-            raise ValueError("pieces: breakpoints must be two finite numbers at least, each larger than the one before")
+            raise ValueError(
+                "pieces: breakpoints must be two finite numbers at least, each larger than the one before, got "
+                f"{short(ends.tolist())}"
+            )
         c, ends.flags.writeable = array("pieces: coefficients", self.coefficients, len(ends) - 1, None), False
         if self.beyond not in get_args(Beyond):
             raise ValueError(f"pieces: beyond must be one of {', '.join(get_args(Beyond))}, got {self.beyond!r}")
@@ -186,8 +189,8 @@ class PolynomialPieces:
         object.__setattr__(self, "coefficients", c)
         if self.beyond == "period" and Fraction(self.period) != Fraction(ends[-1]) - Fraction(ends[0]):
             raise ValueError(
-                f"pieces: the period, from {ends[0]!r} s to {ends[-1]!r} s, must be exact in float64; let the first "
-                "breakpoint be 0"
+                f"pieces: the period, from {ends[0]!r} s to {ends[-1]!r} s, must be exact in float64, but is rounded; "
+                "let the first breakpoint be 0"
             )
 
     @classmethod
@@ -202,7 +205,7 @@ class PolynomialPieces:
 
     @classmethod
     def lines(cls, values: Mapping[float, float], period: float | None = None) -> Self:
-        """Return straight lines between the `values`, by the time [s]; constant beyond them.
+        """Return straight lines between the `values`, given by time [s]; constant before the first and after the last.
 
         With a `period` [s], a line leads from the last value to the first one, one period after its time.
         """
@@ -219,22 +222,22 @@ class PolynomialPieces:
     def from_mapping(cls, written: Mapping[Any, Any]) -> Self:
         """Return the pieces that a file describes: {0.0: 0.05, 2.5: 0.08}, {steps: …} or {lines: …}, and a `period`.
 
-        The first form means steps. Keys may be texts, as in JSON. ValueError: it is no such mapping.
+        The first form means steps. Keys may be texts, as in JSON. ValueError: `written` has none of these forms.
         """
         makers = {"steps": cls.steps, "lines": cls.lines}
         (kind, *others) = [name for name in makers if name in written] or ["steps"]
         given = written.get(kind, written)
         if others or not isinstance(given, Mapping) or (given is not written and written.keys() - {kind, "period"}):
             raise ValueError(
-                "expected values by their times [s], or such values under steps or lines, with a period if they "
-                f"repeat, got {written}"
+                "expected values by their times [s], as {0.0: 0.05, 2.5: 0.08}, or these under `steps` or `lines`, "
+                f"with a `period` if they repeat, got {written}"
             )
         period = written.get("period") if given is not written else None
         try:
             values = {float(t): float(value) for t, value in given.items()}
             return makers[kind](values, None if period is None else float(period))
         except TypeError as error:
-            raise ValueError(f"expected numbers, got {written}") from error
+            raise ValueError(f"expected numbers as times [s], values and period, got {written}") from error
 
     @property
     def degree(self) -> int:
@@ -243,16 +246,16 @@ class PolynomialPieces:
 
     @property
     def period(self) -> float:
-        """The total length of all pieces [s]."""
+        """The length of time [s] from the first breakpoint to the last."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
     @property
     def checked(self) -> Pieces:
-        """The same pieces in the type of the checker."""
+        """The same pieces as an object of the checker's class."""
         return Pieces(tuple(self.breakpoints.tolist()), tuple(map(tuple, self.coefficients.tolist())), self.beyond)
 
     def __call__(self, t: ArrayLike) -> Array:
-        """Return z at t [s], evaluated by `precise` and rounded to float64; from a breakpoint on the piece after it."""
+        """Return z at t [s], evaluated by `precise` and rounded to float64; at a breakpoint, by the piece after it."""
         return self.precise([np.asarray(t, dtype=float)]).high
 
     def summed(self, t: ArrayLike) -> Array:
@@ -273,7 +276,10 @@ class PolynomialPieces:
         return value
 
     def _place_exactly(self, t: ExactSum) -> tuple[npt.NDArray[np.intp], ExactSum]:
-        """Return the index i of the piece at t, and t − t_i [s]. Times at which z rests are moved to the nearer end."""
+        """Return the index i of the piece at t, and t − t_i [s].
+
+        If z rests before t_0 and after t_n, earlier times count as t_0 and later ones as t_n.
+        """
         ends = self.breakpoints
         if self.beyond == "rest":
             t = t.replace((t + -ends[0]).rounded < 0, ends[0])
@@ -282,7 +288,7 @@ class PolynomialPieces:
             t = self._in_first_period(t)
         last = len(self.coefficients) - 1
         piece = np.clip(np.searchsorted(ends, t.rounded, side="right") - 1, 0, last)
-        while True:  # if rounding has led to another piece, move to the one next to it
+        while True:  # rounding may have led to a neighbouring piece: move until t lies in the piece
             early, late = (t + -ends[piece]).rounded < 0, (t + -ends[piece + 1]).rounded >= 0
             moved = np.clip(piece - early + late, 0, last)
             if np.array_equal(moved, piece):
@@ -299,7 +305,7 @@ class PolynomialPieces:
 
 
 def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
-    """Return whether `given` is a spline of SciPy. Without scipy.interpolate loaded, it cannot be one."""
+    """Return whether `given` is a spline of SciPy. It cannot be one if scipy.interpolate is not loaded."""
     made = sys.modules.get("scipy.interpolate")
     return made is not None and isinstance(given, made.PPoly | made.BPoly | made.BSpline)
 
@@ -331,11 +337,11 @@ def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[f
     instance("pieces: values", values, Mapping, "values by their times [s], as {0.0: 0.05, 2.5: 0.08}")
     found = {real("pieces: time", t): real("pieces: value", value) for t, value in values.items()}
     if not found or any(a >= b for a, b in pairwise(found)):
-        raise ValueError(f"pieces: values need rising times [s], got {list(found)}")
+        raise ValueError(f"pieces: expected values at increasing times [s], got the times {list(found)}")
     return found, None if period is None else positive("pieces: period", period)
 
 
-# What a reference is made of: signals that can be evaluated here, and enclosed by a proof.
+# Signals, of which a reference is made: they can be evaluated, and a proof can enclose them.
 
 Signal = KernelSum | PolynomialPieces
 """A sum of kernels, which is learned from samples, or polynomial pieces, which come from splines and planners."""

@@ -1,4 +1,4 @@
-"""Sets of states and inputs: polytopes, and the scales that these give to coordinates."""
+"""Sets of states and inputs: polytopes, and units for coordinates that follow from the widths of a polytope."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
 
 Ends: TypeAlias = "ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]"
-"""The lower or the upper ends of several intervals, or of one; each is a number, or moves in time."""
+"""The lower or the upper bounds of several rows, or of one; each is a number, or a function of time."""
 
 _OUTWARDS = 1e-6  # a minimum is lowered by this part of 1 + |minimum|, which exceeds the error of the solver
 
@@ -61,7 +61,8 @@ class Polytope:
         r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
         if shapes != [(r,), (r,)]:
             raise ValueError(
-                f"set: {r} rows need as many lower and upper bounds, got shapes {shapes[0]} and {shapes[1]}"
+                f"set: expected {r} lower and {r} upper bounds, one for each row, got the shapes {shapes[0]} and "
+                f"{shapes[1]}"
             )
         for i, (row, low, high) in enumerate(zip(rows, lower, upper, strict=True)):
             is_bounded = _any_moves(low, high) or -np.inf < low <= high < np.inf
@@ -85,7 +86,7 @@ class Polytope:
 
     @property
     def intervals(self) -> list[tuple[Array, Interval]]:
-        """Each row with its bounds."""
+        """Each row (n,) with its bounds, which may move in time."""
         found: list[tuple[Array, Interval]] = vars(self)["_intervals"]
         return found
 
@@ -93,7 +94,7 @@ class Polytope:
 
         def __getattr__(self, name):
             if name in {"lower", "upper"}:
-                raise ValueError(f"set: constant bounds are needed here, but those of {self} move in time")
+                raise ValueError(f"set: expected constant bounds here, but bounds of {self} move in time")
             raise AttributeError(name)
 
     @property
@@ -114,7 +115,7 @@ class Polytope:
 
     @property
     def checked(self) -> subject.Polytope:
-        """The same set in the type of the checker."""
+        """The same set as an object of the checker's class."""
         ends = ([of.checked if isinstance(of, PolynomialPieces) else of for of in side] for side in self.ends)
         rows = (tuple(map(Fraction, row)) for row in self.rows.tolist())
         return subject.Polytope(tuple(map(subject.Row, rows, *ends)), self.dimension)
@@ -126,7 +127,7 @@ class Polytope:
     def box(cls, lower: Ends, upper: Ends) -> Self:
         """Return {x : lower ≤ x ≤ upper} with bounds of shape (n,); two infinite bounds leave a coordinate free.
 
-        A bound that moves in time is given as for the class.
+        A bound may move in time, as in the constructor.
 
         ValueError: only one of two bounds is infinite, shapes differ, or the box has no interior.
         """
@@ -193,14 +194,14 @@ class Polytope:
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
         matrix, off, units, centre = self._centred
-        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share nothing: a point is in the middle of each
+        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: one point is in all middles
             return 0.5, units * centre
         found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
         return found[0], units * (centre + found[1])
 
     @property
     def ends(self) -> tuple[list[End], list[End]]:
-        """The lower and the upper end of each row."""
+        """The lower bounds and the upper bounds of all rows; each is a number, or pieces if it moves in time."""
         pairs = [(of.low, of.high) if isinstance(of, Corridor) else (of.lower, of.upper) for _, of in self.intervals]
         return [low for low, _ in pairs], [high for _, high in pairs]
 
@@ -217,7 +218,7 @@ class Polytope:
     def extent(self, coordinate: int) -> Interval | None:
         """Return the smallest and the largest value of a coordinate on the set; None where either is infinite."""
         involved = self.rows[:, coordinate] != 0
-        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # exact where no other coordinate counts
+        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # exact if rows have no other coordinate
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:
@@ -230,9 +231,10 @@ class Polytope:
 
     @property
     def _centred(self) -> tuple[Array, Array, Array, Array]:
-        """M (r, n), o (r,), s (n,), z (n,): x = s (y + z) satisfies the bounds if and only if |M y − o| ≤ 1.
+        """M (r, n), o (r,), s (n,), z (n,) such that x = s (y + z) satisfies the bounds if and only if |M y − o| ≤ 1.
 
-        Linear programs are solved in y, because solvers treat numbers above 1e15 as infinite and below 1e-9 as zero.
+        Linear programs are solved for y, whose entries are near 1 in all units: solvers treat numbers above 1e15 as
+        infinite, and numbers below 1e-9 as zero.
         """
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
         sizes = np.abs(self.rows)
@@ -276,13 +278,13 @@ def _ends(what: str, given: Any) -> list[Any]:
 
 
 def _end(given: Any) -> Any:
-    """Return an end that moves in time as pieces, and anything else as it is."""
+    """Return a bound that moves in time (a table or a spline) as pieces, and anything else unchanged."""
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
     if is_spline(given):
         ends, c = pieces_of_spline(given)
         if c.ndim != 2:
-            raise ValueError(f"set: expected one value of a spline at a time, got {c.shape[2:]}")
+            raise ValueError(f"set: expected a spline with one value at each time, got values of shape {c.shape[2:]}")
         return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
     return given
 
@@ -315,8 +317,8 @@ def _lower_bound(row: Array, H: Array, h: Array) -> float:
         raise ValueError("set: must have an interior, but H x ≤ h has no solution")
     if (least := _least(row, H, h)) == -np.inf:
         raise ValueError(
-            f"set: must be bounded, but {_formula(row)} has no lower bound on it; where it does not matter, give a "
-            "bound that is never reached"
+            f"set: must be bounded, but {_formula(row)} has no lower bound on it; if no bound is meant, give one that "
+            "is never reached"
         )
     return least - _OUTWARDS * (1 + abs(least))
 
@@ -328,18 +330,18 @@ def _formula(row: Array) -> str:
     return " ".join(terms).removeprefix("+ ")
 
 
-# Scales that a set gives its coordinates: divided by them, a problem has the same numbers in all units.
+# Scales of coordinates, from the widths of a set: a problem divided by them has the same numbers in all units.
 
 
 def extents(bounded: Polytope) -> Array:
-    """Return how far each coordinate may move while the others stand still, shape (n,); infinite without bounds."""
+    """Return how much each coordinate may change while all others are constant, shape (n,); infinite without bounds."""
     sizes = np.abs(bounded.rows)
     reach = np.divide(bounded.widths[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
     return np.asarray(np.min(reach, axis=0, initial=np.inf))
 
 
 def unit_scales(bounded: Polytope) -> Array:
-    """Return a unit for each coordinate (n,): its extent, and 1 where nothing bounds it."""
+    """Return a unit for each coordinate, shape (n,): the largest change that the set allows, 1 without bounds."""
     reach = extents(bounded)
     return np.where(np.isfinite(reach), reach, 1.0)
 

@@ -15,7 +15,7 @@ Rationals = npt.NDArray[np.object_]
 
 
 def exact(numbers: npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]]) -> Rationals:
-    """Convert float64 numbers to rationals, exactly; rationals are kept."""
+    """Convert float64 numbers to rationals, exactly; rationals are unchanged."""
     array = np.asarray(numbers, dtype=object)
     return np.array([Fraction(v) for v in array.ravel().tolist()], dtype=object).reshape(array.shape)
 
@@ -26,22 +26,22 @@ def to_floats(matrix: Rationals) -> Array:
 
 
 def row_echelon(matrix: Rationals) -> tuple[Rationals, list[int]]:
-    """Return the reduced row echelon form, and the columns of its pivots."""
+    """Return the reduced row echelon form of a matrix, and the indices of its pivot columns."""
     rows, pivots = redundancy.row_echelon(matrix.tolist(), matrix.shape[1])
     return np.array(rows, dtype=object).reshape(matrix.shape), pivots
 
 
 def rank(matrix: Rationals) -> int:
-    """Return the rank."""
+    """Return the rank of a matrix, exactly."""
     return len(row_echelon(matrix)[1])
 
 
 def inverse(matrix: Rationals) -> Rationals:
-    """Return the inverse. ZeroDivisionError: there is none."""
+    """Return the inverse of a square matrix, exactly. ZeroDivisionError: the matrix is singular."""
     n = len(matrix)
     rows, pivots = row_echelon(np.hstack([matrix, exact(np.eye(n))]))
     if pivots != list(range(n)):
-        raise ZeroDivisionError("the matrix is singular")
+        raise ZeroDivisionError(f"inverse: expected an invertible matrix, got a singular one of shape {matrix.shape}")
     return rows[:, n:]
 
 

@@ -1,4 +1,4 @@
-"""A reference: signals, learned or given, and the states and inputs that they determine."""
+"""A reference: signals (flat outputs), learned or given, and the states and inputs that they determine."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,18 +15,19 @@ from trackably.systems.constrained import ConstrainedSystem, Side
 from trackably.systems.pieces import DoubleDouble, PolynomialPieces, Signal, moved_back, two_product
 from trackably.systems.trajectories import Functional, Quantity, Trajectory, weighted_sum
 
-# Functionals of polynomial pieces in twice the precision: differences of large numbers lose no digits.
+# Weighted sums of polynomial pieces in twice the precision of float64: differences of large numbers lose no digits.
 
 
 def precise_values(
     coordinates: Sequence[Trajectory], signals: Sequence[PolynomialPieces], time: Sequence[Array]
 ) -> Array:
-    """Return states or inputs at times that are sums of a few float64 [s]; shape (*time.shape, coordinates).
+    """Return states or inputs, the `coordinates`, at times that are exact sums of a few float64 [s].
 
-    Functionals are evaluated in twice the precision, and rounded to float64 once, at the end; formulas of functionals
-    are evaluated in float64. So a functional is within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³,
-    n is the degree of the signals, N the number of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the
-    largest sum of the absolute terms of a piece. Certificates rely on this bound (`checker.piecewise`).
+    The result has shape (*time.shape, coordinates). Functionals (weighted sums of signals) are evaluated in twice the
+    precision, and rounded to float64 once, at the end; formulas of functionals are evaluated in float64. So a
+    functional is within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals,
+    N the number of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute
+    terms of a piece. Certificates rely on this bound (`checker.piecewise`).
     """
     step = np.asarray(coordinates[0].sampling_time)
 
@@ -68,9 +69,15 @@ class Reference:
 
     def __post_init__(self) -> None:
         if len(self.signals) != self.plant.signal_count:
-            raise ValueError(f"reference: the system needs {self.plant.signal_count} signals, got {len(self.signals)}")
+            raise ValueError(
+                f"reference: expected {self.plant.signal_count} signals, one for each flat output, got "
+                f"{len(self.signals)}"
+            )
         if 0 < len(self.pieces) < len(self.signals):
-            raise ValueError("reference: signals must all be sums of kernels, or all polynomial pieces")
+            raise ValueError(
+                f"reference: expected signals that are all sums of kernels or all polynomial pieces, got "
+                f"{len(self.pieces)} pieces among {len(self.signals)} signals"
+            )
 
     @property
     def kernel_sums(self) -> tuple[KernelSum, ...]:
@@ -88,7 +95,7 @@ class Reference:
 
     @cached_property
     def period(self) -> float | None:
-        """The common period [s] of all kernels, exactly this float64; None if there is none."""
+        """The common period [s] of all kernels, exactly this float64; None if kernels have no common period."""
         return common_period([signal.kernel for signal in self.signals if isinstance(signal, KernelSum)])
 
     @property
@@ -97,7 +104,7 @@ class Reference:
         return self.plant.quantities
 
     def quantity(self, name: str) -> Quantity:
-        """Return the bounded quantity of this name. ValueError: there is none; the message lists the names."""
+        """Return the bounded quantity of this name. ValueError: no quantity has this name; the message lists all."""
         found = {quantity.name: quantity for quantity in self.quantities}
         if name not in found:
             raise ValueError(f"reference: there is no bounded quantity {name!r}; there are {', '.join(found)}")
@@ -131,9 +138,9 @@ class Reference:
         return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
 
     def inputs_near(self, t: float) -> tuple[Trajectory, ...]:
-        """Return u_r as functions of time that are exact near t [s], up to constants.
+        """Return functions of time that equal u_r near t [s], up to constants.
 
-        If inputs are redundant, they follow from the law of the allocation that is active at t.
+        If inputs are redundant, u_r is piecewise affine in the flat outputs; its slope at t [s] is used.
         """
         inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
         if allocation is None:
@@ -146,8 +153,9 @@ class Reference:
         return np.asarray(steps) * self.plant.sampling_time
 
     def _exact_instants(self, steps: Array | int) -> Sequence[Array]:
-        """Return the times k T_s [s] of steps k as exact sums, which matters at jumps of pieces
-        and after many periods.
+        """Return the times k T_s [s] of steps k as exact sums of two float64.
+
+        Rounded times would matter at jumps of polynomial pieces, and after many periods.
         """
         return two_product(np.asarray(steps, dtype=float), np.asarray(self.plant.sampling_time))
 

@@ -22,7 +22,7 @@ _DIGITS = 9  # digits of weights in messages
 
 
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
-    """Return the sampled name of each flat output with its stencil, in the order of the flat outputs.
+    """Return the sampled name of each flat output with its stencil (weights at shifted times), in the outputs' order.
 
     Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
     `kinds_by_name`, and if samples of two names depend on the same flat output.
@@ -31,15 +31,15 @@ def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str
     for kinds in kinds_by_name(plant, names):
         name, *others = kinds
         if others:
-            raise ValueError(f"samples: {others[0]} and {name} show the same flat output; give one of them")
+            raise ValueError(f"samples: {others[0]} and {name} depend on the same flat output; give only one of them")
         found.update(kinds)
     return found
 
 
 def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[str, Stencil], ...]:
-    """Return, for each flat output, the names whose samples depend on it, with their stencils.
+    """Return, for each flat output, the names whose samples depend on it, with their stencils (weights).
 
-    The first of them shows the level of the flat output, and not only its changes.
+    The first of these names is one whose samples depend on the level of the flat output, not only on its changes.
 
     ValueError: a name is unknown, a state is no weighted sum of one flat output and its shifts, or the level of a flat
     output is not sampled.
@@ -52,8 +52,8 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
     for signal, kinds in enumerate(ordered):
         if kinds and not any(stencil.measures_levels for stencil in kinds.values()):
             raise ValueError(
-                f"samples: {next(iter(kinds))} says how its flat output moves, but not where it is; give samples of "
-                f"{', '.join(sampled_names(plant, signal))} instead (learn_reference takes both)"
+                f"samples: {next(iter(kinds))} depends on changes of its flat output only, not on its level; give "
+                f"samples of {' or '.join(sampled_names(plant, signal))} instead or too (learn_reference takes both)"
             )
     if missing := [signal for signal, kinds in enumerate(ordered) if not kinds]:
         wanted = "; ".join(f"one of {', '.join(sampled_names(plant, signal))}" for signal in missing)
@@ -120,7 +120,7 @@ def prior_for(
 
     `believed` has a prior for each flat output, by the name of the sampled state (or of the flat output, z1, z2, …):
     the kernel of the flat output, σ_n of the samples, and the mean of the sampled state. Hyperparameters named in
-    `shared` are the same for all flat outputs. Raises ValueError where names do not fit the plant.
+    `shared` are the same for all flat outputs. ValueError: names do not fit the plant.
     """
     stencils = stencils_by_name(plant, believed)
     parts = []
@@ -145,7 +145,10 @@ def default_sample(plant: ConstrainedSystem) -> str:
 
 
 def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
-    """Return the flat output that samples of a name depend on, and their stencil."""
+    """Return the index of the flat output on which samples of a name depend, and their stencil (weights).
+
+    ValueError: the name is unknown, or its samples depend on several flat outputs.
+    """
     flat = [f"z{signal + 1}" for signal in range(plant.signal_count)]
     states = plant.system.states
     if name in states:
@@ -174,14 +177,14 @@ def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
 
 
 def _rate(stencil: Stencil, sampling_time: float) -> Stencil:
-    """Return the stencil of (s(t + T_s) − s(t))/T_s of a signal s that has a stencil."""
+    """Return the stencil of the rate (s(t + T_s) − s(t))/T_s, from the stencil (weights) of s."""
     weights = np.array(stencil.weights)
     change = np.append(0.0, weights) - np.append(weights, 0.0)
     return Stencil(tuple((change / sampling_time).tolist()), sampling_time)
 
 
 def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
-    """Return the names by which a flat output can be sampled: states that determine it, and its own name."""
+    """Return the names of samples from which a flat output can be learned: states that determine it, and z1, z2, …"""
     stencils = [coordinate.stencil for coordinate in plant.flatness.states]
     alone = [i for i, seen in enumerate(stencils) if seen and seen[0] == signal and seen[1].measures_levels]
     return [*(plant.system.states[i] for i in alone), f"z{signal + 1}"]

@@ -1,4 +1,4 @@
-"""Tightened bounds: a reference that satisfies them leaves slack for the error of the disturbed system."""
+"""Tightened bounds: if a reference satisfies them, the disturbed system near it satisfies the given bounds."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -30,9 +30,9 @@ from trackably.systems.rationals import exact, float_below
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
 LONGEST = 4000
-"""Largest number of steps; an error that needs more to decay counts as one that does not decay."""
+"""Largest number of steps of a decay: an error that needs more steps counts as one that does not decay."""
 
-_DECAYED = 1e-7  # a row has decayed when its size is at most this part of its largest size
+_DECAYED = 1e-7  # row · A_Kⁱ has decayed when its size is at most this part of its largest size
 
 
 class NoInvariantSetError(ValueError):
@@ -47,15 +47,15 @@ def closed_loop(system: LinearSystem, feedback: Array) -> Array:
 def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
     """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64, shape (r,). It is zero for W = {0}.
 
-    This is the largest row · e of an error e that disturbances in W can cause. The sum ends when a row, in units of the
-    states' `scales` (n,), has fallen below 1e-7 of its largest size. Raises NoInvariantSetError if this takes too many
-    steps, or never happens.
+    h_W is the support function of the `disturbance` set W. The sum is the largest row · e of an error e that
+    disturbances in W can cause. It ends when row · A_Kⁱ, in units of the states' `scales` (n,), is below 1e-7 of its
+    largest size. Raises NoInvariantSetError if this takes more than 4000 steps, or never happens.
     """
     total, largest = np.zeros(len(rows)), np.zeros(len(rows))
     if not spectral_radius(A_K) < 1:
         raise NoInvariantSetError(
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
-            f"{spectral_radius(A_K):.6g}"
+            f"{spectral_radius(A_K):.6g}; give another feedback="
         )
     for moved in powers(rows, A_K):
         total = total + disturbance.support(moved)
@@ -67,18 +67,19 @@ def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: A
 
 
 def powers(rows: Array, A_K: Array) -> Iterator[Array]:
-    """Yield rows, rows A_K, rows A_K², …; raise NoInvariantSetError if more than `LONGEST` of them are asked for."""
+    """Yield rows, rows A_K, rows A_K², … (r, n); raise NoInvariantSetError after 4000 of them."""
     for _ in range(LONGEST):
         yield rows
         rows = rows @ A_K
     raise NoInvariantSetError(
         f"feedback: the error decays too slowly under A + B K, which has an eigenvalue of size "
-        f"{spectral_radius(A_K):.6g}"
+        f"{spectral_radius(A_K):.6g}: it has not decayed after {LONGEST} steps; give a feedback= with smaller "
+        "eigenvalues"
     )
 
 
 def spectral_radius(A_K: Array) -> float:
-    """Return the largest absolute value of the eigenvalues."""
+    """Return the largest absolute value of the eigenvalues of A_K."""
     return float(np.max(np.abs(np.linalg.eigvals(A_K))))
 
 
@@ -88,18 +89,18 @@ def spectral_radius(A_K: Array) -> float:
 INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
 RATES = (1.0, 0.95, 0.9, 0.8)
 _SPARED = 0.05  # slack, in widths, that may be given up for an error that decays faster
-_FREE = 1e-6  # part of the scaled identity that is added to a weight, so that it is definite also where no row bounds
-_BITS = 20  # entries of K are rounded to so many binary digits, so that rational numbers stay short
+_FREE = 1e-6  # this multiple of the scaled identity is added to weights, which are definite then even without bounds
+_BITS = 20  # entries of K are rounded to this number of binary digits, so that rational numbers stay short
 _NOTHING = 1e-10  # entries of K below this part of the largest one, in units of the sets, become zero
 
 
 def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Array:
     """Return the K (m, n) with the fastest decay of errors, among the regulators that leave nearly the most slack.
 
-    Slack is the part of a width that the errors leave, in the row for which it is least. The regulators have several
-    weights of the input and several rates of decay; errors are weighted relative to the widths of the sets. Nearly the
-    most means at most 0.05 less than the largest slack: with so little less slack, errors may decay in tens of steps
-    instead of hundreds. Raises NoInvariantSetError if no regulator makes the error decay.
+    Slack is the part of a bound's width that the errors leave, for the bound with the least slack. The regulators have
+    several weights of the input and several rates of decay; errors are weighted relative to the widths of the sets.
+    Slack may be 0.05 less than the largest one, because errors may then decay in tens of steps instead of hundreds.
+    Raises NoInvariantSetError if no regulator makes the error decay.
     """
     found, widths = list[tuple[float, Array]](), bound_widths(plant)
     for weight, rate in product(INPUT_WEIGHTS, RATES):
@@ -109,7 +110,9 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
         except (np.linalg.LinAlgError, NoInvariantSetError):  # another weight or rate may have a regulator
             continue
     if not found:
-        raise NoInvariantSetError("feedback: no linear-quadratic regulator was found; give a feedback K of your own")
+        raise NoInvariantSetError(
+            "feedback: no linear-quadratic regulator was found under which errors decay; give feedback=K of your own"
+        )
     most = max(left for left, _ in found)
     good = [K for left, K in found if left >= most - _SPARED]
     return min(good, key=lambda K: spectral_radius(closed_loop(plant.linear, K)))
@@ -135,9 +138,9 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
 
 
 def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
-    """Return how much of the distance between each pair of bounds the errors take (r,), states first, in float64.
+    """Return by how much errors reduce the distance between each pair of bounds (r,), states first, in float64.
 
-    The result has the unit of the bounds: it is not divided by widths.
+    The result has the unit of the bounds. K is the feedback of errors.
     """
     rows = error_rows(plant, K)
     both = np.vstack([rows, -rows])
@@ -164,10 +167,9 @@ def set_weight(bounded: Polytope) -> Array:
 # A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.
 
 _CONTRACTION, _ROUNDING = 0.5, 1e-9  # α is at most the first number, enlarged by the second to cover rounding
-# The last part of Z counts as small in a row if it is below the first number times the first part, or below the second
-# number times the row's width.
+# The last part of Z is small in a row if it is below _TAIL_OF_HEAD of the first part or _TAIL_OF_WIDTH of the width.
 _TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5
-_LEAST_EXTENT = 1e-3  # each p_i, in units of its scale, is at least this part of the largest extent of the error
+_LEAST_EXTENT = 1e-3  # each half-width p_i of P, in units of its scale, is at least this part of the error's largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,9 +211,9 @@ class InvariantSet:
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
-    """Return an invariant set that exceeds the smallest one by about a hundredth in the direction of each bound.
+    """Return a robustly invariant set of the error, about 1 % larger than the smallest one in each bound's direction.
 
-    For W = {0} it is {0}. Raises NoInvariantSetError if the error does not decay, or too slowly.
+    For W = {0} it is {0}. Raises NoInvariantSetError if the error does not decay, or decays too slowly.
     """
     system, scales = plant.linear, unit_scales(plant.state_set)
     A_K, n = closed_loop(system, feedback), len(scales)
@@ -227,7 +229,7 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
 
 
 def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
-    """Return s and α with A_Kˢ P ⊆ α P for the box P, where α is at most about one half."""
+    """Return s and α with A_Kˢ P ⊆ α P for P = {|x_i| ≤ `box`_i}, where α is at most about one half."""
     contractions = list[float]()
     for power in powers(A_K, A_K):
         contractions.append(float(np.max(np.abs(power) @ box / box)))
@@ -239,8 +241,10 @@ def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
 def _head(
     A_K: Array, disturbance: DisturbanceSet, box: Array, terms: int, contraction: float, rows: Array, widths: Array
 ) -> int:
-    """Return the smallest N for which the last part of Z is small in each row, relative to the
-    first part or the row's width.
+    """Return the smallest N for which the last part of Z is small in each row, relative to the first part or the width.
+
+    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, with W the `disturbance` set, P = {|x_i| ≤ `box`_i}, s = `terms`
+    and α = `contraction`.
     """
     supports, sizes, head = list[Array](), list[Array](), np.zeros((2, len(rows)))
     for N, moved in enumerate(powers(rows, A_K), start=1 - terms):
@@ -255,7 +259,7 @@ def _head(
     return N
 
 
-_LARGEST_FRACTION = 1e6
+_LARGEST_FRACTION = 1e6  # larger multiples of a disturbance set are not told apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,7 +284,7 @@ class Tightening:
     is_regulator: bool = False
 
     def __post_init__(self) -> None:
-        _ = self.plant  # computed now, to raise its error
+        _ = self.plant  # computed here, to raise its error as soon as the object is created
 
     @cached_property
     def plant(self) -> ConstrainedSystem:
@@ -301,7 +305,7 @@ class Tightening:
 
     @cached_property
     def taken(self) -> list[tuple[Fraction, Fraction]]:
-        """The largest effects of the error on the lower and the upper bound of each row, states first, exactly."""
+        """By how much the error tightens the lower and the upper bound of each row, states first, exactly."""
         return [self._of_row(constraint) for constraint in self.given.given_constraints]
 
     @cached_property
@@ -332,7 +336,7 @@ class Tightening:
         return Polytope(bounded.rows, lower, upper, bounded.dimension)
 
     def _shortage(self, fraction: float) -> str:
-        """Say which bounds are short by how much, and which part of the disturbance set would be possible."""
+        """Return a message: which bounds are too close by how much, and what part of the disturbance is possible."""
         if self.model_error and self.invariant:
             return self._shortage_of_model(self.model_error, self.invariant)
         taken, left = np.array([float(low + high) for low, high in self.taken]), 1 - 2 * self.margin
@@ -340,7 +344,7 @@ class Tightening:
         bound, width = self.given.given_constraints[worst], bound_widths(self.given)[worst]
         would = f"with {self._feedback} at most {fraction:.3g} of this disturbance set is possible"
         if fraction <= 0:
-            would = "no disturbance set is possible"
+            would = "no disturbance is possible, however small"
         if (missing := taken[worst] - left * width) < 0:
             return (
                 f"disturbance: no point satisfies all bounds at once after they are tightened for the errors; {would}"
@@ -356,11 +360,11 @@ class Tightening:
         return "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
 
     def _shortage_of_model(self, error: ModelError, Z: InvariantSet) -> str:
-        """Say how much of which bound each vertex costs, and which share of the model's error would be possible."""
+        """Return a message: by how much the model's error tightens which bounds, and which part of it is possible."""
         given, width = self.given, (1 - 2 * self.margin) * bound_widths(self.given)
 
         def cost(of: ModelError) -> Array:
-            """Return the part of each width that errors take if the model's error alone disturbs."""
+            """Return how much of each width errors take, in its unit, if the model's error is the only disturbance."""
             return widths_taken(given, of.added_to(Zonotope([Fraction(0)] * len(Z.box)), given), Z.feedback)
 
         W, V = self.disturbance, self.noise
@@ -406,19 +410,29 @@ def tightening(
 ) -> Tightening:
     """Return the bounds of a plant, tightened for a disturbance set W and by a part `margin` of each width.
 
-    The feedback K is given, or a regulator that leaves much slack is chosen. With a `noise` set V, the feedback acts on
-    the noisy measurement of the state. With noise or a `model_error`, all sets are zonotopes, and W may be left out.
-    ValueError: the system is not linear, W, V or K do not fit it, A + B K does not decay, the margin is invalid, or
-    nothing is left of a set. TypeError: an argument is of another type.
+    The feedback K is given, or a regulator that leaves much slack is chosen (`best_feedback`). With a `noise` set V,
+    the feedback acts on the noisy measurement of the state. With noise or a `model_error`, all sets are zonotopes, and
+    W may be left out. ValueError: the system is not linear, W, V or K do not fit the system, errors do not decay under
+    A + B K, the margin is invalid, or nothing is left of a set. TypeError: an argument is of another type.
     """
     margin = real("margin", margin)
     if not 0 <= margin < 0.5:
-        raise ValueError(f"margin must be a part of a width, at least 0 and less than 0.5, got {margin:g}")
+        raise ValueError(f"margin: expected a part of a bound's width, at least 0 and less than 0.5, got {margin:g}")
     if disturbance is None and noise is None and model_error is None:
         if feedback is not None:
-            raise ValueError("feedback: is only of use with a disturbance, measurement_noise or model_error")
+            raise ValueError(
+                "feedback: is only of use with a disturbance, measurement_noise or model_error; give one of them, or "
+                "no feedback"
+            )
         return Tightening(plant, margin)
-    system, V = plant.linear, None
+    if not isinstance(plant.system, LinearSystem):
+        sets = {"disturbance": disturbance, "measurement_noise": noise, "model_error": model_error}
+        raise ValueError(
+            f"{next(name for name, given in sets.items() if given is not None)}: expected a plant with a linear "
+            f"system, got one with a nonlinear system of the states {', '.join(plant.system.states)}; give margin= "
+            "instead, which leaves a part of each bound's width free"
+        )
+    system, V = plant.system, None
     n = len(system.A)
     W = require_disturbance(Zonotope([Fraction(0)] * n) if disturbance is None else disturbance, n)
     of_errors = W
@@ -438,14 +452,14 @@ def tightening(
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """Return the largest f ≤ 1e6 for which a point satisfies all rows, tightened by f `by` (r, 2) and by a margin.
 
-    It is the optimum of a linear program in which each row is divided by half its width. It is ≤ 0 if the margin alone
-    leaves no point. If a bound moves, each row is considered alone, at its least width.
+    f is the optimum of a linear program in which each row is divided by half its width. f ≤ 0 if the margin alone
+    leaves no point. If a bound moves in time, each row is considered alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
     half = bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
-    most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone: enough for boxes
+    most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone, which is exact for boxes
     if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
         return most
     scales = unit_scales(bounded)
@@ -459,7 +473,7 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
 
 
 def require_plant(plant: object) -> None:
-    """Raise TypeError unless `plant` is a system with its sets."""
+    """Raise TypeError unless `plant` is a ConstrainedSystem (a system with its state set and its input set)."""
     instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
 
 
@@ -473,7 +487,7 @@ def tighten_plant(
 ) -> tuple[ConstrainedSystem, Tightening | None]:
     """Return the plant with tightened bounds, and the tightening; the plant itself and None if nothing is tightened.
 
-    TypeError: it is no plant. Raises as `tightening`, too.
+    TypeError: `plant` is no ConstrainedSystem. Raises also the errors of `tightening`.
     """
     require_plant(plant)
     found = tightening(plant, disturbance, feedback, margin, noise, model_error)

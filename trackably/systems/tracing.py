@@ -31,7 +31,7 @@ SUPPORTED = (
 
 
 _REASONS: ContextVar[list[str]] = ContextVar("_REASONS", default=[])  # noqa: B039  used while nothing is traced
-"""Reasons why the traced function has no formula; stored, because the function may catch every exception."""
+"""Reasons why the traced function has no formula. They are stored, because the function may catch every exception."""
 
 
 class Refusal(BaseException):
@@ -115,7 +115,7 @@ _REFUSED |= dict.fromkeys(["remainder", "floor_divide", "divmod"], _REMAINDER)
 
 
 def _sum(a: Formula, b: Formula) -> Formula:
-    """Return a + b without zero terms, because Python's `sum` starts from zero."""
+    """Return the formula a + b, without terms that are zero, because Python's `sum` starts from zero."""
     return b if is_number(a, 0.0) else a if is_number(b, 0.0) else Operation("+", a, b)
 
 
@@ -124,7 +124,7 @@ def _difference(a: Formula, b: Formula) -> Formula:
 
 
 def _product(a: Formula, b: Formula) -> Formula:
-    """Return a b, and the square of a part that is multiplied by itself, as its range is known to be positive."""
+    """Return the formula a b; if a and b are the same formula, its square, whose range is known not to be negative."""
     found = Power(a, 2.0) if a is b else times(a, b)
     assert found is not None
     return found
@@ -135,7 +135,7 @@ def _power(a: Formula, b: Formula) -> Formula:
         return a if b.value == 1.0 else Power(a, b.value)
     if isinstance(a, Number) and a.value > 0 and math.isfinite(a.value):
         return Function("exp", Operation("*", b, Function("log", a)))
-    refuse(f"have numbers for exponents, or for positive bases, got {text(a)}**{text(b)}")
+    refuse(f"have numbers as exponents, or positive numbers as bases, got {text(a)}**{text(b)}")
 
 
 def _by(compute: Callable[..., Any]) -> Callable[..., Formula]:
@@ -181,11 +181,11 @@ def _as_objects(value: object) -> np.ndarray:
 
 
 Dynamics = Callable[[Any, Any], Any]
-"""f(x, u): the successor states, as a sequence, from the arrays of states and inputs."""
+"""A function f(x, u) of the arrays of states and inputs that returns the states of the next step as a sequence."""
 
 _Sequence = (list, tuple, np.ndarray)
-_SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # draws of each size; half are positive, for roots and logarithms
-_ROUNDING = 1e3  # f may differ by this many times the bound on rounding errors, as it may add in another order
+_SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # sizes of drawn numbers; draws of each size, half of them positive
+_ROUNDING = 1e3  # f may differ from its formula by this many times the bound on rounding errors: its order may differ
 _LINALG = (
     "np.linalg takes plain numbers only; write the inverse as a formula, for [[a, b], [c, d]] "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
@@ -193,7 +193,7 @@ _LINALG = (
 
 
 def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Formula, ...]:
-    """Return the formulas that f computes, one for each state. ValueError: there are none; the message says why."""
+    """Return the formulas that f computes, one for each state. ValueError: f has no formulas; the message says why."""
     with _symbols_in("system: f"):
         values = f(*(np.array([Symbol(Name(name)) for name in names], dtype=object) for names in (states, inputs)))
         if not isinstance(values, _Sequence) or len(values) != len(states):
@@ -205,7 +205,7 @@ def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tupl
 def require_same_values(
     f: Dynamics, formulas: Sequence[Formula], states: tuple[str, ...], inputs: tuple[str, ...]
 ) -> None:
-    """Compare f with its formulas at drawn numbers. ValueError: values differ, or f is undefined there."""
+    """Compare f with its formulas at drawn numbers. ValueError: values differ, or f raises instead of a value."""
     rng, n = np.random.default_rng(0), len(states)
     drawn = np.concatenate([size * rng.normal(size=(_DRAWS, n + len(inputs))) for size in _SIZES])
     drawn[::2] = abs(drawn[::2])
@@ -219,21 +219,22 @@ def require_same_values(
                 where = ", ".join(f"{name} = {of:.6g}" for name, of in zip(names, at.tolist(), strict=True))
                 if not np.array_equal(seen, _values_of(f, *np.split(at.copy(), [n]))[0], equal_nan=True):
                     raise ValueError(
-                        f"system: f must give the same values in each call, but at {where} it gave others in the "
-                        "second; it may draw numbers, count, or change what it uses"
+                        f"system: f must give the same values in each call, but at {where} a second call gave other "
+                        "values; f may draw random numbers, count its calls, or change data that it uses"
                     )
                 raise ValueError(
                     f"system: f must be one formula for all states, inputs and calls, but at {where} it "
-                    f"{said or f'gives {state} = {number!r}'}, and its formula {state} = {value!r}; use {SUPPORTED}"
+                    f"{said or f'gives {state} = {number!r}'}, and its formula gives {state} = {value!r}; use "
+                    f"{SUPPORTED}"
                 )
 
 
 def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
-    """Return the values of f at numbers, NaN if it raises, and the exception as text."""
+    """Return the values of f at numbers, and an empty text; if f raises, NaN and the exception as text."""
     try:
         with np.errstate(all="ignore"):
             found = np.asarray(f(x, u), dtype=float)
-    except (Exception, Refusal) as error:  # f is the user's, and may raise anything; it may have stored a symbol
+    except (Exception, Refusal) as error:  # f is the user's function, and may raise anything
         return np.full(len(x), np.nan), f"raises {type(error).__name__} ({error})"
     return (found, "") if found.shape == x.shape else (np.full(len(x), np.nan), f"gives the shape {found.shape}")
 
@@ -241,8 +242,8 @@ def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
 def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: float) -> bool:
     """Return whether `seen` may be the value of the formula, where `rounded` is this value in float64.
 
-    The checker's analysis bounds the rounding errors. Values count as equal if `rounded` is not finite or no bound is
-    found, because intermediate numbers may be too large; but not if `rounded` is NaN, `seen` is finite and no bound is
+    The checker's analysis bounds rounding errors. If `rounded` is not finite or no bound is found, values count as
+    equal, because intermediate numbers may be too large; but not if `rounded` is NaN, `seen` is finite and no bound is
     found.
     """
     if seen == rounded:
@@ -278,12 +279,12 @@ def formulas_of(call: Callable[[], Any]) -> tuple[tuple[Formula, ...], tuple[For
 
 @contextmanager
 def _symbols_in(what: str) -> Iterator[None]:
-    """Raise ValueError, which begins with `what`, if a call with symbols raises, or does what symbols refuse."""
+    """Raise ValueError, which begins with `what`, if a function called with symbols raises, or has no formula."""
     reasons: list[str] = []
     token = _REASONS.set(reasons)
     try:
         yield
-    except Refusal as error:  # of another thread, which has a context of its own
+    except Refusal as error:  # raised in another thread, whose list of reasons is another one
         reasons.append(str(error))
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""

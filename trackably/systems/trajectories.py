@@ -31,8 +31,8 @@ Signals = Sequence[Callable[[Array], Array]]
 class Functional(subject.Functional):
     """q(t) = offset + Σ_c Σ_j w_cj z_c(t + j T_s), with `weights[c][j]` = w_cj and T_s = `sampling_time` [s].
 
-    Offset and weights are exact rationals. A functional is affine in the signals: its derivatives, in time and with
-    respect to hyperparameters, are those of the signals, summed with the same weights.
+    z_c are the signals. Offset and weights are exact rationals. As q is affine in the signals, its derivatives, in time
+    and with respect to hyperparameters, are those of the signals, summed with the same weights.
     """
 
     sampling_time: float
@@ -47,17 +47,17 @@ class Functional(subject.Functional):
 
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
-        """The pairs (c, w_c) of the signals with a nonzero weight, in float64."""
+        """Pairs (c, w_c) of index and weights (in float64) of each signal that has a nonzero weight."""
         found = (np.array([float(w) for w in weights]) for weights in self.weights)
         return [(c, w) for c, w in enumerate(found) if w.any()]
 
     def at_rest(self, levels: Sequence[float]) -> float:
-        """Return q if every signal c is constant at `levels[c]`."""
+        """Return the value of q if every signal z_c is constant at `levels[c]`."""
         return float(self.offset + sum(sum(w) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)))
 
     @property
     def later(self) -> Self:
-        """The functional q(t + T_s)."""
+        """The functional one step later, q(t + T_s)."""
         return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
 
 
@@ -66,7 +66,7 @@ Indices = npt.NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Functionals:
-    """Functionals of the same signals: each signal is evaluated once, at all shifts that any of them needs."""
+    """Functionals of the same signals: each signal is evaluated once, at all shifted times that a functional needs."""
 
     functionals: tuple[Functional, ...]
 
@@ -79,14 +79,14 @@ class Functionals:
         return found
 
     def of(self, which: Indices, signals: Signals, t: Array) -> Array:
-        """Return functional `which[i]` at t[..., i] [s], for indices (m,) and times (..., m); shape of t."""
+        """Return functional `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
         found = self._offsets[which] + np.zeros(t.shape)
         for weights, shifted in self._shifted(signals, t):
             found += np.einsum("mj,j...m->...m", weights[which], shifted)
         return found
 
     def combined(self, gains: Array) -> list[tuple[int, Array]]:
-        """Return the pairs (c, w_c) of the nonzero weights of Σ_i gains[i] q_i, in float64."""
+        """Return Σ_i gains[i] q_i of the functionals q_i as pairs (c, w_c) of a signal's index and nonzero weights."""
         found = []
         for c, shifts, weights in self._weights:
             w = np.zeros(shifts[-1] + 1)
@@ -101,7 +101,7 @@ class Functionals:
 
     @cached_property
     def _weights(self) -> list[tuple[int, Indices, Array]]:
-        """For each signal c that counts, the J shifts that any functional needs, and their weights (F, J)."""
+        """For each signal c with a nonzero weight: c, the J shifts that F functionals need, and the weights (F, J)."""
         found, rounded = [], [dict(functional.rounded) for functional in self.functionals]
         for c in sorted(set().union(*rounded)):
             rows = [of.get(c, np.zeros(1)) for of in rounded]
@@ -137,18 +137,18 @@ class Trajectory:
 
     @classmethod
     def of(cls, functional: Functional) -> Self:
-        """Return the trajectory that equals a functional."""
+        """Return the trajectory that equals a functional (an affine sum of signals at shifted times)."""
         return cls(_ITSELF, ((_ITSELF.name, functional),))
 
     @classmethod
     def of_formula(cls, formula: Formula, functionals: Mapping[str, Functional]) -> Self:
-        """Return the trajectory of a formula, with the functionals that it uses."""
+        """Return the trajectory of a formula of functionals; `functionals` has them by the names in the formula."""
         used = names(formula)
         return cls(formula, tuple((name, functional) for name, functional in functionals.items() if name in used))
 
     @property
     def functional(self) -> Functional | None:
-        """The functional that the trajectory equals; None if it is a formula of functionals."""
+        """q as a functional (an affine sum of signals at shifted times); None if q is a formula of functionals."""
         return self.arguments[0][1] if isinstance(self.formula, Name) else None
 
     @cached_property
@@ -186,7 +186,7 @@ class Trajectory:
 
     @property
     def rate(self) -> Self:
-        """The trajectory (q(t + T_s) − q(t)) / T_s; a functional if q is one."""
+        """The trajectory of the rate (q(t + T_s) − q(t)) / T_s; a functional if q is a functional."""
         T = Fraction(self.sampling_time)
         if (q := self.functional) is not None:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
@@ -197,26 +197,26 @@ class Trajectory:
         return type(self)(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
-        """Return the derivatives of q with respect to the levels, if every signal c is constant at `levels[c]`."""
+        """Return the derivatives ∂q/∂levels[c], if every signal c is constant at `levels[c]`: one number a signal."""
         slopes = self.slopes({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments})
         gains = ((slopes[name], [float(sum(w)) for w in q.weights]) for name, q in self.arguments)
         return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))
 
     def value(self, arguments: Mapping[str, Array]) -> Array:
-        """Evaluate the formula at these values of the arguments."""
+        """Evaluate the formula of q at these values of its arguments q_i, by name."""
         return evaluate_floats(self.formula, arguments)
 
     def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
-        """Return ∂q/∂q_i at these values of the arguments."""
+        """Return the derivatives ∂q/∂q_i at these values of the arguments q_i, by name."""
         return {name: evaluate_floats(slope, arguments) for name, slope in self.derivatives.items()}
 
     @cached_property
     def derivatives(self) -> dict[str, Formula]:
-        """∂q/∂q_i as formulas, by the name of q_i."""
+        """The derivatives ∂q/∂q_i as formulas, by the name of the argument q_i."""
         return {name: derivative(self.formula, name) for name, _ in self.arguments}
 
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
-        """Linearise at one t [s]: pairs (c, w_c) such that δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small changes δz."""
+        """Linearise q at one time t [s]: pairs (c, w_c) with δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small δz_c."""
         if self.functional is not None:
             return self.functional.rounded
         slopes = self.slopes(self._arguments_at(signals, t))
@@ -224,9 +224,9 @@ class Trajectory:
 
 
 def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> Trajectory:
-    """Return Σ_i row_i q_i; if all q_i are functionals, it is exactly a functional.
+    """Return Σ_i row_i q_i of the `coordinates` q_i; if all q_i are functionals, the sum is exactly a functional.
 
-    Otherwise, arguments of equal names in several q_i must be equal, as in a flat form.
+    Otherwise, arguments of equal names in several q_i have to be equal functionals.
     """
     every = list(zip(row, coordinates, strict=True))
     used = [(r, q) for r, q in every if r] or every
@@ -274,7 +274,7 @@ class Quantity:
 
     @property
     def functional(self) -> Functional | None:
-        """The functional that the trajectory equals; None if it is a formula of functionals."""
+        """The quantity as a functional (an affine sum of signals at shifted times); None if it is nonlinear."""
         return self.trajectory.functional
 
     def __call__(self, signals: Signals, t: Array) -> Array:
@@ -291,7 +291,7 @@ class Quantity:
         return self.trajectory.at_rest(levels)
 
     def is_kept_at_rest(self, levels: Sequence[float]) -> bool:
-        """Whether the final bounds hold strictly while every signal c rests at `levels[c]`."""
+        """Whether the value lies strictly inside the final bounds if every signal c is constant at `levels[c]`."""
         return self.bounds.rest.strictly_contains(self.at_rest(levels))
 
 
@@ -315,7 +315,7 @@ class Quantities:
         return np.stack([quantity(self.signals, t) for quantity in self.quantities])
 
     def values_of(self, which: Indices, t: Array) -> Array:
-        """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (..., m); shape of t."""
+        """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
         if self._linear is not None:
             return self._linear.of(which, self.signals, t)
         found = np.empty(t.shape)
@@ -358,7 +358,7 @@ class Quantities:
 
     @property
     def is_linear(self) -> bool:
-        """Whether all quantities are functionals."""
+        """Whether all quantities are functionals (affine sums of signals at shifted times)."""
         return self._linear is not None
 
     @cached_property

@@ -1,6 +1,6 @@
-"""Systems and sets as files write them: in params.yaml, and for the command line.
+"""Read systems and sets from the mappings in files: params.yaml, and files for the command line.
 
-Each ValueError begins with the field that is wrong.
+Each ValueError begins with the name of the wrong field.
 """
 
 import math
@@ -29,7 +29,7 @@ def system_of(written: object) -> System:
     It is linear (`A`, `B`, `c`, `continuous`, `states`, `inputs`, `sampling_time`), or a `model` of the library by its
     name, with its `sampling_time` and further `parameters`. A `continuous` system is sampled with its input held.
 
-    ValueError or TypeError: it describes none.
+    ValueError or TypeError: `written` describes no system.
     """
     if isinstance(written, Mapping) and "model" in written:
         given = fields_of(written, _NAMED, ["sampling_time"])
@@ -57,14 +57,17 @@ def set_of(written: object) -> Polytope:
     and `upper`. A coordinate of a box is free where both of its bounds are null. A bound that moves in time is a
     mapping, as `PolynomialPieces.from_mapping` reads it.
 
-    ValueError or TypeError: it describes none.
+    ValueError or TypeError: `written` describes no set.
     """
     given = fields_of(written, _SET)
     for one, other in (("lower", "upper"), ("upper", "lower"), ("H", "h"), ("h", "H"), ("rows", "lower")):
         if one in given and other not in given:
-            raise ValueError(f"expected {one} with {other}")
+            raise ValueError(f"expected {one} with {other}, got {one} alone")
     if not given or given.keys() >= {"rows", "H"}:
-        raise ValueError("expected lower and upper, H and h, or all four; or rows with lower and upper")
+        raise ValueError(
+            "expected lower and upper, H and h, or all four; or rows with lower and upper; got "
+            f"{', '.join(given) or 'no field'}"
+        )
     ends = [read_part(given, name, _bounds) for name in ("lower", "upper") if name in given]
     if "rows" in given:
         lower, upper = ends
@@ -72,7 +75,7 @@ def set_of(written: object) -> Polytope:
     free = [[side if end is None else end for end in of] for of, side in zip(ends, (-math.inf, math.inf), strict=False)]
     box = Polytope.box(*free) if ends else None
     if "H" not in given:
-        assert box is not None, "one of both is given"
+        assert box is not None, "lower and upper are given if H is not"
         return box
     H, h = np.array(read_part(given, "H", matrix)), np.array(read_part(given, "h", vector))
     if box is not None:
@@ -88,7 +91,7 @@ def fields_of(written: object, known: Iterable[str], required: Iterable[str] = (
     if unknown := [str(name) for name in written if name not in known]:
         raise ValueError(f"has an unknown field {unknown[0]}; the fields are {', '.join(known)}")
     if missing := [name for name in required if name not in written]:
-        raise ValueError(f"lacks {missing[0]}")
+        raise ValueError(f"lacks the field {missing[0]}")
     return written
 
 
@@ -101,7 +104,7 @@ def read_part(written: Mapping[str, Any], name: str, read: Callable[[Any], T]) -
 
 
 def matrix(written: object) -> tuple[tuple[float, ...], ...]:
-    """Return the rows of a matrix, as tuples of numbers. ValueError: `written` is no such matrix."""
+    """Return the rows of a matrix, as tuples of numbers. ValueError: `written` is no list of rows of equal length."""
     rows = written if isinstance(written, list) and all(isinstance(row, list) for row in written) else None
     if rows is None or len({len(row) for row in rows}) != 1 or not all(is_number(v) for row in rows for v in row):
         raise ValueError(f"expected a matrix: a list of rows of numbers, all of one length, got {short(written)}")
@@ -109,7 +112,7 @@ def matrix(written: object) -> tuple[tuple[float, ...], ...]:
 
 
 def vector(written: object) -> tuple[float, ...]:
-    """Return the numbers of a list, one at least. ValueError: `written` is no such list."""
+    """Return the numbers of a list. ValueError: `written` is no list of numbers, or empty."""
     if not (isinstance(written, list) and written and all(map(is_number, written))):
         raise ValueError(f"expected a list of numbers, got {short(written)}")
     return tuple(float(v) for v in written)

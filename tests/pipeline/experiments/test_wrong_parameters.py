@@ -77,7 +77,7 @@ WRONG = [
         "tank",
         "claim: all_times",
         "claim: all_phases\n    disturbance: {lower: [-0.1], upper: [0.1]}",
-        r"claim: all_phases needs periodic kernels.*; system: must be linear",
+        r"claim: all_phases needs periodic kernels.*; disturbance: expected a plant with a linear system",
     ),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
     (

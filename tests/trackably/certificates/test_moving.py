@@ -312,7 +312,7 @@ def test_splines_of_scipy_are_bounds_that_repeat_or_rest(given) -> None:
 
 
 def test_a_spline_with_several_values_is_no_bound() -> None:
-    with pytest.raises(ValueError, match="one value of a spline at a time"):
+    with pytest.raises(ValueError, match="expected a spline with one value at each time"):
         Polytope.box([-1.0], [CubicSpline(AT, np.ones((3, 2)))])
 
 

@@ -30,7 +30,7 @@ PRIOR = Prior(SE.as_learned(), 0.1)
         (Interval, {"lower": False, "upper": 1.0}, "must be a number, got False @ $.lower"),
         (Interval, {"lower": 0.0, "upper": math.nan}, "must be finite, and exact in float64, got nan @ $.upper"),
         (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),
-        (Interval, {"lower": 2.0, "upper": 1.0}, "an interval needs finite bounds"),
+        (Interval, {"lower": 2.0, "upper": 1.0}, "interval: expected finite bounds"),
         (Prior, edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}), "must have 2 entries, got [1] @ $.noi"),
         (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),
         (Periodic, encode(SE), "must be one of periodic, got 'squared_exponential' @ $"),

@@ -33,18 +33,18 @@ REST, TRUTH = {"claim": (0.0, 2.0), "at": {1.0: "rest"}}, {"truth": Truth(0.1, s
 REFUSALS = {
     "no name for two": ({"plant": CART}, "must be given by name, one for each of 2 flat outputs: one of a, z1; one"),
     "unknown name": ({"samples": {"speed": SAMPLES}}, "speed is neither a state (position, velocity) nor a flat"),
-    "no level": ({"samples": {"velocity": SAMPLES}}, "velocity says how its flat output moves, but not where it is"),
+    "no level": ({"samples": {"velocity": SAMPLES}}, "velocity depends on changes of its flat output only"),
     "two, learned noise": (
         {"samples": BOTH, "noise_std": (0.01, 0.1)},
-        "noise_std: must be given as a number for each of position and velocity, which show the same flat output",
+        "noise_std: expected a number for each of position and velocity, which depend on the same flat output",
     ),
     "two, one noise": (
         {"samples": BOTH, "noise_std": {"position": 0.1}},
-        "noise_std: is missing for velocity, given for position",
+        "noise_std: expected a value for velocity, got values for position only",
     ),
     "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "do not show 1 of these outputs: also give one of b"),
     "mixed": ({"plant": MIXED, "samples": {"x1": SAMPLES, "x2": SAMPLES}}, "x1 depends on several flat outputs"),
-    "no kernel for b": ({**ON_CART, "kernel": {"a": KERNEL}}, "kernel: is missing for b, given for a"),
+    "no kernel for b": ({**ON_CART, "kernel": {"a": KERNEL}}, "kernel: expected a value for b, got values for a only"),
     "no equilibrium": (
         {"mean": 0.5},
         "mean: must be an admissible equilibrium, but at rest there the position is 0.5, not inside [-1.1, 0.2]: ",
@@ -55,7 +55,7 @@ REFUSALS = {
     ),
     "on a bound": (
         {"mean": 0.2},
-        "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that fades to it has in the end",
+        "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that tends to it has no margin",
     ),
     "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
     "no period": ({"claim": "all_phases"}, "claim: all_phases needs periodic kernels of one period, got Squared"),
@@ -75,16 +75,19 @@ REFUSALS = {
     ),
     "rest of a robot": (
         {**REST, "plant": ROBOT, "samples": {"x": SAMPLES, "y": SAMPLES}},
-        "at: rest at 1 s cannot be asked for, as the heading is not defined whi",
+        'at: got "rest" at 1 s, but the heading is not defined while flat outputs are constant',
     ),
     "rest of redundant inputs": (
         {**REST, "plant": REDUNDANT},
-        "at 1 s cannot be asked for, as several inputs act alike",
+        'at: got "rest" at 1 s, but inputs of this system are redundant',
     ),
-    "rest without bounds": ({**REST, "plant": FREE}, "at_tolerance: is needed for position, which has no bounds"),
+    "rest without bounds": (
+        {**REST, "plant": FREE},
+        "at_tolerance: expected a number for position, which has no bounds",
+    ),
     "one of several inputs": (
         {"plant": REDUNDANT, "at": {0.0: {"u1": 0.0}}},
-        "at: u1 is one of several inputs that act alike; only their effect is",
+        "at: got a value of the input u1, but inputs of this system are redundant",
     ),
     "values alone": (
         {"at": {0.0: {"position": 0.0}}, "method": "hyperparameters"},

@@ -181,7 +181,7 @@ def test_a_tolerance_bounds_a_state_that_has_no_bounds():
 
 def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     least = far.accuracy().least
-    with pytest.raises(NotTrackableError, match="from a tolerance of") as raised:
+    with pytest.raises(NotTrackableError, match="linear program finds references for a tolerance of") as raised:
         learned_near(tolerance={"position": 0.9 * least})
     assert isinstance(raised.value.outcome, TooFar)
     assert least <= raised.value.outcome.least <= 1.2 * far.accuracy().error

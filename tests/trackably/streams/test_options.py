@@ -78,7 +78,7 @@ def test_no_possible_signal_is_further_away_than_the_certificate_says():
     found = reference.accuracy("position")
     assert 0.02 < off <= found.error < 0.21
     assert found.radius <= found.error
-    with pytest.raises(ValueError, match="no truth was given of velocity"):
+    with pytest.raises(ValueError, match="has no true signal of velocity"):
         reference.accuracy("velocity")
 
 

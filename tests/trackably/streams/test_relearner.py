@@ -131,7 +131,7 @@ def test_states_that_show_one_signal_keep_their_own_noise():
     found = Relearner(first, noise_std=noise)(arrived)
     anew = learn_reference(arrived, AXIS, KERNEL, "all_times", **{**OPTIONS, "noise_std": noise})
     assert found.objective == pytest.approx(anew.objective, abs=1e-3)
-    with pytest.raises(ValueError, match=r"noise_std: must be given as a number for each of position and velocity"):
+    with pytest.raises(ValueError, match=r"noise_std: expected a number for each of position and velocity"):
         Relearner(first)(arrived)
 
 

@@ -77,7 +77,7 @@ def test_the_smallest_input_in_sets_of_all_widths(case):
 REFUSED = {
     "a bound that moves": (
         Polytope([[1.0, 1.0]], [-1.0], [{0.0: 1.0, 1.0: 2.0}]),
-        "need constant bounds, but those of",
+        "need constant bounds, but bounds of",
     ),
     "many rows": (regular_polygon(80), "1 redundant inputs are too many"),
 }

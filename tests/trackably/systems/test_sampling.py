@@ -12,7 +12,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
 
 T_S = 0.1
-NO_LEVEL = "says how its flat output moves, but not where it is"
+NO_LEVEL = "depends on changes of its flat output only, not on its level"
 AXIS = unbounded(
     LinearSystem.discretised(
         np.eye(3, k=1), np.eye(3)[:, 2:], T_S, [0.0, 0.3, -0.5], states=("position", "velocity", "acceleration")
@@ -60,11 +60,11 @@ def test_a_stencil_measures_what_its_name_says(which: str):
 @pytest.mark.parametrize(
     ("plant", "names", "message"),
     [
-        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position, z1 instead"),
+        (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position or z1 instead"),
         (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
         (ROBOT, ["x", "y", "rate of heading"], "heading is no weighted sum of one flat output at shifted times; give"),
         (MIXED, ["x1"], "x1 depends on several flat outputs"),
-        (AXIS, ["position", "z1"], "z1 and position show the same flat output"),
+        (AXIS, ["position", "z1"], "z1 and position depend on the same flat output"),
     ],
 )
 def test_samples_that_do_not_show_the_flat_outputs_are_refused(plant, names, message):

@@ -1,4 +1,4 @@
-"""The function for given hyperparameters: the posterior mean, changed as little as its bounds at some places require.
+"""The function for given hyperparameters: the posterior mean, changed as little as bounds at some times require.
 
     g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
@@ -6,9 +6,9 @@ a convex program. Its minimum exceeds that of the posterior mean by D(θ) = min 
 functional of the signals that has to be at least (or, for given values, equal to) a limit. Formulas are linearised at
 the function at which sequential convex programs end.
 
-A working set holds the places whose bounds are active for some θ on the way. A search meets hundreds of places, and few
-are active at once. The covariance of the rows in the working set is much smaller than that of all rows, and the
-function for these rows is the function for all places as soon as it violates no bound at the other places.
+A working set holds the rows whose bounds are active for some θ of a search. A search imposes bounds at hundreds of
+times, and few bounds are active at once. The covariance of the rows in the working set is much smaller than that of all
+rows, and the function for these rows is the function for all rows as soon as it violates no bound.
 """
 
 from dataclasses import dataclass
@@ -29,12 +29,12 @@ from trackably.learning.problem import ActiveBound, ConstrainedProblem
 from trackably.systems.trajectories import Signals
 from trackably.work import done
 
-_CORRECTIONS = 5  # the largest number of corrections of the multipliers of one function
+_CORRECTIONS = 5  # most corrections of the multipliers of one function
 _MET = 1e-10  # relative to a width: corrections end when residuals are smaller; back-offs (tightenings) are larger
-# These parts of the rows' variances are added to the diagonal of K⁺, in turn, until it can be factored.
+# Parts of the rows' variances; they are added to the diagonal of K⁺ in turn, until a Cholesky factor exists.
 _JITTERS = 1e-12, 1e-10, 1e-8
 _NEGLIGIBLE = 1e-6  # relative to the largest effect of an active bound: smaller effects are not listed
-# Relative to a width: rows further from their limit are left out of the linearised program, as values move less.
+# Part of a width: rows whose values are further from their limit are left out of the linearised program.
 _NEAR = 0.02
 
 
@@ -42,8 +42,9 @@ _NEAR = 0.02
 class ConstrainedMean:
     """The function m⁺ + Σ_a λ_a κ⁺(·, L_a), with `multipliers` λ (r,) of r rows, and the `price` D(θ) of the bounds.
 
-    `given` is the posterior of the rows that are `demanded`. If `contradicts` holds, no function meets all demands, and
-    the rows with the largest `multipliers` contradict each other.
+    A row L_a is a weighted sum of the function's values, for which a limit is `demanded`. `given` has the mean and the
+    covariance of the rows, given the samples. If `contradicts` holds, no function meets all demands, and the rows with
+    the largest `multipliers` contradict each other.
     """
 
     given: RowPosterior
@@ -59,10 +60,10 @@ class ConstrainedMean:
 
     @cached
     def signals(self) -> tuple[KernelSum, ...]:
-        """The function as sums of kernels, corrected until active rows have the demanded values.
+        """The function as sums of kernels, corrected until the active bounds are met to 1e-10 of their width.
 
-        Two approximations make a correction necessary: sums of kernels represent rows up to a small residual, and the
-        diagonal of K⁺ was raised a little.
+        There are at most 5 corrections. Two approximations make a correction necessary: sums of kernels represent rows
+        up to a small residual, and the diagonal of K⁺ was raised a little.
         """
         active = np.flatnonzero(self.multipliers)
         multipliers, least = self.multipliers.copy(), np.inf
@@ -80,7 +81,7 @@ class ConstrainedMean:
         return kept
 
     def _solve(self, right: Array) -> Array:
-        """Return x with K⁺ x = r for r = `right`, where x and r have a number for each active row."""
+        """Solve K⁺ x = r for the covariance K⁺ of the active rows and r = `right`, one number for each active row."""
         active = np.flatnonzero(self.multipliers)
         if not self.given.system:
             return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
@@ -97,7 +98,7 @@ class ConstrainedMean:
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
-        """The rows whose multiplier is not zero, and the cost of each: D = Σ_a λ_a (b_a − L_a m⁺)."""
+        """The bounds whose multiplier λ_a is not zero, with the cost of each: D = Σ_a λ_a (b_a − L_a m⁺)."""
         return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
 
     @property
@@ -121,7 +122,7 @@ class ConstrainedMean:
         return float(2 * np.abs(self.multipliers[moved]) @ self.demanded.widths[moved])
 
     def price_gradient(self) -> Array:
-        """Return ∂D/∂ln θ, shape (p,), for fixed multipliers and a fixed linearisation (envelope theorem)."""
+        """Return ∂D/∂ln θ, shape (p,), for fixed multipliers and linearised formulas (envelope theorem)."""
         return self.given.price_gradient(self.multipliers)
 
 
@@ -132,10 +133,11 @@ def constrained_mean(
     near: Signals | None = None,
     active: Places | None = None,
 ) -> ConstrainedMean | None:
-    """Return the function that meets its bounds at the places; None if no function is found for formulas.
+    """Return the posterior mean with the smallest change that satisfies the bounds at these `places`.
 
-    With formulas, it is a local minimum near the signals `near`, by default those of the posterior. Giving the places
-    that are probably `active` saves work. Raises IllConditioned.
+    A place is a time and a side. If bounded quantities are nonlinear formulas, the result is a local minimum near the
+    signals `near`, by default the posterior means; None if none is found. Giving the places whose bounds are probably
+    `active` saves work. Raises IllConditioned if K + σ_n² I has no Cholesky factor.
     """
     likely = None if active is None else np.append(flags(places, active), np.zeros(len(problem.required), dtype=bool))
     at = posterior.signals if near is None else near
@@ -151,14 +153,15 @@ def constrained_mean(
 
 
 def is_linear(problem: ConstrainedProblem) -> bool:
-    """Whether every bounded quantity is a functional, so that the program is convex."""
+    """Whether every bounded quantity is a linear functional of the signals, so that the program is convex."""
     return all(c.quantity.functional is not None for c in problem.constraints)
 
 
 def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | None = None) -> ConstrainedMean | None:
-    """Return the function that meets the demands; None if the program cannot be solved in float64.
+    """Return the posterior mean with the smallest change that meets the demands on r rows (linear functionals).
 
-    Giving the rows that are probably active as flags `likely`, shape (r,), saves work. See `constrained_mean`.
+    None if the program cannot be solved in float64. The flags `likely`, shape (r,), mark rows that are probably active;
+    they save work.
     """
     done("evaluation")
     given = RowPosterior(posterior, demanded.rows)
@@ -173,26 +176,29 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-_MISSED = 1e-9  # relative to a width: rows that miss their limit by more join the working set
-_MAX_ROUNDS = 30  # after this number of programs with a part of the rows, all rows are used
+_MISSED = 1e-9  # part of a width: a row that misses its limit by more joins the working set
+_MAX_ROUNDS = 30  # most programs with the working set's rows only; then follows one with all rows
 
 
 @dataclass
 class WorkingSet:
-    """The `demanded` rows, and a flag for each row (r,) that says whether it is `chosen` so far.
+    """The `demanded` limits of r rows (linear functionals), and flags (r,) of the rows that are `chosen` so far.
 
-    The set only grows, so that J stays smooth near a minimum. The search for active rows starts at the active rows of
-    the last function.
+    Only chosen rows are in the programs. The set of chosen rows only grows, so that J stays smooth near a minimum. The
+    search for active rows starts at the active rows of the last function.
     """
 
     demanded: Demands
     chosen: Flags
     _active: Flags | None = None
     _own: Demands | None = None
-    """The demands of the chosen rows. One object serves all θ until a row is added, as it caches the order of terms."""
+    """The demands of the chosen rows; kept until a row is added, because the object caches the order of its terms."""
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
-        """Return the function that meets all demands. Raises IllConditioned."""
+        """Return the function that meets all demands; None if it cannot be computed in float64.
+
+        Raises IllConditioned if K + σ_n² I has no Cholesky factor.
+        """
         if has_system(posterior, len(self.chosen)):
             if found := mean_meeting(posterior, self.demanded):
                 self.chosen |= found.multipliers != 0
@@ -213,7 +219,7 @@ class WorkingSet:
         return mean_meeting(posterior, self.demanded)
 
     def _misses(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:
-        """Return the violated rows outside the set; of each run of neighbouring rows, only the most violated one."""
+        """Return the indices of violated rows that are not chosen; of neighbouring ones, only the most violated."""
         values = self.demanded.rows.values(found.given.signals(found.multipliers))
         missed = (self.demanded.limits - values) / self.demanded.widths
         rows = np.flatnonzero((missed > _MISSED) & ~self.chosen)

@@ -14,7 +14,7 @@ import scipy
 
 from trackably.arrays import Array, Flags
 
-_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables, for each variable
+_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of wrong variables
 _ROUNDING = 2 * float(np.finfo(float).eps)  # times Σ|x| + |b|: a slope is negative only if it is below minus this
 
@@ -71,23 +71,23 @@ def _by_single_steps(G: Array, b: Array) -> Array:
     return np.asarray(found)
 
 
-# Rows at neighbouring places are nearly dependent: this part of each row's variance is added to the diagonal.
+# Bounds at neighbouring times have nearly dependent rows: this part of a row's variance is added to the diagonal of K.
 _JITTER = 1e-12
-_LARGEST_JITTER = 1e-4  # if even this one does not suffice, the program counts as not solvable
-_WEAK = 1e-9  # relative to the largest eigenvalue: directions with smaller eigenvalues count as the null space
-# If rows contradict, the dual value is about the squared residual divided by the jitter. So rows contradict if a
-# jitter that is _LARGER times as large lowers the value to less than _CHEAPER times the value.
+_LARGEST_JITTER = 1e-4  # if K has no Cholesky factor even with this part added, the program counts as not solvable
+_WEAK = 1e-9  # relative to the largest eigenvalue: eigenvectors with smaller eigenvalues count as the null space
+# If rows contradict each other, the dual value is about the squared residual divided by the jitter. Rows count as
+# contradicting if a jitter that is _LARGER times as large lowers the dual value to less than _CHEAPER times the value.
 _LARGER = 100.0
 _CHEAPER = 0.1
-_MISSED = 1e-7  # relative to √value: with smaller residuals, rows do not contradict
+_MISSED = 1e-7  # relative to the root of the dual value: with smaller residuals, rows do not contradict each other
 
 
 @dataclass(frozen=True)
 class DualSolution:
-    """Multipliers λ (r,) of the rows, and the dual `value`: a lower bound of ‖δ‖² for every δ that meets all rows.
+    """Multipliers λ (r,) of the rows L_a, and the dual `value`: a lower bound of ‖δ‖² for all δ with L_a δ ≥ d_a.
 
-    If `contradicts` holds, no δ of reasonable size meets all rows. λ is then a multiple of a dual ray, and the rows
-    with the largest multipliers contradict each other.
+    If `contradicts` holds, no δ of reasonable size satisfies all these inequalities. λ is then a multiple of a dual
+    ray, and the rows with the largest multipliers contradict each other.
     """
 
     multipliers: Array
@@ -116,7 +116,7 @@ def solve_dual(
 
 
 def solve_symmetric(covariance: Array, right: Array) -> Array:
-    """Return x with K x = r for the covariance K of a few rows; x has no component in the null space of K."""
+    """Solve K x = r for the `covariance` K of a few rows and r = `right`; x has no part in the null space of K."""
     scale = _norms(covariance)
     scaled = covariance / np.outer(scale, scale)
     powers, directions = np.linalg.eigh(scaled)
@@ -126,16 +126,16 @@ def solve_symmetric(covariance: Array, right: Array) -> Array:
 
 
 def _norms(covariance: Array) -> Array:
-    """Return the norms of the rows, and 1 for rows with norm 0.
+    """Return the square roots of the rows' variances (r,), and 1 for rows without variance.
 
-    A row with norm 0 has the same value for every δ, so that every δ keeps its bound, or none does.
+    A row without variance has the same value for every δ: either every δ satisfies its inequality, or none does.
     """
     norms = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     return np.where(norms > 0, norms, 1.0)
 
 
 def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: Array) -> bool:
-    """Whether the dual value for the multipliers `found` with this jitter shows that the rows contradict."""
+    """Whether the dual value for the multipliers `found` with this `jitter` shows that rows contradict each other."""
     value = float(found @ d)
     if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
         return False
@@ -144,7 +144,7 @@ def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: A
 
 
 def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
-    """Return the multipliers for a positive definite K; None if they are not found in float64."""
+    """Return the multipliers that maximise 2 λᵀ d − λᵀ K λ; None if they are not found in float64."""
     try:
         return _eliminate(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
     except (np.linalg.LinAlgError, RuntimeError):  # no Cholesky factor, or no minimum found
@@ -152,7 +152,7 @@ def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Arra
 
 
 def _eliminate(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array:
-    """Return the multipliers if some rows are equations.
+    """Return the multipliers that maximise 2 λᵀ d − λᵀ K λ, λ ≥ 0 except for the rows that are equations.
 
     The equations are eliminated, and the smaller program of the other rows is solved.
     """

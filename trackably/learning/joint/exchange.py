@@ -1,4 +1,8 @@
-"""The function for given hyperparameters at all times, by exchange: solve at few places, and add violated places."""
+"""The function for given hyperparameters that satisfies its bounds at all times, by an exchange method.
+
+Solve with bounds at few places (a place is a time and a side), add the places where the result violates a bound,
+repeat.
+"""
 
 from dataclasses import dataclass
 
@@ -14,26 +18,26 @@ from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
-# A back-off is a tightening of the bounds. A larger one, later, removes small violations that an exchange leaves.
-MAX_ROUNDS = 40  # the largest number of programs in an exchange
-_CROWD = 800  # with more active places, new places are thinned out, and a larger back-off removes what is left
-_CROWDED = 100  # if more places than this are violated, a bound is active along whole stretches of time
-_MATTERS = 1e-5  # relative to a width: with many places, smaller violations are left to a larger back-off
-_SPARSE = 0.2  # relative to a time step: the distance of thinned places, between which violations stay small
-_SAME_TIME = 3e-4  # relative to a correlation time: closer places count as one, as violations between them stay small
-_JUMPED = 0.1  # relative to a width: a larger violation means that the formulas went to another local minimum
-_MOST_JUMPS = 2  # the exchange ends after this many rounds with such violations, as more places hardly help then
-_OF_BACKOFF = 0.25  # a larger back-off removes violations up to this part of it; half of it is for times between places
-_FAR = 3.0  # a larger back-off is worth another search only if it is over 2 _FAR times the present back-off
-_NO_GAIN = 1e-9  # relative to the price: if a round raises the price by less, violations are not worth another program
+# A back-off is a tightening of the bounds. A larger back-off, later, removes small violations that an exchange leaves.
+MAX_ROUNDS = 40  # most programs in an exchange
+_CROWD = 800  # if bounds are active at more times, new times are thinned out; a larger back-off removes violations left
+_CROWDED = 100  # if bounds are violated at more times than this, a bound is active along whole stretches of time
+_MATTERS = 1e-5  # part of a width: with bounds at many times, a larger back-off removes smaller violations than this
+_SPARSE = 0.2  # part of a time step: the distance of thinned-out times, between which violations stay small
+_SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as one; violations between them are small
+_JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
+_MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
+_OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
+_FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by a factor of 2 _FAR
+_NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
 
 @dataclass(frozen=True)
 class ExchangeResult:
-    """The function `mean`, the `places` for a next program, and those of them at which bounds are `active`.
+    """The function `mean`, the `places` for a next program, and the places at which bounds are `active`.
 
-    `margin` is the smallest relative margin of the function. It is the margin of the constraint with the index
-    `constraint`, at `time` [s].
+    A place is a time and a side of a bound. `margin` is the smallest relative margin of the function. It is the margin
+    of the constraint with the index `constraint`, at `time` [s].
     """
 
     mean: ConstrainedMean
@@ -55,24 +59,25 @@ def exchange_bounds(
 ) -> ExchangeResult | None:
     """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
-    Each round solves a program, with formulas near the signals `near`, and adds places where its function violates
-    bounds. The exchange ends when
+    Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
+    violates bounds. Nonlinear formulas are linearised first at the signals `near`. The exchange ends when
     - no bound is violated by more than `tolerance` (a part of its width), or by more than a later, larger back-off
       removes,
     - the bounds contradict each other,
     - the price exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises the price,
-    - with formulas, for the second time a bound is violated by more than a tenth of its width, or
+    - a bound on a nonlinear formula is violated by more than a tenth of its width for the second time, or
     - the number of `rounds` is reached.
 
-    None if not even the first function can be computed, which may happen with formulas. Raises IllConditioned.
+    None if not even the first program has a solution, which may happen with nonlinear formulas. Raises IllConditioned
+    if K + σ_n² I has no Cholesky factor.
     """
     best: ExchangeResult | None = None
     kept: Places | None = None
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
-    if not is_convex:  # places from other hyperparameters may be too far apart
+    if not is_convex:  # times of bounds found for other hyperparameters may be too far apart
         places = with_regular(problem, posterior, places)
     for _ in range(rounds):
         bent = constrained_mean(problem, posterior, places, near, kept)
@@ -83,8 +88,8 @@ def exchange_bounds(
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
-        # Violations beside kinks are searched near the end only, because before there would be thousands of them. But
-        # no exchange ends because all violations are small without this search: those beside kinks may be large.
+        # Violations between kinks are searched only in the last rounds: earlier there would be thousands of them. No
+        # exchange ends with small violations before this search, because those between kinks may be large.
         ends_at = -max(removed, tolerance, _MATTERS)
         was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= ends_at)
         if is_close or least >= 0:
@@ -119,11 +124,11 @@ def exchange_bounds(
 
 
 def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
-    """Return the violation, relative to a width, that the next back-off removes for a function with kinks; 0 if none.
+    """Return the violation, as a part of a width, that a later, larger back-off removes for a function with kinks.
 
     If bounds are active for long, they are later tightened by the largest back-off that raises J by no more than the
-    allowed gap, because this makes the proof short. Rounds that remove violations which this back-off removes anyway
-    would be wasted.
+    allowed gap, because the proof is then short. Rounds that remove only violations which this back-off removes anyway
+    would be wasted. The result is 0 if no larger back-off follows.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
         return 0.0
@@ -132,13 +137,14 @@ def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> f
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
-    """Return places of functions with kinks, moved by up to half a step, to whole steps from the first sample.
+    """Return `places` (times and sides), moved by up to half a step to whole steps from the first sample.
 
-    A sample acts at one time. An active bound of g(t + T_s) − g(t) passes this effect on from step to step. At places
-    whole steps away from the sample, multipliers are as large as the effect, and the weights that they give to one time
-    cancel. At other places, many multipliers share the effect, and their weights cancel only after evaluation, with
-    rounding errors that can be a thousand times larger. A place is not moved to within `same` [s] of a known place.
-    Functions with analytic kernels are smooth and touch a bound at single times, so their places are not moved.
+    This is done for functions with kinks only. A sample acts at one time. An active bound of g(t + T_s) − g(t) passes
+    the effect of the sample on from step to step. At places whole steps away from the sample, multipliers are as large
+    as the effect, and the weights that they give to one time cancel. At other places, many multipliers share the
+    effect, and their weights cancel only after evaluation, with rounding errors that can be a thousand times larger. A
+    place is not moved to within `same` [s] of a known place. Functions with analytic kernels are smooth and touch a
+    bound at single times, so their places are not moved.
     """
     if is_smooth(problem):
         return places
@@ -159,7 +165,7 @@ def _at_steps(constraint: Constraint, places: Array, known: Array, origin: float
 
 
 def near_to(known: Array, places: Array, same: float) -> Flags:
-    """Return a flag for each place (n,) that tells whether a known place on its side is within `same` [s]."""
+    """Return flags (n,): for each of `places` (n, 2), whether a `known` one of the same side is within `same` [s]."""
     found = np.zeros(len(places), dtype=bool)
     for side in (LOWER, UPPER):
         times, own = np.append(np.sort(known[known[:, 1] == side, 0]), np.inf), places[:, 1] == side
@@ -173,12 +179,12 @@ def is_smooth(problem: ConstrainedProblem) -> bool:
 
 
 def same_time(signals: tuple[KernelSum, ...]) -> float:
-    """Return the distance [s] below which two places count as equal."""
+    """Return the distance [s] below which two times of bounds count as equal: 3e-4 of the least correlation time."""
     return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
 
 
 def no_places(problem: ConstrainedProblem) -> Places:
-    """Return an empty array of places for each constraint."""
+    """Return, for each constraint, an empty array (0, 2) of places (times and sides)."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
 
 

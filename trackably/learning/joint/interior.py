@@ -14,17 +14,16 @@ from trackably.arrays import Array
 from trackably.gp.row_system import RowSystem
 
 _MOST_STEPS = 60
-# The method ends when both are small enough:
-_SMALL = 1e-13  # μ, relative to its value at the start,
-_EXACT = 1e-10  # and each entry of |K λ − d − s|, relative to the largest demand.
+_SMALL = 1e-13  # the method ends when residuals are small and μ is at most this part of its first value
+_EXACT = 1e-10  # residuals are small if each |K λ − d − s| is at most this part of the largest entry of d
 _JITTER = 1e-13  # added to the diagonal of K, relative to the variance of a row
 _BACK = 0.995  # part of the longest step that keeps λ and s positive
 
 
 def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
-    """Return the multipliers λ (r,) of rows that have to be at least d = `demand` above their posterior mean.
+    """Return the multipliers λ (r,) of r rows (linear functionals) that have to exceed their posterior mean by d.
 
-    Multipliers of inactive rows are zero. None if the method does not converge in float64.
+    d = `demand` (r,). Multipliers of inactive rows are zero. None if the method does not converge in float64.
     """
     scale = np.sqrt(system.variances)
     if not np.all(scale > 0):
@@ -58,8 +57,8 @@ def _newton_step(
 ) -> tuple[Array, Array, Array]:
     """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
 
-    Before the step, K λ − d − s is `missed`. `solve` solves equations with K + D, for rows that are not yet divided by
-    their `scale`.
+    λ are the `multipliers` and s the `slacks`. Before the step, K λ − d − s is `missed`. `solve` solves equations with
+    K + diag(s/λ), for rows that are not divided by their `scale`.
     """
     wanted = products / multipliers - slacks
     right = wanted - missed

@@ -1,6 +1,6 @@
 """Places of bounds in the program of the function (a time and a side), and the linear rows that represent them.
 
-New places are where a function comes near to its bounds: local minima of all margins, sought together.
+New places are times at which a function comes near to its bounds: local minima of all margins, searched together.
 """
 
 from bisect import bisect
@@ -47,10 +47,10 @@ class Label(NamedTuple):
 
 @dataclass(frozen=True)
 class Demands:
-    """Rows that have to be at least `limits`, or equal to them where `is_equation` holds: shapes (r,).
+    """`rows`, weighted sums of signals, that have to be at least `limits`, or equal to them if `is_equation` holds.
 
-    The row of an upper bound has the opposite sign. `widths` are the widths of the bounds, for comparing violations.
-    `labels` are the name, the side and the time [s] of each row.
+    Arrays have shape (r,) for r rows. The row of an upper bound has the opposite sign. `widths` are the widths of the
+    bounds, relative to which violations are compared. `labels` have the name, the side and the time [s] of each row.
     """
 
     rows: Rows
@@ -60,7 +60,7 @@ class Demands:
     labels: tuple[Label, ...]
 
     def among(self, chosen: npt.NDArray[np.intp]) -> "Demands":
-        """Return the demands with the indices `chosen`, which increase."""
+        """Return the demands on the rows with the indices `chosen`, which increase."""
         return Demands(
             self.rows.among(chosen),
             self.limits[chosen],
@@ -71,9 +71,9 @@ class Demands:
 
 
 def select(places: Places, flags: Flags) -> Places:
-    """Return the places whose rows are flagged.
+    """Return the places (times and sides) whose flag is true, for each constraint.
 
-    `flags` has an entry for each place of all constraints in order, and then one for each required value.
+    `flags` has an entry for each place, constraint by constraint, and then one for each required value.
     """
     ends = accumulate(map(len, places))
     return tuple(
@@ -82,7 +82,10 @@ def select(places: Places, flags: Flags) -> Places:
 
 
 def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
-    """Return the places of active bounds, one array for each quantity in `names`; required values have no places."""
+    """Return the times and sides of active bounds, an array (n, 2) for each quantity in `names`.
+
+    Required values are left out.
+    """
     sides = {"lower": LOWER, "upper": UPPER}
     return tuple(
         np.array([(b.time, sides[b.side]) for b in active if b.name == name and b.side in sides]).reshape(-1, 2)
@@ -91,19 +94,22 @@ def places_of(active: Sequence[ActiveBound], names: Sequence[str]) -> Places:
 
 
 def flags(places: Places, among: Places) -> Flags:
-    """Return, for each place of all constraints in order, whether it is also in `among`: shape (r,)."""
+    """Return, for each place (time and side), constraint by constraint, whether it is also in `among`: shape (r,)."""
     known = [set(map(tuple, of_constraint.tolist())) for of_constraint in among]
     pairs = zip(places, known, strict=True)
     return np.array([tuple(place) in those for some, those in pairs for place in some.tolist()], dtype=bool)
 
 
 def merge(places: Places, new: Places, same: float) -> Places:
-    """Return the union of places, sorted by time; a new place within `same` [s] of another on its side is left out."""
+    """Return the union of `places` and `new` places (times and sides) for each constraint, sorted by time.
+
+    A new place is left out if another place of the same side is within `same` [s].
+    """
     return tuple(_unite(*pair, same) for pair in zip(places, new, strict=True))
 
 
 def _unite(places: Array, new: Array, same: float) -> Array:
-    """Return the places, and the new ones that have no other place on their side within `same` [s]."""
+    """Return `places` (times and sides) and those of `new` that have no other one of their side within `same` [s]."""
     known: dict[float, list[float]] = {LOWER: [], UPPER: []}
     for time, side in sorted(places.tolist()):
         known[side].append(time)
@@ -138,7 +144,10 @@ class PlacedBounds(NamedTuple):
 
 
 def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBounds]:
-    """Return the bounds of each constraint at its places, tightened by its back-off, then each required value."""
+    """Return the bounds of each constraint at its places, tightened by its back-off, and then the required values.
+
+    `places` has, for each constraint, its times and sides.
+    """
     found = []
     for constraint, of_constraint in zip(problem.constraints, places, strict=True):
         quantity, (times, sides) = constraint.quantity, of_constraint.T
@@ -152,9 +161,9 @@ def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBou
 
 
 def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Demands:
-    """Return one row and its limit for each place of a bound, then one for each required value.
+    """Return a row (weighted sum of signals) and its limit for each bound at each place, then for each required value.
 
-    Formulas are linearised at the signals `near`.
+    A place is a time and a side. Nonlinear formulas are linearised at the signals `near`.
     """
     bounds = placed_bounds(problem, places)
     arguments = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(problem.prior.parts))
@@ -191,11 +200,11 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     return offsets, np.array([np.broadcast_to(slopes[name], times.shape) for name in at])
 
 
-_CLOSE = 0.05  # relative to a width: local minima with a smaller margin become places, for the next values of θ
-_IN_REACH = 0.5  # relative to a width: with formulas, only places with a smaller slack are kept for steps of θ
+_CLOSE = 0.05  # part of a width: bounds are imposed also where a local minimum of the margin is smaller than this
+_IN_REACH = 0.5  # part of a width: bounds on nonlinear formulas are kept for steps of θ only if their slack is smaller
 
 Minima = list[tuple[Array, Array]]
-"""For each constraint times [s], and relative margins there: parts of the bounds' widths."""
+"""For each constraint: times [s] of local minima of its margin, and the margins there as parts of the bounds' width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,10 +218,10 @@ class MarginScan:
     signals: tuple[KernelSum, ...]
 
     def closest(self, places: Places) -> Minima:
-        """Return the local minima of each margin, and negative margins between neighbouring places.
+        """Return the local minima of each margin, and negative margins between neighbouring times of `places`.
 
-        A function that is constrained at two places may violate its bounds between them, where the grid of the index
-        set may have no time.
+        A function that is constrained at two times may violate its bounds between these times, where the grid of the
+        index set may have no point.
         """
         kernels = [signal.kernel for signal in self.signals]
         minima = local_minima(self._known, kernels, self._all.signals)
@@ -224,7 +233,7 @@ class MarginScan:
         return joined(found, between(self._known, self._all, centres, CLOSER))
 
     def places(self, found: Minima) -> Places:
-        """Return the minima with a small margin as places (n, 2), each at the nearer bound."""
+        """Return the times of minima with a small margin, each with the side of the nearer bound: (n, 2)."""
         times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
         which = owners(times)
         places = np.empty((len(which), 2))
@@ -234,7 +243,7 @@ class MarginScan:
         return tuple(parts(places, times))
 
     def near(self, places: Places) -> Places:
-        """Return those of the `places` at which a moderate change of the function may reach the bound."""
+        """Return those of the `places` (times and sides) at which the slack is below half the width of the bounds."""
         kept = []
         for constraint, at in zip(self._known, places, strict=True):
             bounds = constraint.quantity.bounds

@@ -52,33 +52,33 @@ from trackably.learning.search import continued as continued_alone
 from trackably.systems.trajectories import Signals
 
 _MAX_ROUNDS = 30  # the largest number of steps of a descent
-_SAME_VALUE = 1e-9  # relative to 1 + |J|: a decrease of J by less counts as none
-_PRECISION = 1e-11  # relative to 1 + |J|: J is not minimised more precisely, as covariances of rows are no better
-_NEARBY = 0.1  # in each ln θ: the first step in a relaxation, and from the solution of a similar problem
-# The largest first step in each ln θ, for linear plants and with formulas. A rejected step is divided by _SHORTER; a
-# descent ends when steps are limited to less than _SHORTEST.
+_SAME_VALUE = 1e-9  # relative to 1 + |J|: a smaller decrease of J counts as none
+_PRECISION = 1e-11  # relative to 1 + |J|: J is not minimised more precisely than rounding errors of covariances allow
+_NEARBY = 0.1  # in each ln θ: the largest first step in a relaxation, and from the solution of a similar problem
+# The largest first step in each ln θ, for linear plants and for nonlinear ones. A rejected step is divided by _SHORTER;
+# a descent ends when steps are limited to less than _SHORTEST.
 _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
-# Functions on the way to a minimum may violate their bounds by this part of the width. So may solutions that are rough
-# or have large rounding errors: a larger back-off (tightening of the bounds) removes such violations, other starts do
-# not.
+# Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
+# large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 _ALMOST = 3e-3
-_ROUGH = 1e-6  # relative to a width: after a larger violation no fine descent follows, as it would need too many places
-_MOST_GIVEN_UP = 3  # largest number of steps of a descent that lead to no function; a shorter step may lead to one
-_BACKOFFS = 0.1, 0.03, 0.01, 0.0  # with formulas, bounds are first tightened by these parts of a width, in turn
+_ROUGH = 1e-6  # part of a width: after a larger violation no fine descent follows, as too many times would be needed
+_MOST_GIVEN_UP = 3  # most steps of a descent that lead to no function; each is followed by a shorter step
+_BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
-_OF_GAP = 0.1  # with formulas, a descent ends when a step can lower J by no more than this part of the allowed gap
+_OF_GAP = 0.1  # for nonlinear plants, a descent ends when a step can lower J by at most this part of the allowed gap
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
-# Values of noise_std that are tried for a start, each twice the last; rounds of the exchange that estimate J for each.
+# Number of noise_std tried for a start, each twice the one before; programs of the exchange that estimate J for each.
 _DOUBLINGS, _GLANCE = 10, 3
 _FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
 
 
 @dataclass(frozen=True)
 class JointProgram:
-    """J(θ) with bounds at given `places` only, a relaxation. Formulas are linearised at the signals `near`.
+    """J(θ) with bounds at given `places` (times and sides) only, a relaxation of the problem with bounds at all times.
 
-    At the θ of these signals, its gradient equals that of J with the formulas themselves (envelope theorem).
+    Nonlinear formulas are linearised at the signals `near`. At the θ of these signals, the gradient of this J equals
+    that of J with the formulas themselves (envelope theorem).
     """
 
     problem: ConstrainedProblem
@@ -88,10 +88,10 @@ class JointProgram:
     def minimise(
         self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float
     ) -> tuple[sqp.Minimum, Places] | None:
-        """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active on the way.
+        """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active in the search.
 
-        The places `active` are assumed active at the start. J is minimised up to `precision`, relative to 1 + |J|. None
-        if J is undefined at the start.
+        A place is a time and a side of a bound. The places `active` are assumed active at the start. J is minimised up
+        to `precision`, relative to 1 + |J|. None if J is undefined at the start.
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
@@ -161,8 +161,9 @@ class Point:
 
 @dataclass(frozen=True)
 class _Descent:
-    """The last point of a descent, the places of all its functions, the Hessian of J, and the largest next step,
-    `reach`, in each ln θ.
+    """The last point of a descent, the Hessian of J, and the largest next step, `reach`, in each ln θ.
+
+    `places` are the times and sides at which the functions of the descent touched or violated bounds.
     """
 
     point: Point
@@ -171,7 +172,7 @@ class _Descent:
     reach: float = _FIRST
 
     def met(self, point: Point) -> Places:
-        """Return the places of all functions of the descent, together with those of a further point."""
+        """Return the `places` (times and sides) of the descent, together with those of a further point."""
         return merge(self.places, point.function.places, same_time(self.point.function.mean.signals))
 
 
@@ -179,9 +180,9 @@ class _Descent:
 class JointSearch:
     """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
 
-    A search takes at most `steps` steps in θ. If quantities are formulas, it begins with the best function from several
-    starts, or, if it `is_brief`, with the first function that it finds. `fits` counts the programs in θ. `spread` is
-    the range of J among the functions with which a search could begin.
+    A search takes at most `steps` steps in θ. If bounded quantities are nonlinear formulas, it begins with the best
+    function from several starts, or, if it `is_brief`, with the first function that it finds. `fits` counts the
+    programs in θ. `spread` is the range of J among the functions with which a search could begin.
     """
 
     problem: ConstrainedProblem
@@ -198,10 +199,11 @@ class JointSearch:
     def follow(
         self, start: Array, places: Places | None = None, near: Signals | None = None, farthest: float = np.inf
     ) -> None:
-        """Minimise J from ln θ = `start`: first with functions that may violate bounds a little, then with solutions.
+        """Minimise J from ln θ = `start`, and keep the result if it is the best.
 
-        The search begins with the `places` and the signals `near`, if they are given. The first step in each ln θ goes
-        no further than `farthest`.
+        Functions may violate their bounds by 3e-3 of the width first, and hardly at all near the minimum. The search
+        begins with bounds at the `places` (times and sides) and at the signals `near`, if they are given. The first
+        step in each ln θ goes no further than `farthest`.
         """
         start = np.clip(start, self.problem.space.log_lower, self.problem.space.log_upper)
         if near is None and not is_linear(self.problem):
@@ -234,8 +236,8 @@ class JointSearch:
     def _with_noise(self, start: Array) -> Array:
         """Return the start with its noise doubled for as long as this lowers J.
 
-        What bounds cut off from the samples counts as noise. With the noise that is likeliest without bounds, rough
-        functions violate their bounds nearly everywhere, and thousands of places are active during the descent.
+        The part of the samples that bounds cut off counts as noise. With the noise that is likeliest without bounds,
+        functions with kinks violate their bounds nearly everywhere, and thousands of bounds are active in the descent.
         """
         noise = np.array([name.endswith(NOISE) for name in self.problem.prior.learned])
         steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))
@@ -249,12 +251,12 @@ class JointSearch:
 
     @property
     def _takes_long(self) -> bool:
-        """Whether functions may touch their bounds at thousands of times."""
+        """Whether bounds may be active at thousands of times: with linear plants, kernels with kinks, many samples."""
         count = sum(map(len, self.problem.samples))
         return count >= _FEW_SAMPLES and is_linear(self.problem) and not is_smooth(self.problem)
 
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
-        """Return ln θ, places and signals at which a search from `start` begins if quantities are formulas.
+        """Return ln θ, places (times and sides) and signals at which a search for a nonlinear plant begins.
 
         The first search begins at the minimiser of J with formulas linearised at the path of the means at an even pace
         (see `starts_for`), or at `start`: where J is lower, or, if it is brief, at the first one with a function. A
@@ -287,7 +289,7 @@ class JointSearch:
         return None if found is None else found[0]
 
     def begin(self, log_theta: Array) -> Point | None:
-        """Return the best function for these hyperparameters, from several starts if quantities are formulas.
+        """Return the best function for these hyperparameters, from several starts of nonlinear programs.
 
         None if no function is found. A brief search returns the first function found, and tries the slower motion first
         (see `starts_for`).
@@ -321,8 +323,8 @@ class JointSearch:
     ) -> list[tuple[Point, ConstrainedProblem]]:
         """Return functions that satisfy bounds tightened by `backoff`, a part of their width, each with its problem.
 
-        Each search begins with the places and signals of one of the `paths`. Of functions whose J differs by no more
-        than the allowed gap, only the first is returned, because their paths hardly differ from there on.
+        Each search begins with the places (times and sides) and signals of one of the `paths`. Of functions whose J
+        differs by no more than the allowed gap, only the first is returned: searches from there would hardly differ.
         """
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
@@ -335,16 +337,19 @@ class JointSearch:
         return found
 
     def settle(self, log_theta: Array, places: Places, near: Signals | None) -> None:
-        """Find the function for these hyperparameters that satisfies all bounds, without any step in θ."""
+        """Find the function for these hyperparameters that satisfies all bounds, and keep it as `best`.
+
+        The exchange begins with bounds at these `places` (times and sides), and with the signals `near`.
+        """
         point = self.at(log_theta, places, near)
         self.best = point if point and point.is_solution else None
 
     def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
         """Take steps in θ as long as they can lower J by more than `least_gain`, relative to 1 + |J|.
 
-        If the bounds contradict each other at the first point, one step is taken to the minimiser of the relaxation. If
-        they contradict there too, more places do not resolve it, and the search is given up. It is also given up if no
-        function is found.
+        If the bounds contradict each other at the first point, one step is taken to the minimiser of the relaxation
+        (the program with bounds at finitely many times). If bounds contradict each other there too, or if no function
+        is found, the search is given up.
         """
         given_up = 0
         for _ in range(self.steps):
@@ -388,7 +393,12 @@ class JointSearch:
         ceiling: float = np.inf,
         rounds: int = MAX_ROUNDS,
     ) -> Point | None:
-        """Return the point at ln θ; None if it cannot be evaluated. The exchange ends when J exceeds the `ceiling`."""
+        """Return the point at ln θ; None if it cannot be evaluated in float64.
+
+        The exchange begins with bounds at these `places` (times and sides) and with the signals `near`. It ends after
+        this number of `rounds`, when violations are below the `tolerance` (a part of a width), or when J exceeds the
+        `ceiling`.
+        """
         posterior = self.problem.posterior(log_theta)
         try:
             nlml, _ = posterior.negative_log_marginal_likelihood()
@@ -447,9 +457,9 @@ def learn_jointly(
     """Return the best local minimum of J = l + D with every bound kept at all times, or the reason why there is none.
 
     Starts are the minima of the likelihood, the ln θ in `also`, and the minimum over θ alone (the paper's problem, in
-    which D = 0), so that J is never larger than there. If no start leads to a function, which may happen with formulas,
-    the minimum over θ alone is returned, which has no active bounds. If the `minima` of the likelihood are nearly
-    known, as ln θ by name, they are not searched from all starts again. Deterministic.
+    which D = 0), so that J is never larger than at that minimum. If no start leads to a function, which may happen for
+    nonlinear plants, the minimum over θ alone is returned, which has no active bounds. If the `minima` of the
+    likelihood are nearly known, as ln θ by name, they are not searched from all starts again. Deterministic.
     """
     free = _likeliest(problem, minima)
     if not isinstance(free, Solution):
@@ -486,8 +496,7 @@ def _likeliest(problem: ConstrainedProblem, minima: Sequence[Mapping[str, float]
 def learn_from(
     starts: Sequence[Array], problem: ConstrainedProblem, is_brief: bool = False, steps: int = _MAX_ROUNDS
 ) -> Solution | NoSolution:
-    """Return the best local minimum of J = l + D found from these ln θ, each of shape (p,), or the
-    reason why there is none.
+    """Return the best local minimum of J = l + D found from these ln θ, shape (p,) each, or why there is none.
 
     Use it for a problem that differs little from one whose hyperparameters are known. Hyperparameters alone cannot meet
     `problem.required`: if no function is found, there is no solution. For `is_brief` and `steps` see `JointSearch`.
@@ -515,9 +524,9 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose samples or times differ slightly from those of `solution`, starting at its minimiser.
 
-    If no function is found, a solution with hyperparameters alone is continued as such, and any other problem is solved
-    anew. The result may cost more than hyperparameters alone would: compare J with `alone`, which is that of
-    `solution`.
+    If no function is found: if `solution` has learned hyperparameters alone, they alone are learned again; otherwise
+    the problem is solved from all starts. J may be larger than that of hyperparameters alone: compare it with `alone`,
+    which is taken from `solution`.
     """
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)
@@ -534,12 +543,12 @@ def _searched_on(solution: Solution, problem: ConstrainedProblem) -> Solution | 
 
 
 def _places(solution: Solution) -> Places | None:
-    """Return the places of a function at which a search can begin; None for a posterior mean."""
+    """Return the times and sides of bounds with which a search can begin; None if the solution is a posterior mean."""
     return solution.active if solution.active_bounds else None
 
 
 def _like(solution: Solution, found: Solution | NoSolution) -> Solution | NoSolution:
-    """Return what was found; a solution takes `alone`, `spread` and `unconstrained` from a similar `solution`."""
+    """Return `found`; if it is a solution, with `alone`, `spread` and `unconstrained` of a similar `solution`."""
     if not isinstance(found, Solution):
         return found
     return replace(found, alone=solution.alone, spread=solution.spread, unconstrained=solution.unconstrained)
@@ -557,12 +566,14 @@ def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> S
 
 
 def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Return the function that satisfies every bound at all times, or the reason why there is none.
+    """Return the function for known hyperparameters that satisfies every bound at all times, or why there is none.
 
-    Raises ValueError if not all hyperparameters are known.
+    Raises ValueError if a hyperparameter is to be learned.
     """
     if problem.prior.learned:
-        raise ValueError(f"function: all hyperparameters must be known, got unknown {', '.join(problem.prior.learned)}")
+        raise ValueError(
+            f"function: expected numbers for all hyperparameters, got none for {', '.join(problem.prior.learned)}"
+        )
     known = problem.prior.log_hyperparameters
     if is_linear(problem):
         return learn_from([known], problem, steps=0)

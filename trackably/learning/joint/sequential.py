@@ -1,6 +1,6 @@
-"""The function if quantities are formulas: sequential convex programs with a trust region, from several starts.
+"""The function if bounded quantities are nonlinear formulas: sequential convex programs, from several starts.
 
-At given places all formulas depend on the values v of the signals at finitely many instants. With v = L m⁺ + W ξ and L
+At given times all formulas depend on the values v of the signals at finitely many instants. With v = L m⁺ + W ξ and L
 κ⁺ Lᵀ = W Wᵀ, the function with these values that is nearest to the posterior mean costs |ξ|², so that it solves
 
     min |ξ|²  subject to  q_a(L m⁺ + W ξ) ≥ b_a,
@@ -31,16 +31,16 @@ from trackably.systems.intervals import Corridor, Interval
 from trackably.systems.trajectories import Quantity, Signals
 from trackably.work import done
 
-# Eigenvalues of a covariance are rounding errors if they are below _WEAK relative to the largest one, plus _ROUNDING
-# relative to the prior variance, times the root of their number.
+# Eigenvalues of a covariance count as rounding errors if they are at most the sum of two numbers: _WEAK times the
+# largest eigenvalue, and _ROUNDING times the prior variance times the root of the number of eigenvalues.
 _WEAK = 1e-11
 _ROUNDING = 4 * float(np.finfo(float).eps)
-# Relative to the largest eigenvalue: eigenvectors with smaller ones are damped when a function is written in ξ.
+# Part of the largest eigenvalue: components of ξ along eigenvectors with smaller eigenvalues are damped in a start.
 _FILTERED = 1e-6
-_PRECISION = 1e-7  # relative to 1 + the price: a search ends when a step promises to lower the price by less
+_PRECISION = 1e-7  # relative to 1 + |ξ|²: a search ends when a step promises to lower |ξ|² by less
 _RADIUS = 2.0  # the largest first step in each component of ξ
-_MOST_STEPS = 60  # a search that has not converged after this number of steps ends
-_BROKEN = 1e-3  # relative to the width of a bound; a search that has not converged may violate bounds by no more
+_MOST_STEPS = 60  # most steps of a search
+_BROKEN = 1e-3  # part of a bound's width: a search that did not converge is accepted up to this violation
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ class KnownValues:
 
 @dataclass(frozen=True)
 class FormulaProgram:
-    """The program in ξ (k,) for `bounds`.
+    """min |ξ|² over ξ (k,) under `bounds` on formulas of the signals' values v = L m⁺ + W ξ at finitely many times.
 
-    `times` are the instants [s] of each process; P is their number for all processes. `mean` is L m⁺ (P,), the
-    posterior means at these instants, and `root` is W (P, k). `arguments` (1 + k, N) has the N arguments of all
-    formulas for the posterior means, and then their derivatives by ξ.
+    `times` has the times [s] for each process, P in all. `mean` is L m⁺ (P,), the posterior means at these instants,
+    and `root` is W (P, k). `arguments` (1 + k, N) has the N arguments of all formulas for the posterior means, and then
+    their derivatives by ξ.
     """
 
     bounds: list[PlacedBounds]
@@ -74,7 +74,10 @@ class FormulaProgram:
 
     @classmethod
     def of(cls, problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Self:
-        """Return the program for bounds at these `places`. Raises IllConditioned."""
+        """Return the program for bounds at these `places` (times and sides).
+
+        Raises IllConditioned if K + σ_n² I has no Cholesky factor.
+        """
         bounds = placed_bounds(problem, places)
         asked = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(posterior.parts))
         times = tuple(np.unique(of.times) for of in asked.terms)
@@ -92,7 +95,7 @@ class FormulaProgram:
         return cls(bounds, times, given.mean, root, arguments.T)
 
     def minimiser_near(self, near: Signals) -> list[KnownValues] | None:
-        """Return the values of a local minimum, searched from the signals `near`; None if no feasible one is found."""
+        """Return the signals' values at a local minimum, searched from the signals `near`; None if none is feasible."""
         start = np.concatenate([signal(t) for signal, t in zip(near, self.times, strict=True)]) - self.mean
         powers = np.sum(self.root**2, axis=0)  # columns of W are orthogonal
         xi = (self.root / (powers + _FILTERED * np.max(powers, initial=0.0))).T @ start
@@ -106,7 +109,7 @@ class FormulaProgram:
         return [KnownValues(times, values) for times, values in zip(self.times, parts, strict=True)]
 
     def _evaluate(self, xi: Array) -> sqp.Evaluation | None:
-        """Return |ξ|² and the slacks relative to the bounds' widths; None if a formula is undefined."""
+        """Return |ξ|² and the slacks, as parts of the bounds' widths, at ξ; None if a formula is undefined there."""
         done("evaluation")
         arguments = self.arguments.copy()
         arguments[0] += xi @ arguments[1:]
@@ -140,11 +143,11 @@ def _root(covariance: Array, largest: float) -> Array:
 
 
 _KNOTS, _FINE = 4, 2000  # knots of splines for each correlation time; points at which a path is computed
-# Times of regular places: the number in each correlation time, and the least and the largest number in all.
+# Number of regular times at which bounds are imposed: in each correlation time; least and largest number in all.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
-_SLOWER = 0.5  # the distance from the prior means is multiplied by this
-# Relative to a width: bounds stay this far off a point of rest at which a formula has no derivative. With less, the
-# functions for the next hyperparameters often violate bounds between places.
+_SLOWER = 0.5  # the slower motion keeps this part of the signals' distance from the prior means
+# Part of a width: bounds keep this distance from a point of rest at which a formula has no derivative. With a smaller
+# distance, functions for the next hyperparameters often violate bounds between the times at which bounds are imposed.
 _OFF = 0.05
 
 
@@ -182,7 +185,10 @@ def _towards(level: float, signal: Callable[[Array], Array]) -> Callable[[Array]
 
 
 def with_regular(problem: ConstrainedProblem, posterior: JointPosterior, places: Places) -> Places:
-    """Add places at regular times. With few places, a function could move to other local minima of the formulas."""
+    """Return `places` (times and sides) with regular times added.
+
+    With bounds at few times only, the solution could move to other local minima of the nonlinear program.
+    """
     first, last, _ = _span(problem, posterior.signals)
     shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
     count = int(np.clip(_CLOSE * (last - first) / shortest, _FEWEST_REGULAR, _MOST_REGULAR))
@@ -197,7 +203,7 @@ def _regular(constraint: Constraint, times: Array) -> Array:
 
 
 def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[float, float, bool]:
-    """Return the first and the last time [s] at which signals affect the bounds, and whether they span a period.
+    """Return the first and the last time [s] at which signals affect the bounds, and whether signals are periodic.
 
     If all signals have a common period, these times are 0 and the period.
     """
@@ -216,7 +222,10 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
 
 
 def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
-    """Return the largest distance of a bound of `problem` from the same bound in `given`, as a part of its width."""
+    """Return by how much the bounds of `problem` are tighter than those of `given`, at most over all constraints.
+
+    The result is a part of a bound's width, and includes the differences of back-offs.
+    """
     pairs = zip(timed(problem.constraints), timed(given.constraints), strict=True)
     return max((_inward(ours, theirs) for ours, theirs in pairs), default=0.0)
 
@@ -230,8 +239,8 @@ def _inward(ours: Constraint, theirs: Constraint) -> float:
 def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
     """Return the problem with bounds moved off points of rest at which a formula has no derivative.
 
-    Near such a point (for example, where a vehicle stops), a function that is bounded at a few places may jump from one
-    local minimum to another between these places.
+    Near a point of that kind (for example, where a vehicle stops), a function that is bounded at a few times may jump
+    from one local minimum to another between these times.
     """
     levels = [part.mean for part in problem.prior.parts]
     return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in timed(problem.constraints)))

@@ -34,7 +34,7 @@ WIDE = replace(AXIS, state_set=Polytope.box([-2.0, -1.2], [0.5, 1.2]))
 
 
 def test_an_interval_that_holds_the_mean_back_is_asked_about() -> None:
-    with pytest.warns(DoubtfulInputWarning, match="mean: that of position lies at an end of the interval in which"):
+    with pytest.warns(DoubtfulInputWarning, match="mean: the learned mean of position lies at an end of the interval"):
         found = learned(mean=(-0.1, 0.3))
     assert found.prior.parts[0].mean == pytest.approx(-0.1)
 

@@ -17,7 +17,9 @@ from trackably import (
     Polytope,
     Samples,
     SquaredExponential,
+    Truth,
     learn_reference,
+    learn_stream,
     tank,
 )
 from trackably.certificates.claim import Written, as_claim
@@ -182,6 +184,14 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=r"Asked before: .* is 997 s away"):
         learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, budget=1e-6)
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("learn", [learn_reference, partial(learn_stream, window=2.0)])
+def test_units_are_asked_about_before_linear_programs_look_for_true_signals(learn) -> None:
+    nanometres = Samples(SAMPLES.times, 1e9 * SAMPLES.values)
+    metres = Truth(noise=0.05, second_derivative=3.0)
+    with pytest.warns(DoubtfulInputWarning, match="are both in the same unit"), pytest.raises(NotTrackableError):
+        learn(nanometres, AXIS, KNOWN, (0.0, 3.0), noise_std=0.02, truth=metres)
 
 
 def test_where_a_motion_ends_is_not_asked_about_if_the_mean_is_given() -> None:

@@ -35,6 +35,15 @@ def test_a_reference_costs_no_more_than_hyperparameters_alone_or_a_neighbour(tig
     assert near.objective <= together.objective + min(together.duality_gap, near.duality_gap) + 1e-6
 
 
+def test_what_is_known_stays_known_beside_a_reference_that_is_offered():
+    """Noise, length scale and mean of a likelier reference do not take the place of numbers that are given."""
+    likely = learn_reference(SAMPLES, AXIS, SquaredExponential(0.5, 0.6), (0.0, 3.0), noise_std=0.02, mean=-0.3)
+    given = {"kernel": SquaredExponential(0.5, 0.4), "noise_std": 0.1, "mean": -0.5}
+    found = learn_reference(SAMPLES, AXIS, claim=(0.0, 3.0), **given, near=likely)
+    assert found.hyperparameters == {"signal_std": 0.5, "lengthscale": 0.4, "noise_std": 0.1}
+    assert found.prior.parts[0].mean == -0.5
+
+
 @pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
 def test_a_search_that_ends_higher_alone_ends_no_higher_than_a_reference_that_is_offered():
     tight, loose, given = TASKS["an axis"]

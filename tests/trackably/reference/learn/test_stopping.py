@@ -42,6 +42,6 @@ def test_the_gap_of_the_last_convex_step_is_said() -> None:
 
 def test_it_is_said_how_far_the_search_stayed_inside_of_bounds() -> None:
     """A speed of zero has no slope at a stop, so that no function is searched that comes close to it."""
-    said = "no function closer to some bound than 0.05 times its width was searched"
+    said = "the search tightened some bounds by up to 0.05 times their width"
     assert said in stopping(0.0).explanation
-    assert "was searched" not in stopping(0.05).explanation
+    assert "the search tightened" not in stopping(0.05).explanation

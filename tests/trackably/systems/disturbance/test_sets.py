@@ -46,7 +46,7 @@ def test_halfspaces_have_the_support_of_their_linear_program(seed):
         (Zonotope.box([0.1], [0.2]), "must contain 0"),
         (Zonotope([0.0, 1.0], [[1.0, 0.0]]), "must contain 0"),
         (ConvexHull([[1.0, 0.0], [0.0, 1.0]]), "must contain 0"),
-        (Zonotope.box([-1.0] * 3, [1.0] * 3), "an entry for each of"),
+        (Zonotope.box([-1.0] * 3, [1.0] * 3), "with an entry for each of"),
     ],
 )
 def test_sets_without_zero_or_of_another_dimension_are_refused(given, words):

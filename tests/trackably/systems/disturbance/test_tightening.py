@@ -74,7 +74,7 @@ def test_bounds_of_states_are_drawn_in_by_the_noise_beside_the_errors():
 
 REFUSED = {
     "a feedback alone": (OBLIQUE, None, "is only of use with a disturbance, measurement_noise or model_error"),
-    "formulas": (INSTANCES["tank"].plant, Zonotope.box([-0.1], [0.1]), "must be linear"),
+    "formulas": (INSTANCES["tank"].plant, Zonotope.box([-0.1], [0.1]), "disturbance: .* linear .* give margin="),
     "errors that grow": (CART, PUSH, r"inside the unit circle, but one has the size 1\.1"),
 }
 

@@ -42,7 +42,7 @@ REFUSED = {
     "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], "it converts a value to a plain number"),
     "solve": (lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u), "np.linalg takes plain numbers only; write"),
     "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
-    "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers for exponents, or for positive bases"),
+    "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers as exponents, or positive numbers as bases"),
     "infinity": (lambda x, u: [x[0] + np.inf], "f must use numbers that are finite, and exact in float64, got inf"),
     "a long number": (lambda x, u: [x[0] + 2**53 + 1 + (2**53 + 1) * u[0]], "exact in float64, got 9007199254740993"),
     "too few": (lambda x, u: [], "f must return a list of 1 successors, got 0 values"),
@@ -88,16 +88,19 @@ DISGUISED = {
     "another thread": (lambda x, u: in_a_thread(lambda: [x[0] + clamped(u[0])]), "it compares a value"),
     "isinstance": (
         lambda x, u: [x[0] + (clamped(u[0]) if isinstance(x[0], float) else u[0])],
-        "it gives a = .*, and its formula a = ",
+        "it gives a = .*, and its formula gives a = ",
     ),
     "an error": (
         lambda x, u: [x[0] + u[0]] if x.dtype == object else 1 // 0,
-        r"it raises ZeroDivisionError \(.*\), and its formula a = ",
+        r"it raises ZeroDivisionError \(.*\), and its formula gives a = ",
     ),
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
-    "NaN replaced": (lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]], "it gives a = .*, and its formula a = nan"),
+    "NaN replaced": (
+        lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]],
+        "it gives a = .*, and its formula gives a = nan",
+    ),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
-    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* it may draw numbers"),
+    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* f may draw random"),
     "another first call": (
         lambda x, u: [x[0] + (2 if next(CALLED) == 0 else 1) * u[0]],
         "all states, inputs and calls, but at .* it gives a = ",

@@ -12,7 +12,7 @@ REFUSED = {
     "infinite": (lambda: PolynomialPieces([0.0, 1.0], [[np.inf]]), ValueError, "must be finite"),
     "beyond": (lambda: PolynomialPieces([0.0, 1.0], [[1.0]], "for ever"), ValueError, "one of rest, period, end"),
     "no exact period": (lambda: PolynomialPieces([0.1, 1.3], [[1.0]], "period"), ValueError, "must be exact"),
-    "falling": (lambda: PolynomialPieces.steps({1.0: 0.0, 0.5: 1.0}), ValueError, "rising times"),
+    "falling": (lambda: PolynomialPieces.steps({1.0: 0.0, 0.5: 1.0}), ValueError, "increasing times"),
     "a text": (lambda: PolynomialPieces.lines({0.0: "high"}), TypeError, "value: expected a number, got 'high'"),
     "a list": (lambda: PolynomialPieces.steps([0.0, 1.0]), TypeError, "expected values by their times"),
     "no period": (lambda: PolynomialPieces.lines(LATER, 0.0), ValueError, "period must be positive, got 0"),
