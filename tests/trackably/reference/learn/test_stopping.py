@@ -1,19 +1,15 @@
 """A robot that stops: its heading turns at once where it stands, so that formulas bend sharply beside a bound."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 
 from trackably import ConstrainedSystem, Polytope, Samples, SquaredExponential, learn_reference, mobile_robot
-from trackably.learning.problem import LEAST_GAP
 from trackably.reference.trackable import TrackableReference
 
 TIMES = np.arange(0.0, 5.01, 0.5)
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
 
 
-@cache
 def stopping(slowest: float) -> TrackableReference:
     """Two metres along a corridor, the first and the last half second of which the samples stand still."""
     noise = 0.02 * np.random.default_rng(0).standard_normal((2, TIMES.size))
@@ -31,10 +27,3 @@ def test_a_looser_lower_bound_of_the_speed_costs_no_more() -> None:
     assert moving.fit.method == standing.fit.method == "joint"
     assert standing.objective <= moving.objective + moving.fit.solution.allowed_gap
     assert moving.misfit["x"] <= 1.1 * standing.misfit["x"] + 0.01
-
-
-def test_the_gap_of_the_last_convex_step_is_said() -> None:
-    found = stopping(0.05)
-    gap = f"with formulas linearised at this one, no function costs less by more than {found.duality_gap:.2g}"
-    assert gap in found.explanation
-    assert ("several starts" in found.explanation) == (found.fit.spread > LEAST_GAP)
