@@ -1,9 +1,6 @@
-"""A robot that must not stand still turns left or right: which way is better shows only where both are tried."""
-
-from functools import cache
+"""A robot that stops and turns: its speed has no slope where it stands."""
 
 import numpy as np
-import pytest
 
 from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPrior
@@ -12,48 +9,12 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
-from trackably.learning.joint import search
-from trackably.learning.joint.search import JointSearch, learn_from
+from trackably.learning.joint.search import learn_from
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.library import mobile_robot
 from trackably.systems.polytopes import Polytope
-
-TIMES = np.arange(0.0, 4.01, 0.25)
-NO_THETA = np.empty(0)
-
-
-@cache
-def there_and_back() -> ConstrainedProblem:
-    """A robot goes a metre and comes back; samples lie to its left at first, then to its right."""
-    values = np.clip(np.minimum(TIMES, 4.0 - TIMES), 0.0, 1.8) / 2.0, 0.05 * (2.0 - TIMES)
-    prior = JointPrior(tuple(Prior(SquaredExponential(0.7, 1.0), 0.05) for _ in "xy"), ("x", "y"))
-    inside = Polytope.box([-2.0, -1.0, -np.inf], [2.0, 1.0, np.inf])
-    plant = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.1, -8.0], [1.5, 8.0]))
-    constraints = tuple(Constraint(quantity, RealTimes(Window(0.0, 4.0)), 1e-6) for quantity in plant.quantities)
-    samples = tuple(Samples(TIMES, of) for of in values)
-    return ConstrainedProblem(samples, prior, SearchSpace({}), constraints)
-
-
-def to(side: float):
-    """Signals that turn on one side."""
-    x, y = there_and_back().posterior(NO_THETA).signals
-    return [x, lambda t: y(t) + side * 0.5 * (2.0 - t) * np.exp(-(((t - 2.0) / 0.7) ** 2))]
-
-
-def test_the_best_of_all_starts_is_taken_and_their_spread_is_the_range_of_what_they_lead_to(monkeypatch):
-    left, right = to(1.0), to(-1.0)
-
-    def begun(*starts):
-        monkeypatch.setattr(search, "starts_for", lambda *_: starts)
-        found = JointSearch(there_and_back())
-        return found.begin(NO_THETA).objective, found.spread
-
-    alone = [begun(start)[0] for start in (left, right)]
-    assert max(alone) - min(alone) > 0.1
-    for starts in ([left, right], [right, left]):
-        assert begun(*starts) == pytest.approx((min(alone), max(alone) - min(alone)), abs=1e-3)
 
 
 def stopping() -> ConstrainedProblem:
