@@ -15,7 +15,6 @@ from trackably.gp.kernels import registry
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 
@@ -45,14 +44,6 @@ def test_wrong_values_and_names_are_refused_by_name(family):
     for combined in (kernel, Sum(kernel, kernel), Prior(kernel)):
         with pytest.raises(TypeError, match=r"left\.wavelength"):
             combined.with_hyperparameters({"left.wavelength": 1.0})
-
-
-def test_names_tell_where_they_belong():
-    kernel = Product(Sum(SquaredExponential(1.0, 2.0), RationalQuadratic(3.0, 4.0, 5.0)), Periodic(6.0, 7.0, 8.0))
-    names = "left.left.signal_std", "left.left.lengthscale", "left.right.signal_std", "left.right.lengthscale"
-    names += "left.right.shape", "right.signal_std", "right.lengthscale", "right.period"
-    assert kernel.hyperparameters == dict(zip(names, map(float, range(1, 9)), strict=True))
-    assert kernel.with_hyperparameters({"left.right.shape": 9.0}).left.right == RationalQuadratic(3.0, 4.0, 9.0)
 
 
 @over(ELEMENTARY, "family")

@@ -60,10 +60,9 @@ def test_minima_of_a_signal_are_those_of_a_dense_look(index_set, lengthscale):
     low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
     found = index_set.local_minima(signal, [signal.kernel])
     assert set(found) <= set(times) or isinstance(index_set, RealTimes)
-    for of, value in zip(times[low], values[low], strict=True):
-        nearest = found[np.argmin(np.abs(found - of))]
-        assert nearest == pytest.approx(of, abs=2e-5)
-        assert signal(nearest) == pytest.approx(value, abs=rounding)
+    nearest = found[np.argmin(np.abs(found[:, None] - times[low]), axis=0)]
+    np.testing.assert_allclose(nearest, times[low], rtol=0, atol=2e-5)
+    np.testing.assert_allclose(signal(nearest), values[low], rtol=0, atol=rounding)
     assert np.min(signal(found)) <= np.min(values) + 1e-12
 
 

@@ -74,10 +74,12 @@ def test_a_window_is_proved_and_nothing_else():
         found.window(51, 10)
 
 
-def test_two_periodic_signals_share_their_period():
+def test_two_periodic_signals_swing_about_their_means_with_one_period():
     t = np.linspace(0, 4, 20)
-    samples = {"a": Samples(t, np.sin(2 * np.pi * t / 1.7)), "b": Samples(t + 0.03, 0.5 * np.cos(2 * np.pi * t / 1.7))}
+    a, b = 0.5 + np.sin(2 * np.pi * t / 1.7), 0.5 * np.cos(2 * np.pi * t / 1.7)
+    samples = {"a": Samples(t, a), "b": Samples(t + 0.03, b)}
     found = learn_reference(samples, CART, Periodic(), "all_phases", noise_std=0.05)
+    assert found.prior.parts[0].mean == pytest.approx(0.5, abs=0.3)
     assert found.hyperparameters["period"] == pytest.approx(1.7, abs=0.05)
     assert "proved for all real t:" in found.explanation
     k = np.arange(5000)

@@ -44,7 +44,6 @@ def put(value, *path):
 DAMAGES = {
     "empty": ("plain", lambda _: b"", "expected JSON, got"),
     "no samples": ("plain", lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
-    "more": ("plain", put(1, "more"), "has no more"),
     "a reversed set": (
         "plain",
         put([-9.0, -9.0], *PLANT, "state_set", "upper"),

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.interpolate import PPoly
 
 from tests.trackably.checker.changes import changed
 from tests.trackably.gp.instances import over
@@ -38,24 +39,14 @@ class BangBang:
 
     def __init__(self, seed, M=LIMIT):
         draw = np.random.default_rng(seed)
-        self.knots = np.cumsum(np.concatenate([[0.0], draw.exponential(0.2, 60)]))
-        self.signs = M * draw.choice([-1.0, 1.0], 60)
-        steps = np.diff(self.knots)
-        self.slopes = 0.1 * draw.normal() + np.concatenate([[0.0], np.cumsum(self.signs * steps)])
-        moved = np.cumsum(self.slopes[:-1] * steps + self.signs * steps**2 / 2)
-        self.values = 0.05 * draw.normal() + np.concatenate([[0.0], moved])
+        knots = np.cumsum(np.concatenate([[0.0], draw.exponential(0.2, 60)]))
+        self.rate = PPoly(M * draw.choice([-1.0, 1.0], (1, 60)), knots).antiderivative()
+        self.rate.c[-1] += 0.1 * draw.normal()
+        self.value = self.rate.antiderivative()
+        self.value.c[-1] += 0.05 * draw.normal()
 
     def __call__(self, t):
-        k, h = self._place(t)
-        return self.values[k] + self.slopes[k] * h + self.signs[k] * h**2 / 2
-
-    def rate(self, t):
-        k, h = self._place(t)
-        return self.slopes[k] + self.signs[k] * h
-
-    def _place(self, t):
-        k = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, 59)
-        return k, t - self.knots[k]
+        return self.value(t)
 
 
 def measured(of, draw, count=12):

@@ -23,7 +23,7 @@ def least(case: Case) -> tuple[float, np.ndarray]:
     g is a sum of kernels at samples and steps. With F Fᵀ the covariance of functionals, ‖z‖² is the norm of the
     function with their values m + F z.
     """
-    quantities, pairs = case.plant.quantities, [*zip(case.prior.parts, case.samples, strict=True)]
+    quantities, parts = case.plant.quantities, case.prior.parts
     seen = [
         (of.stencil.offset, [(c, t + j * of.stencil.step, w) for j, w in enumerate(of.stencil.weights)])
         for c, of in enumerate(case.samples)
@@ -45,7 +45,7 @@ def least(case: Case) -> tuple[float, np.ndarray]:
     if required:
         constraints.append(values[end:] == np.array([one.value for one in case.required]))
     y = np.concatenate([of.values for of in case.samples])
-    noise = np.concatenate([part.noise_std * of.relative_noise for part, of in pairs])
+    noise = np.concatenate([p.noise_std * of.relative_noise for p, of in zip(parts, case.samples, strict=True)])
     cost = cp.sum_squares(cp.multiply(1 / noise, y - values[:n])) + cp.sum_squares(z)
     program = cp.Problem(cp.Minimize(cost), constraints)
     program.solve(solver=cp.CLARABEL, **_ACCURATE)
