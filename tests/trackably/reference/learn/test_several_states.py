@@ -85,7 +85,7 @@ def test_samples_of_the_rate_of_a_state_help_too() -> None:
     def error(samples: dict[str, Samples]) -> float:
         kernel, noise = Periodic(1.0, 1.0, 12.0), dict.fromkeys(samples, std)
         found = learn_reference(samples, plant, kernel, "all_phases", noise_std=noise, starts=1)
-        return float(np.std(found.state(np.arange(120))[:, 0] - path(step * np.arange(120))))
+        return float(np.std(np.diff(found.state(np.arange(120))[:, 0] - path(step * np.arange(120)))))
 
     few = {"x": Samples(t[::3], path(t[::3]) + std * rng.standard_normal(8))}
     rates = Samples(t, (path(t + step) - path(t)) / step + std * rng.standard_normal(24))
