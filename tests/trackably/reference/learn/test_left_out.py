@@ -91,15 +91,13 @@ INSTANCES = {
     "below": (AXIS, {"position": far(-40.0)[0]}),
     "held by an input": (CART, dict(zip("ab", far(1.9, -7.0), strict=True))),
     "held by a sum": (walled(), dict(zip("xy", far(1.0, 0.8), strict=True))),
-    "a formula of two": (
+    "held by a formula": (
         ConstrainedSystem(
-            NonlinearSystem.of(
-                lambda x, u: [x[0] + 0.1 * (u[0] - x[0] * x[1]), x[1] + 0.1 * u[1]], ("a", "b"), ("p", "q"), 0.1
-            ),
-            Polytope.box([0.1, 0.1], [3, 3]),
-            Polytope.box([-2, -2], [1, 2]),
+            NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - x[0] ** 2)], ("a",), ("p",), 0.1),
+            Polytope.box([0.1], [3]),
+            Polytope.box([-2], [1]),
         ),
-        dict(zip("ab", far(1.5, 1.1), strict=True)),
+        {"a": far(1.5)[0]},
     ),
 }
 
