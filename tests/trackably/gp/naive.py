@@ -49,11 +49,11 @@ def negative_log_marginal_likelihood(prior: Prior, samples: Samples) -> float:
     return float(log_determinant + residual @ inverse @ residual + len(samples) * math.log(2 * math.pi))
 
 
-def by_log_hyperparameters(f, prior: Prior | JointPrior, step: float = 1e-5):
+def by_log_hyperparameters(f, prior: Prior | JointPrior):
     """∂f(prior)/∂ln θ of the learned hyperparameters by central differences: one row for each."""
     if isinstance(prior, Prior):
-        return by_log_hyperparameters(lambda joint: f(joint.parts[0]), JointPrior((prior,)), step)
-    theta = prior.log_hyperparameters
+        return by_log_hyperparameters(lambda joint: f(joint.parts[0]), JointPrior((prior,)))
+    theta, step = prior.log_hyperparameters, 1e-5
     rows = []
     for direction in np.eye(theta.size):
         up, down = (prior.with_log_hyperparameters(theta + s * step * direction) for s in (1, -1))

@@ -5,7 +5,6 @@ import pytest
 
 from trackably.gp.compact import compact
 from trackably.gp.kernels.base import Kernel
-from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -29,18 +28,5 @@ def test_the_function_stays_the_same_with_half_the_kernels_at_most(kernel):
     size = np.sum(np.abs(given.weights)) * kernel(np.zeros(()))
     assert len(found.centres) <= len(given.centres) // 2
     assert np.sum(np.abs(found.weights)) < np.sum(np.abs(given.weights)) / 20  # float64 evaluates it more accurately
-    assert np.max(np.abs(found(t) - given(t))) < 1e-14 * size
-    assert np.max(np.abs(found.derivative(t) - given.derivative(t))) < 1e-12 * size
-
-
-@pytest.mark.parametrize(
-    "given",
-    [
-        long_at_bounds(Matern52(1.5, 2.0)),
-        KernelSum(SMOOTH[0], 0.0, np.linspace(0, 9, 40), np.ones(40)),
-        KernelSum(SMOOTH[0], 0.0, np.zeros(0), np.zeros(0)),
-    ],
-    ids=["with kinks", "few", "none"],
-)
-def test_a_sum_that_fewer_kernels_do_not_represent_is_returned_unchanged(given):
-    assert compact(given) is given
+    np.testing.assert_allclose(found(t), given(t), rtol=0, atol=1e-14 * size)
+    np.testing.assert_allclose(found.derivative(t), given.derivative(t), rtol=0, atol=1e-12 * size)

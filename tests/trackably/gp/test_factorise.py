@@ -12,7 +12,7 @@ from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import Bases, LowRank
 from trackably.gp.factors.quasiseparable import Quasiseparable
 from trackably.gp.kernels.base import Product, Sum
-from trackably.gp.kernels.matern import Matern32, Matern52
+from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -42,18 +42,17 @@ FAMILIES = {name: KERNELS[name] for name in _NAMES} | {
     "periodic_long": Periodic(1.0, 1.0, 7.0),
     "quasi_periodic_long": Product(SquaredExponential(1.0, 9.0), Periodic(1.0, 1.5, 6.0)),
 }
-STENCILS = [
-    Stencil((0.5, 0.5), 0.05),
-    Stencil((-2.0, 2.0), 0.05),
-    Stencil((2.0, -3.0, 1.0), 0.3, 0.4),
-    Stencil((1.0, 1.0), 40.0),
+SEEN = [
+    *((noise, spread, POINT) for noise, spread in [(1.0, 0.0), (0.1, 1.0), (0.01, 0.0), (1e-3, 1.0), (1e-4, 0.0)]),
+    (0.1, 0.0, Stencil((0.5, 0.5), 0.05)),
+    (0.1, 0.0, Stencil((-2.0, 2.0), 0.05)),
+    (0.1, 0.0, Stencil((2.0, -3.0, 1.0), 0.3, 0.4)),
+    (0.1, 0.0, Stencil((1.0, 1.0), 40.0)),
 ]
-SEEN = [(noise, spread, POINT) for noise, spread in [(1.0, 0.0), (0.1, 1.0), (0.01, 0.0), (1e-3, 1.0), (1e-4, 0.0)]]
-SEEN += [(0.1, 0.0, stencil) for stencil in STENCILS]
 
 
 @over(FAMILIES)
-@pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
+@over(TIMES, "times")
 def test_all_factorisations_lead_to_the_same_answers(kernel, times):
     """With equal noise and with unequal noise, of samples of one instant and of several."""
     for noise, spread, stencil in SEEN:
@@ -69,22 +68,13 @@ def test_all_factorisations_lead_to_the_same_answers(kernel, times):
     [
         (SquaredExponential(1.0, 0.5), TIMES["random"](100), Fourier),
         (SquaredExponential(1.0, 0.5), TIMES["random"](40), Dense),
-        (SquaredExponential(1.0, 0.1), TIMES["even"](180), Dense),
-        (Matern32(1.0, 2.0), TIMES["random"](100), Dense),
         (SquaredExponential(1.0, 0.1), TIMES["random"](1000), Quasiseparable),
         (SquaredExponential(1.0, 5.0), TIMES["random"](1000), Fourier),
         (RationalQuadratic(1.0, 9.0, 1.0), TIMES["random"](1000), LowRank),
         (Matern32(1.0, 2.0), TIMES["random"](500), Quasiseparable),
-        (Matern52(1.0, 2.0), 0.1 * np.arange(2000) + random(2000, 0, 0.05), Quasiseparable),
         (PiecewisePolynomial2(1.0, 0.3), TIMES["random"](1000), Quasiseparable),
         (Periodic(1.0, 1.0, 10.0), TIMES["random"](1000), LowRank),
-        (
-            SquaredExponential(1.0, 1e-3),
-            np.append(np.sort(random(400, 0, 1e-3)), 1 + 7e-4 * np.arange(400)),
-            Quasiseparable,
-        ),
     ],
-    ids=str,
 )
 def test_the_fastest_factorisation_is_taken(kernel, times, wanted):
     assert isinstance(posterior_at(kernel, times, 0.1)._factored, wanted)

@@ -42,7 +42,7 @@ CASES |= {
 
 
 @over(CASES, "kernel", "samples")
-def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
+def test_posteriors_are_those_of_the_whole_matrix_and_their_gradients_central_differences(kernel, samples):
     prior, scale = Prior(kernel, 0.2, 0.3).as_learned(), float(kernel(np.zeros(())))
     posterior = Posterior(prior, samples)
     value, gradient = posterior.negative_log_marginal_likelihood()
@@ -52,12 +52,6 @@ def test_posteriors_are_those_of_the_whole_matrix(kernel, samples):
     np.testing.assert_allclose(posterior.mean(TIMES), naive.mean(prior, samples, TIMES), rtol=1e-8, atol=1e-9)
     wanted = naive.variance(prior, samples, TIMES)
     np.testing.assert_allclose(posterior.variance(TIMES) / scale, wanted / scale, atol=1e-9)
-
-
-@over(CASES, "kernel", "samples")
-def test_gradients_of_the_mean_and_its_derivative_are_central_differences(kernel, samples):
-    prior = Prior(kernel, 0.2, 0.3).as_learned()
-    posterior = Posterior(prior, samples)
     slopes = naive.by_log_hyperparameters(lambda p: naive.mean(p, samples, TIMES), prior)
     np.testing.assert_allclose(posterior.jets(TIMES, 0)[1:, 0], slopes, rtol=1e-6, atol=2e-6)
     jet, *gradient = posterior.jets(TIMES, 1)
@@ -72,10 +66,8 @@ def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     scale = float(kernel(np.zeros(())))
     samples = Samples(np.arange(len(values)) * 0.3, values)
     prior = Prior(kernel.as_learned(), noise_std * scale**0.5)
-    variance = Posterior(prior, samples).variance(np.linspace(-1, 4, 50))
-    assert np.all(variance >= 0)
-    assert np.all(variance <= scale * (1 + 1e-12))
-    at_samples = Posterior(prior, samples).variance(samples.times)
+    variance, at_samples = (Posterior(prior, samples).variance(t) for t in (np.linspace(-1, 4, 50), samples.times))
+    assert np.all((variance >= 0) & (variance <= scale * (1 + 1e-12)))
     assert np.all(at_samples <= prior.noise_std**2 * (1 + 1e-9))  # no worse than that one sample alone
 
 

@@ -58,9 +58,6 @@ class Instance:
         sets = [(c, np.arange(c.index_set.first, c.index_set.last + 1)) for c in self.problem.constraints]
         return min(float(np.min(c.relative_margin(found, k * self.plant.sampling_time))) for c, k in sets)
 
-    def up_to(self, last: int) -> "Instance":
-        return replace(self, last=last)
-
 
 def tight(seed: int) -> Instance:
     """A fading oscillation, sampled with noise, that the sets allow to follow badly only: many local minima."""

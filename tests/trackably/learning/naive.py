@@ -33,12 +33,12 @@ def margins(instance: Instance, prior: Prior) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def best_on_a_grid(instance: Instance, zooms: int = 3) -> float:
+def best_on_a_grid(instance: Instance) -> float:
     """The smallest objective among feasible points of a grid over the search space, refined around its best."""
     space = instance.problem.space
     low, high = space.log_lower, space.log_upper
     best, at, points = math.inf, (low + high) / 2, 30 if len(low) == 2 else 15
-    for _ in range(zooms):
+    for _ in range(3):
         for log_theta in product(*np.linspace(low, high, points).T):
             prior = prior_at(instance, log_theta)
             value = naive.negative_log_marginal_likelihood(prior, instance.samples)

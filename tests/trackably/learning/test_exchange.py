@@ -45,9 +45,9 @@ def test_searches_that_may_still_lead_to_the_best_minimum_are_not_given_up(seed,
 @pytest.mark.parametrize("seed", [0, 4])
 def test_tightening_step_by_step_ends_where_solving_at_once_does(seed):
     case = instance(seed)
-    stepwise = best_solution(case.up_to(10).problem)
+    stepwise = best_solution(replace(case, last=10).problem)
     for last in (20, 21, 60, 100):
-        tighter = case.up_to(last)
+        tighter = replace(case, last=last)
         stepwise = tightened(stepwise, tighter.problem)
         assert_keeps_every_bound(tighter, stepwise)
     assert stepwise.objective == pytest.approx(best_solution(case.problem).objective, rel=1e-6, abs=1e-6)

@@ -20,18 +20,18 @@ COURSES = (
 )
 
 
-def problem() -> ConstrainedProblem:
-    """Two signals of one period, and a single start; no constraints."""
-    rng = np.random.default_rng(0)
-    samples = tuple(Samples(TIMES, course + 0.02 * rng.standard_normal(TIMES.size)) for course in COURSES)
-    part = Prior(Periodic(1.0, 1.0, 1.0).as_learned(), 0.02)
-    prior = JointPrior((part, part), ("q1", "q2"), frozenset({"period"}))
+def problem(noise_std: float, *samples: Samples) -> ConstrainedProblem:
+    """Signals of one period, and a single start; no constraints."""
+    parts = (Prior(Periodic(1.0, 1.0, 1.0).as_learned(), noise_std),) * len(samples)
+    names = ("q1", "q2")[: len(samples)]
+    prior = JointPrior(parts, names, frozenset({"period"}))
     return ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts=1))
 
 
 def test_the_period_of_two_signals_is_found_though_a_single_start_misses_it():
     """Every multiple of the period is a minimum too, and that is where the single start ends."""
-    asked = problem()
+    rng = np.random.default_rng(0)
+    asked = problem(0.02, *(Samples(TIMES, course + 0.02 * rng.standard_normal(TIMES.size)) for course in COURSES))
     found, single = best_solution(asked), Exchange(asked)
     single.follow(asked.space.start_points())
     alone = single.outcome
@@ -43,7 +43,5 @@ def test_the_period_of_two_signals_is_found_though_a_single_start_misses_it():
 
 def test_of_many_samples_some_show_the_period():
     times = np.linspace(0, 8, 2000)
-    samples = Samples(times, np.sin(2 * np.pi * times / PERIOD) + 0.1 * np.random.default_rng(0).standard_normal(2000))
-    prior = JointPrior((Prior(Periodic(1.0, 1.0, 1.0).as_learned(), 0.1),))
-    asked = ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior, starts=1))
-    assert np.exp(screen(asked, 4)[0])[2] == pytest.approx(PERIOD, abs=0.05)
+    values = np.sin(2 * np.pi * times / PERIOD) + 0.1 * np.random.default_rng(0).standard_normal(2000)
+    assert np.exp(screen(problem(0.1, Samples(times, values)), 4)[0])[2] == pytest.approx(PERIOD, abs=0.05)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import nnls, rosen, rosen_der
 
+from tests.trackably.gp.instances import over
 from trackably.arrays import Array
 from trackably.learning.sqp import Evaluation, minimise
 
@@ -15,15 +17,9 @@ def unconstrained(value: float, gradient: Array) -> Evaluation:
     return Evaluation(value, gradient, np.empty(0), np.empty((0, len(gradient))))
 
 
-def rosenbrock(x: Array) -> tuple[float, Array]:
-    a, b = x
-    value = (1 - a) ** 2 + 100 * (b - a**2) ** 2
-    return value, np.array([-2 * (1 - a) - 400 * a * (b - a**2), 200 * (b - a**2)])
-
-
 def in_disc(x: Array) -> Evaluation:
     """Rosenbrock's valley inside the unit disc: the minimum lies on the circle."""
-    return Evaluation(*rosenbrock(x), np.array([1 - x @ x]), -2 * x[None])
+    return Evaluation(rosen(x), rosen_der(x), np.array([1 - x @ x]), -2 * x[None])
 
 
 def on_curve(x: Array) -> Evaluation:
@@ -35,15 +31,14 @@ def on_curve(x: Array) -> Evaluation:
 
 def parallel(x: Array) -> Evaluation:
     """Two hundred nearly parallel constraints, as a fine grid of times gives: y ≥ sin(x + h) for many small h."""
-    shifts = np.linspace(-0.01, 0.01, 200)
-    slack = x[1] - np.sin(x[0] + shifts)
-    jacobian = np.column_stack([-np.cos(x[0] + shifts), np.ones(200)])
-    return Evaluation(float((x[0] - 1) ** 2 + x[1] ** 2), 2 * (x - np.array([1.0, 0.0])), slack, jacobian)
+    off, shifted = x - np.array([1.0, 0.0]), x[0] + np.linspace(-0.01, 0.01, 200)
+    jacobian = np.column_stack([-np.cos(shifted), np.ones(200)])
+    return Evaluation(float(off @ off), 2 * off, x[1] - np.sin(shifted), jacobian)
 
 
 FAR = (-1.2, 1.0), (0.0, 0.0), (2.0, -2.0), (10.0, 10.0)
 KNOWN = {
-    "Rosenbrock's valley": (lambda x: unconstrained(*rosenbrock(x)), [1, 1], 1e-6, FAR),
+    "Rosenbrock's valley": (lambda x: unconstrained(rosen(x), rosen_der(x)), [1, 1], 1e-6, FAR),
     "the valley in a disc": (in_disc, [0.7864151509, 0.6176983165], 1e-7, (*FAR[:2], (3.0, -3.0), (0.9, 0.9))),
     "nearly parallel constraints": (
         parallel,
@@ -55,12 +50,10 @@ KNOWN = {
 }
 
 
-@pytest.mark.parametrize("name", KNOWN)
-def test_known_minima_are_found_from_every_start(name: str) -> None:
-    at, minimum, within, starts = KNOWN[name]
+@over(KNOWN, "at", "minimum", "within", "starts")
+def test_known_minima_are_found_from_every_start(at, minimum, within, starts) -> None:
     for start in starts:
         found = minimise(at, np.array(start), *WIDE)
-        assert found is not None
         assert found.converged
         assert found.x == pytest.approx(minimum, abs=within)
         assert found.at.violation < 1e-11
@@ -74,7 +67,6 @@ def test_where_nothing_is_feasible_the_violation_is_least() -> None:
         return Evaluation(0.0, np.zeros(2), slack, np.array([[-2 * x[0], 1.0], [0.0, -1.0]]))
 
     found = minimise(at, np.array([3.0, 4.0]), *WIDE)
-    assert found is not None
     assert found.at.violation == pytest.approx(1, abs=1e-6)
     assert found.x == pytest.approx([0, 0], abs=1e-2)
 
@@ -82,7 +74,6 @@ def test_where_nothing_is_feasible_the_violation_is_least() -> None:
 def test_where_the_trust_region_collapses_nothing_has_converged() -> None:
     """Every model promises a lower value to the right of 0, and every value there is larger."""
     found = minimise(lambda x: unconstrained(float(np.abs(x).sum()), np.array([-1.0, -1.0])), np.zeros(2), *WIDE)
-    assert found is not None
     assert not found.converged
 
 
@@ -91,9 +82,7 @@ def test_points_without_a_value_are_not_entered() -> None:
         return None if x[0] < 0.5 else unconstrained(float(x @ x), 2 * x)
 
     assert minimise(at, np.zeros(2), *WIDE) is None
-    found = minimise(at, np.array([3.0, 3.0]), *WIDE)
-    assert found is not None
-    assert 0.5 <= found.x[0] < 0.6
+    assert 0.5 <= minimise(at, np.array([3.0, 3.0]), *WIDE).x[0] < 0.6
 
 
 @given(st.integers(0, 10_000))
@@ -108,9 +97,7 @@ def test_linear_programs_with_curvature_against_their_conditions(seed: int) -> N
         return Evaluation(float(x @ hessian @ x / 2 + linear @ x), hessian @ x + linear, normals @ x + offsets, normals)
 
     found = minimise(at, rng.uniform(-5, 5, 3), np.full(3, -50.0), np.full(3, 50.0))
-    assert found is not None
     assert found.at.violation < 1e-10
     active = normals[found.at.slack < 1e-6]
-    multipliers = np.linalg.lstsq(active.T, found.at.gradient, rcond=None)[0] if len(active) else np.empty(0)
-    assert active.T @ multipliers == pytest.approx(found.at.gradient, abs=1e-4)
-    assert np.all(multipliers > -1e-4)
+    missed = nnls(active.T, found.at.gradient)[1] if len(active) else np.linalg.norm(found.at.gradient)
+    assert missed < 1e-4

@@ -22,7 +22,6 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-NONE = np.empty(0)
 WITHIN = np.arange(61)  # from the first sample to the last
 
 
@@ -37,15 +36,23 @@ def learned():
     )
 
 
-def assert_kept(sets, states, inputs, room=0.0):
-    """Every draw keeps all bounds, up to some room for inputs."""
+def given(kernel, noise_std, samples, mean=0.0):
+    return JointPosterior(JointPrior((Prior(kernel, noise_std, mean),)), (samples,))
+
+
+def drawn(posterior, sets, k, count):
+    return draws_within_bounds(Reference(posterior.signals, sets), posterior, k, np.empty(0), count, 0)
+
+
+def assert_kept(sets, states, inputs):
+    """Every draw keeps all bounds, up to rounding."""
     assert np.min(sets.state_set.margin(states)) >= 0
-    assert np.min(sets.input_set.margin(inputs)) >= room
+    assert np.min(sets.input_set.margin(inputs)) >= -1e-12
 
 
 def test_every_draw_keeps_the_bounds_and_follows_the_system():
     states, inputs = learned().draws(np.arange(101), 2000)
-    assert (states.shape, inputs.shape) == ((2000, 101, 1), (2000, 101, 1))
+    assert states.shape == inputs.shape == (2000, 101, 1)
     assert_kept(sets := learned().reference.plant, states, inputs)
     np.testing.assert_allclose(sets.system.successor(states[:, :-1], inputs[:, :-1]), states[:, 1:], atol=1e-6)
     off = states[:, WITHIN[::10], 0] - learned().samples[0].values
@@ -53,22 +60,18 @@ def test_every_draw_keeps_the_bounds_and_follows_the_system():
 
 
 def test_bounds_are_also_imposed_where_a_posterior_mean_is_next_to_them():
-    """A reference of the `method` "hyperparameters" has no active bounds that would tell it."""
+    """Without bounds that are active, and would tell it."""
     t = np.linspace(0.0, 30.0, 300)
-    values = 0.9 * np.sin(2 * np.pi * t / 1.7) + 0.05 * np.random.default_rng(0).standard_normal(t.size)
-    sets = replace(plant(-0.93, 0.93), input_set=Polytope.box([-99.0], [99.0]))
-    given = Samples(t, values), sets, SquaredExponential(), "recorded"
-    found = learn_reference(*given, noise_std=0.05, mean=0.0, method="hyperparameters", starts=1)
-    k = np.arange(3001)
-    nearest = np.argmin(0.93 - np.abs(found.state(k)[:, 0]))
-    assert nearest in bounded_steps(found.reference, found.samples, found.certificate.claim.span)
+    posterior = given(SquaredExponential(0.7, 0.4), 0.05, Samples(t, np.sin(3.7 * t)))
+    values = posterior.signals[0](0.01 * np.arange(3001))
+    near = replace(plant(-9.0, np.max(values) + 1e-3), input_set=Polytope.box([-99.0], [99.0]))
+    assert np.argmax(values) in bounded_steps(Reference(posterior.signals, near), posterior.samples, (0.0, 30.0))
 
 
 def test_bounds_that_move_are_kept():
     falling = PolynomialPieces.lines({0.0: 0.3, 0.6: 0.02})
-    sets, k = plant(-2.0, falling), WITHIN[::6]
-    posterior = learned().fit.posterior
-    states, _ = draws_within_bounds(Reference(posterior.signals, sets), posterior, k, NONE, 500, 0)
+    k = WITHIN[::6]
+    states, _ = drawn(learned().fit.posterior, plant(-2.0, falling), k, 500)
     above = states[..., 0] - falling(k * 0.01)
     assert np.max(above) <= 0
     assert np.max(above[:, -1]) > -1e-3
@@ -86,11 +89,10 @@ def test_bands_of_example_1_hold_the_truth_and_stay_within_bounds():
 
 
 def test_bounds_that_are_far_away_leave_the_posterior_as_it_is():
-    samples = learned().samples
-    posterior = JointPosterior(learned().prior, samples)
-    free = Reference(posterior.signals, unbounded(example1.SYSTEM.system))
-    k = np.array([[3, 15], [44, 71]])
-    states, inputs = draws_within_bounds(free, posterior, k, NONE, 4000, 0)
+    posterior = JointPosterior(learned().prior, learned().samples)
+    free, k = unbounded(example1.SYSTEM.system), np.array([[3, 15], [44, 71]])
+    states, inputs = drawn(posterior, free, k, 4000)
+    free = Reference(posterior.signals, free)
     found = replace(learned(), fit=replace(learned().fit, reference=free))
     for values, mean, std in ((states, free.state(k), found.state_std(k)), (inputs, free.input(k), found.input_std(k))):
         np.testing.assert_allclose(np.mean(values, axis=0), mean, atol=4 * np.max(std) / np.sqrt(4000))
@@ -100,9 +102,8 @@ def test_bounds_that_are_far_away_leave_the_posterior_as_it_is():
 def test_bands_hold_as_much_as_they_promise_of_truths_from_the_prior():
     """Averaged over truths that keep the bounds, and noise, a credible set holds the truth as often as it says."""
     k = np.arange(0.0, 12.0)
-    prior, sets = JointPrior((Prior(Matern52(1.0, 0.05), 0.3),)), plant(-0.4, 0.6)
-    sets = replace(sets, input_set=Polytope.box([-9.0], [9.0]))
-    half = np.linalg.cholesky(prior.parts[0].kernel((k[:, None] - k) * 0.01) + 1e-9 * np.eye(12))
+    kernel, sets = Matern52(1.0, 0.05), replace(plant(-0.4, 0.6), input_set=Polytope.box([-9.0], [9.0]))
+    half = np.linalg.cholesky(kernel((k[:, None] - k) * 0.01) + 1e-9 * np.eye(12))
     rng = np.random.default_rng(4)
     truths = rng.standard_normal((3000, 12)) @ half.T
     truths = truths[np.all((truths > -0.4) & (truths < 0.6), axis=1)][:40]
@@ -110,8 +111,7 @@ def test_bands_hold_as_much_as_they_promise_of_truths_from_the_prior():
     held = []
     for truth in truths:
         samples = Samples(k[::3] * 0.01, truth[::3] + 0.3 * rng.standard_normal(4))
-        posterior = JointPosterior(prior, (samples,))
-        states, _ = draws_within_bounds(Reference(posterior.signals, sets), posterior, k, NONE, 150, 0)
+        states, _ = drawn(given(kernel, 0.3, samples), sets, k, 150)
         lower, upper = band(states[..., 0], 0.8)
         held.append((lower <= truth) & (truth <= upper))
     assert 0.75 < np.mean(held) < 0.85
@@ -120,22 +120,18 @@ def test_bands_hold_as_much_as_they_promise_of_truths_from_the_prior():
 def test_of_redundant_inputs_every_draw_takes_admissible_ones():
     found, k = redundant(), np.arange(0, 80, 2)
     states, inputs = found.draws(k, 100)
-    assert_kept(found.reference.plant, states, inputs, -1e-12)
+    assert_kept(found.reference.plant, states, inputs)
     assert np.any(np.abs(inputs[..., 1]) > 0.2 - 1e-9)
 
 
 def test_inputs_of_a_nonlinear_system_are_drawn_to_first_order():
     tank = NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - 0.6 * np.sqrt(x[0]))], ("level",), ("inflow",), 0.1)
     sets = ConstrainedSystem(tank, Polytope.box([0.5], [1.3]), Polytope.box([0.0], [0.84]))
-    posterior = JointPosterior(
-        JointPrior((Prior(SquaredExponential(0.3, 1.0), 0.02, 1.0),)),
-        (Samples([0.0, 0.5, 1.0, 1.5], [1.0, 1.1, 1.2, 1.2]),),
-    )
-    found = Reference(posterior.signals, sets)
-    k = np.arange(15)
-    states, inputs = draws_within_bounds(found, posterior, k, NONE, 200, 0)
+    samples = Samples([0.0, 0.5, 1.0, 1.5], [1.0, 1.1, 1.2, 1.2])
+    posterior, k = given(SquaredExponential(0.3, 1.0), 0.02, samples, 1.0), np.arange(15)
+    states, inputs = drawn(posterior, sets, k, 200)
     assert_kept(sets, states, inputs)
-    assert np.max(found.input(k)) > 0.84
+    assert np.max(Reference(posterior.signals, sets).input(k)) > 0.84
     x = states[:, :-1, 0]
     exactly = (states[:, 1:, 0] - x) / 0.1 + 0.6 * np.sqrt(x)
     np.testing.assert_allclose(inputs[:, :-1, 0], exactly, atol=0.01)

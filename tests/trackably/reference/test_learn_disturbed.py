@@ -49,15 +49,13 @@ def test_a_robust_reference_keeps_the_tightened_bounds_and_says_so(name):
         (AXIS.state_set, np.eye(2), found.state(steps)),
         (AXIS.input_set, Z.feedback, found.input(steps[:-1])),
     ):
-        for i, row in enumerate(rows.tolist()):
-            exact = [Fraction(r) for r in row]
-            assert np.max(values[:, i]) <= bounded.upper[i] - float(Z.support(exact))
-            assert np.min(values[:, i]) >= bounded.lower[i] + float(Z.support([-r for r in exact]))
+        for row, lower, upper, of_row in zip(rows.tolist(), bounded.lower, bounded.upper, values.T, strict=True):
+            assert np.max(of_row) <= upper - float(Z.support([Fraction(r) for r in row]))
+            assert np.min(of_row) >= lower + float(Z.support([-Fraction(r) for r in row]))
     verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved)
     assert "for every sequence of w in W" in verdict.statement
     assert f"under every disturbance in {Z.disturbance}" in found.explanation
-    assert "keeps position in [-1.1, 0.2], velocity in [-1, 1], force in [-2.5, 2.5]" in found.explanation
 
 
 @pytest.mark.parametrize("name", ["triangle", "noisy"])
@@ -75,12 +73,6 @@ def test_disturbed_runs_keep_the_given_bounds(name):
             assert AXIS.input_set.margin(u) >= 0
             x = system.successor(x, u) + pushes.farthest(aim)
             assert AXIS.state_set.margin(x) >= 0
-
-
-def test_a_noisy_measurement_costs_more_and_is_said():
-    found = learned("noisy")
-    assert found.objective > learned("pushed").objective
-    assert "and measurement noise in [-0.001, 0.001] × [-0.002, 0.002]" in found.explanation
 
 
 def test_without_disturbance_the_nominal_reference_comes_back():

@@ -6,6 +6,7 @@ from functools import cache, partial
 import pytest
 
 from tests.trackably.checker.changes import changed
+from tests.trackably.gp.instances import over
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, Zonotope, learn_reference
 from trackably.codec import CodecError
@@ -43,24 +44,20 @@ def put(value, *path):
 DAMAGES = {
     "empty": ("plain", lambda _: b"", "expected JSON, got"),
     "no samples": ("plain", lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
-    "more": ("plain", put(1, "more"), "has no more"),
     "a reversed set": (
         "plain",
         put([-9.0, -9.0], *PLANT, "state_set", "upper"),
         r"set: row 0 needs entries other than zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
     ),
-    "half a window": ("plain", put(None, "proved_from"), "proved_from and proved_until: expected both or none, got No"),
     "a reversed window": ("plain", put(-1.0, "proved_until"), r"and proved_until: expected start < end, got 0\.0"),
     "disturbance": ("pushed", put("1/100", "tightening", "disturbance", "generators", 0, 1), "tightening: the bounds"),
-    "no number": ("pushed", put("one", "tightening", "disturbance", "centre", 0), "rational"),
     "feedback": ("pushed", put(-1.0, "tightening", "feedback", 0, 0), "feedback: the error decays too slowly"),
     "given set": ("pushed", put([0.3, 1.0], "tightening", "given", "state_set", "upper"), "tightening: the bounds"),
 }
 
 
-@pytest.mark.parametrize("name", DAMAGES)
-def test_what_is_damaged_is_refused_by_the_name_of_its_file(name, write):
-    of, damage, sentence = DAMAGES[name]
+@over(DAMAGES, "of", "damage", "sentence")
+def test_what_is_damaged_is_refused_by_the_name_of_its_file(of, damage, sentence, write):
     path = write(of, damage)
     with pytest.raises(CodecError, match=rf"^{path}: is no saved reference, or damaged: .*{sentence}"):
         TrackableReference.load(path)
@@ -73,9 +70,9 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("name", BROKEN)
-def test_what_breaks_its_bounds_is_refused_whenever_it_is_checked(name, write):
-    path = write(*BROKEN[name])
+@over(BROKEN, "of", "damage")
+def test_what_breaks_its_bounds_is_refused_whenever_it_is_checked(of, damage, write):
+    path = write(of, damage)
     for check in (partial(TrackableReference.load, path), TrackableReference.load(path, seconds=0.0).check):
         with pytest.raises(NotTrackableError, match=r"at t = .* s the \w+ certainly breaks"):
             check()

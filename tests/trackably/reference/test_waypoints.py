@@ -11,7 +11,6 @@ from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     NonlinearSystem,
-    NotTrackableError,
     PolynomialPieces,
     Polytope,
     Proved,
@@ -20,9 +19,6 @@ from trackably import (
     check,
     learn_reference,
 )
-from trackably.certificates.outcome import Counterexample
-from trackably.learning.joint.search import learn_jointly
-from trackably.reference import learn as learning
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
@@ -50,26 +46,9 @@ def test_values_are_met_within_a_ten_thousandth_of_their_bounds(axis):
 
 
 def test_a_certificate_for_each_time_proves_it(axis, tmp_path):
-    files = axis.save_certificate(tmp_path / "proof.json")
-    assert [file.name for file in files] == ["proof.json", "proof.at1.json", "proof.at2.json"]
-    verdicts = [check(file) for file in files[1:]]
-    assert all(isinstance(verdict, Proved) for verdict in verdicts)
-    assert (
-        'For all real t from -5e-08 s to 5e-08 s the reference keeps -0.98013 ≤ "position" ≤ -0.97987'
-        in verdicts[0].statement
-    )
-
-
-def test_values_that_are_not_met_are_no_reference(monkeypatch):
-    """A planted fault: a learner that forgets them."""
-
-    def forgetful(problem, **known):
-        return learn_jointly(replace(problem, required=()), **known)
-
-    monkeypatch.setattr(learning, "learn_jointly", forgetful)
-    with pytest.raises(NotTrackableError, match="the position certainly breaks") as raised:
-        learned({0.0: {"position": -0.5}})
-    assert isinstance(raised.value.outcome, Counterexample)
+    verdicts = [check(file) for file in axis.save_certificate(tmp_path / "proof.json")]
+    assert [type(verdict) for verdict in verdicts] == [Proved] * 3
+    assert 'the reference keeps -0.98013 ≤ "position" ≤ -0.97987' in verdicts[1].statement
 
 
 def test_values_lie_inside_of_the_bounds_at_their_time():
@@ -101,7 +80,7 @@ def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name,
     plant, samples = RESTING[name]
     at = {0.0: "rest", 3.0: "rest"}
     found = learn_reference(samples, plant, SquaredExponential(1.0, 1.0), (0.0, 3.0), noise_std=0.02, at=at)
-    assert [pinned.time for pinned in found.fit.pinned] == list(at)
+    assert [pinned.time for pinned in found.fit.pinned] == [*at]
     for pinned in found.fit.pinned:
         k = round(pinned.time / plant.sampling_time)
         x, u = (np.array([pinned.values[of] for of in names]) for names in (plant.system.states, plant.system.inputs))

@@ -33,7 +33,6 @@ def dense(posterior: Posterior) -> Posterior:
 
 def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:
     """The same posterior by another factorisation."""
-    assert factor is not None
     other = Posterior(posterior.prior, posterior.samples)
     vars(other)["_factored"] = factor
     return other
@@ -45,18 +44,8 @@ def disagreement(one: Posterior, other: Posterior) -> float:
     t = first + np.linspace(-0.1 * span, 1.2 * span, 60)
 
     def answers(p):
-        value, gradient = p.negative_log_marginal_likelihood()
-        jet, *by_theta = p.jets(t, 0)
-        return (
-            np.array(value),
-            gradient,
-            p.weights,
-            jet - p.prior.mean,
-            np.array(by_theta),
-            p.signal.derivative(t),
-            p.variance(t),
-        )
+        jets = p.jets(t, 0)
+        derived = jets[0] - p.prior.mean, jets[1:], p.signal.derivative(t), p.variance(t)
+        return *p.negative_log_marginal_likelihood(), p.weights, *derived
 
-    return max(
-        float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(answers(one), answers(other), strict=True)
-    )
+    return max(np.max(np.abs(a - b)) / np.max(np.abs(b)) for a, b in zip(answers(one), answers(other), strict=True))

@@ -1,6 +1,5 @@
 """Problems at fixed θ, with bounds at every step of a fine grid that cut into the posterior mean."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -25,8 +24,6 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-
-Course = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -54,10 +51,6 @@ class Case:
         return ConstrainedProblem(self.samples, self.prior, space, constraints, self.required)
 
 
-def scalar(a: float, b: float, sampling_time: float) -> LinearSystem:
-    return LinearSystem.scalar(a, b, sampling_time=sampling_time)
-
-
 def chain(order: int, sampling_time: float) -> LinearSystem:
     """Position, velocity, …: `order` integrators."""
     return LinearSystem.discretised(np.eye(order, k=1), np.eye(order)[:, -1:], sampling_time)
@@ -74,23 +67,7 @@ POSITION, VELOCITY = (state.stencil[1] for state in unbounded(AXIS).flatness.sta
 TWO_FOR_ONE = LinearSystem(np.array([[0.8]]), np.array([[1.0, 0.5]]), sampling_time=0.1)
 
 
-def courses(count: int, span: float) -> tuple[Course, ...]:
-    """Fading oscillations, one for each process."""
-    return tuple(lambda t, c=c: np.cos((4 + 2 * c) * t / span * np.pi - c) * np.exp(-t / span) for c in range(count))
-
-
-def bounded_by_a_part(
-    loose: ConstrainedSystem, posterior: JointPosterior, times: np.ndarray, part: float, rows: tuple[np.ndarray, ...]
-) -> ConstrainedSystem:
-    """Bounds of rows of states and of inputs: so large a part of how far the posterior mean goes from rest."""
-    levels = [prior.mean for prior in posterior.prior.parts]
-    sets = []
-    for coordinates, of_set in zip((loose.flatness.states, loose.flatness.inputs), rows, strict=True):
-        values = of_set @ np.stack([q(posterior.signals, times) for q in coordinates])
-        rest = of_set @ np.array([q.at_rest(levels) for q in coordinates])
-        reach = np.max(np.abs(values - rest[:, None]), axis=1)
-        sets.append(Polytope(of_set, rest - part * reach, rest + 1.2 * part * reach))
-    return replace(loose, state_set=sets[0], input_set=sets[1])
+NOISE_STD, SPAN, COUNT = 0.05, 2.0, 12
 
 
 def case(
@@ -100,30 +77,38 @@ def case(
     part: float = 0.7,
     stencils: tuple[Stencil, ...] = (),
     rows: tuple[np.ndarray, ...] = (),
-    count: int = 12,
-    span: float = 2.0,
-    noise_std: float = 0.05,
     grid: float | None = None,
     mean: float = 0.0,
     shared: frozenset[str] = frozenset(),
 ) -> Case:
-    """One set of samples for each kernel, of the flat output or of what its stencil sees; `grid` [s] of the bounds."""
+    """One set of samples for each kernel, of the flat output or of what its stencil sees; `grid` [s] of the bounds.
+
+    Samples are of fading oscillations. Bounds of rows of states and of inputs are so large a part of how far the
+    posterior mean goes from rest.
+    """
     rng, loose = np.random.default_rng(len(kernels)), unbounded(system)
-    times, samples = np.linspace(0, span, count), []
-    for course, stencil in zip(courses(len(kernels), span), stencils or (POINT,) * len(kernels), strict=True):
-        clean = stencil.measured(lambda t, course=course: mean + course(t), times)
+    times, samples = np.linspace(0, SPAN, COUNT), []
+    for c, stencil in enumerate(stencils or (POINT,) * len(kernels)):
+
+        def course(t: np.ndarray, c: int = c) -> np.ndarray:
+            return mean + np.cos((4 + 2 * c) * t / SPAN * np.pi - c) * np.exp(-t / SPAN)
+
+        clean = stencil.measured(course, times)
         scale = np.ptp(clean) / 2
-        values = clean + noise_std * scale * rng.standard_normal(count)
-        samples.append(Samples(times, values, np.full(count, scale), stencil))
+        values = clean + NOISE_STD * scale * rng.standard_normal(COUNT)
+        samples.append(Samples(times, values, np.full(COUNT, scale), stencil))
     names = tuple("xyz"[: len(kernels)]) if len(kernels) > 1 else ("",)
-    prior = JointPrior(tuple(Prior(kernel, noise_std, mean).as_learned() for kernel in kernels), names, shared)
+    prior = JointPrior(tuple(Prior(kernel, NOISE_STD, mean).as_learned() for kernel in kernels), names, shared)
     step = grid or system.sampling_time / 2
-    steps = Steps(0, round(1.5 * span / step), step)
+    found = Case(tuple(samples), prior, loose, Steps(0, round(1.5 * SPAN / step), step))
     n, m = system.B.shape
-    posterior = JointPosterior(prior, tuple(samples))
-    found = Case(tuple(samples), prior, loose, steps)
-    plant = bounded_by_a_part(loose, posterior, found.times, part, rows or (np.eye(n), np.eye(m)))
-    return replace(found, plant=plant)
+    sides, sets = (loose.flatness.states, loose.flatness.inputs), []
+    for coordinates, of_set in zip(sides, rows or (np.eye(n), np.eye(m)), strict=True):
+        values = of_set @ np.stack([q(found.posterior.signals, found.times) for q in coordinates])
+        rest = of_set @ np.array([q.at_rest([mean] * len(kernels)) for q in coordinates])
+        reach = np.max(np.abs(values - rest[:, None]), axis=1)
+        sets.append(Polytope(of_set, rest - part * reach, rest + 1.2 * part * reach))
+    return replace(found, plant=replace(loose, state_set=sets[0], input_set=sets[1]))
 
 
 def pinned(of: Case, *required: tuple[str, float, float]) -> Case:
@@ -137,7 +122,7 @@ def pinned(of: Case, *required: tuple[str, float, float]) -> Case:
 
 
 SE = SquaredExponential(0.8, 0.3)
-FIRST = scalar(0.9, 0.5, 0.05)
+FIRST = LinearSystem.scalar(0.9, 0.5, sampling_time=0.05)
 
 KERNELS: dict[str, Kernel] = {
     "squared_exponential": SE,
@@ -156,11 +141,11 @@ KERNELS: dict[str, Kernel] = {
 CASES: dict[str, Case] = {
     **{name: case((kernel,), FIRST, mean=0.1) for name, kernel in KERNELS.items()},
     "tight": case((SE,), FIRST, part=0.2),
-    "unstable": case((Matern52(0.9, 0.5),), scalar(1.2, -0.3, 0.1)),
+    "unstable": case((Matern52(0.9, 0.5),), LinearSystem.scalar(1.2, -0.3, sampling_time=0.1)),
     "axis": case((SE,), AXIS, stencils=(POSITION,)),
-    "rough_axis": case((Sum(Matern52(0.7, 0.9), Matern72(0.6, 2.0)),), AXIS, stencils=(VELOCITY,)),
+    "rough_axis": case((Sum(Matern52(0.7, 0.9), Matern72(0.6, 2.0)),), AXIS, stencils=(VELOCITY,), grid=0.04),
     "axis_with_short_steps": case((SE,), chain(2, 0.005), grid=0.02),
-    "drifts": case((SE,), replace(scalar(0.9, -0.5, 0.05), c=np.array([0.3])), mean=0.2),
+    "drifts": case((SE,), LinearSystem.scalar(0.9, -0.5, 0.3, sampling_time=0.05), mean=0.2),
     "chain_of_three": case((SquaredExponential(0.8, 0.5),), chain(3, 0.2), part=0.8),
     "plane": case(
         (SE, SquaredExponential(0.7, 0.5)),

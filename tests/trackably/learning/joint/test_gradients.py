@@ -13,8 +13,6 @@ from trackably.learning.joint.places import Places
 from trackably.learning.joint.search import JointProgram
 from trackably.learning.nonlinear import Program
 
-_RELATIVE = 2e-6
-
 
 def program(case: Case, places: Places) -> JointProgram:
     return JointProgram(case.problem, places, case.posterior.signals)
@@ -25,13 +23,13 @@ def test_is_the_slope(name):
     case, joint = ALL[name], program(ALL[name], solved(name).places)
     found = joint.evaluate(case.prior.log_hyperparameters)
     slopes = naive.by_log_hyperparameters(lambda at: joint.evaluate(at.log_hyperparameters).value, case.prior)
-    scale = np.max(np.abs(slopes))
-    np.testing.assert_allclose(found.gradient, slopes, atol=_RELATIVE * scale)
+    np.testing.assert_allclose(found.gradient, slopes, atol=2e-6 * np.max(np.abs(slopes)))
 
 
 @over(ALL, "case")
 def test_the_value_is_likelihood_and_price(case):
-    places = tuple(np.column_stack([case.times[::13], np.ones(len(case.times[::13]))]) for _ in case.plant.quantities)
+    times = case.times[::13]
+    places = (np.column_stack([times, np.ones(len(times))]),) * len(case.plant.quantities)
     found = program(case, places).evaluate(case.prior.log_hyperparameters)
     price = constrained_mean(case.problem, case.posterior, places).price
     likelihood, _ = case.posterior.negative_log_marginal_likelihood()

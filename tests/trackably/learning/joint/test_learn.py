@@ -12,8 +12,8 @@ from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
 INSTANCES = {
-    **{f"loose_{seed}": instance(seed) for seed in (0, 1)},
-    **{f"tight_{seed}": tight(seed) for seed in (2, 3, 4, 8)},
+    "loose_0": instance(0),
+    **{f"tight_{seed}": tight(seed) for seed in (3, 4, 8)},
     "wild_0": wild(0),
 }
 names = pytest.mark.parametrize("name", INSTANCES)

@@ -7,7 +7,7 @@ from tests.trackably.learning.joint import naive
 from tests.trackably.learning.joint.instances import ALL, Case, solved
 from trackably.learning.joint.constrained_mean import WorkingSet, mean_meeting
 from trackably.learning.joint.exchange import exchange_bounds
-from trackably.learning.joint.places import LOWER, UPPER, demands
+from trackably.learning.joint.places import LOWER, UPPER, Demands, demands
 
 # Where a row spans a small part of a correlation time, seven kernels stand for it, up to this part of its bounds.
 STANDS_FOR = {"axis_with_short_steps": 1e-4}
@@ -26,10 +26,10 @@ def energy(case: Case) -> float:
 @cases
 def test_is_the_optimum_of_the_dense_program(name):
     case, found = ALL[name], solved(name)
-    least = naive.least(case)
-    assert found.mean.price == pytest.approx(least.value - energy(case), rel=1e-6)
+    least, quantities = naive.least(case)
+    assert found.mean.price == pytest.approx(least - energy(case), rel=1e-6)
     assert found.mean.price > 0.05 * energy(case), "bounds that cost nothing show nothing"
-    for quantity, values in zip(case.plant.quantities, least.quantities, strict=True):
+    for quantity, values in zip(case.plant.quantities, quantities, strict=True):
         tolerance = STANDS_FOR.get(name, 1e-7) * quantity.bounds.width
         np.testing.assert_allclose(quantity(found.mean.signals, case.times), values, atol=tolerance)
 
@@ -74,13 +74,26 @@ def test_starts_from_elsewhere_end_at_the_same_function(name):
     assert again.mean.price == pytest.approx(found.mean.price, rel=1e-7)
 
 
+def both_sides(case: Case, times: np.ndarray) -> Demands:
+    both = np.column_stack([np.repeat(times, 2), np.tile([LOWER, UPPER], len(times))])
+    return demands(case.problem, (both,) * len(case.problem.constraints), case.posterior.signals)
+
+
+@pytest.mark.parametrize("name", ["matern32", "matern52", "matern72", "rough_axis"])
+def test_an_interior_point_method_for_many_rows_gives_the_same_function(name):
+    case, dense = ALL[name], solved(name).mean
+    found = mean_meeting(case.posterior, both_sides(case, case.times))
+    assert found.given.system
+    assert found.price == pytest.approx(dense.price, rel=1e-7)
+    for one, other in zip(found.signals, dense.signals, strict=True):
+        np.testing.assert_allclose(one(case.times), other(case.times), atol=1e-6)
+
+
 @cases
 def test_few_of_many_rows_give_the_function_of_all(name):
     """Both sides of every bound at every fourth step."""
     case = ALL[name]
-    times = case.times[::4]
-    both = np.column_stack([np.repeat(times, 2), np.tile([LOWER, UPPER], len(times))])
-    demanded = demands(case.problem, (both,) * len(case.problem.constraints), case.posterior.signals)
+    demanded = both_sides(case, case.times[::4])
     working = WorkingSet(demanded, demanded.is_equation.copy())
     found, whole = working.mean_for(case.posterior), mean_meeting(case.posterior, demanded)
     assert found.price == pytest.approx(whole.price, rel=1e-6)

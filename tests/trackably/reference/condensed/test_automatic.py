@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.gp import naive
+from tests.trackably.gp.instances import over
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -18,7 +19,6 @@ from trackably import (
     learn_stream,
 )
 from trackably.gp.joint import JointPosterior
-from trackably.reference.condensed import condense_by_name
 
 CART = ConstrainedSystem(
     LinearSystem([[1.0]], [[0.1]], states=("position",), inputs=("velocity",), sampling_time=0.1),
@@ -46,14 +46,14 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize(("learn", "kernel", "speed", "options"), CASES.values(), ids=CASES)
+@over(CASES, "learn", "kernel", "speed", "options")
 def test_l_and_the_mean_given_the_centres_are_those_given_all_samples(learn, kernel, speed, options):
     """The mean on a fine grid, at worst, in σ_n."""
     samples = drawn(600, speed)
     found = learn(samples, CART, kernel, (0.0, 50.0), mean=MEAN, **options)
     (part,) = found.prior.parts
     posterior = JointPosterior(found.prior, found.samples)
-    at = np.interp(np.arange(3 * len(samples)) / 3, np.arange(len(samples)), samples.times)
+    at = np.linspace(samples.times[0], samples.times[-1], 3 * len(samples))
     apart = np.max(np.abs(posterior.signals[0](at) - naive.mean(part, samples, at)))
     nlml = naive.negative_log_marginal_likelihood(part, samples)
     assert posterior.negative_log_marginal_likelihood()[0] == pytest.approx(nlml, rel=0, abs=OF_L)
@@ -65,10 +65,3 @@ def test_samples_to_learn_hyperparameters_from_are_as_many_as_these_need():
     asked = {"claim": (0.0, 5.0), "noise_std": (0.01, 0.2), "mean": MEAN, "starts": 2, "learn_from": samples}
     one, other = (learn_reference(few, CART, Matern32(), **asked, centres=given) for given in ("auto", None))
     assert one.hyperparameters == pytest.approx(other.hyperparameters, rel=0.02)
-
-
-def test_values_that_are_rounded_far_below_the_known_noise_need_no_more_centres():
-    times = 0.01 * np.arange(6000)
-    rounded = {"x": Samples(times, np.round(np.sin(times), 4))}
-    few, many = (len(condense_by_name(rounded, [["x"]], "auto", known)["x"]) for known in ({"x": 0.01}, {}))
-    assert 2 * few < many

@@ -38,7 +38,6 @@ def test_the_stated_cost_is_the_change_of_l_with_all_samples(fewer):
     all_of_them = JointPosterior(fewer.prior, (replace(DENSE, stencil=fewer.samples[0].stencil),))
     nlml = JointPosterior(fewer.prior, fewer.samples).negative_log_marginal_likelihood()[0]
     assert cost.change_of_l == pytest.approx(all_of_them.negative_log_marginal_likelihood()[0] - nlml, abs=1e-6)
-    assert (cost.count, cost.centres, cost.beside) == (500, CENTRES, 500)
     assert "of 500 samples of position by 48 centres: with all, l changes by" in fewer.explanation
 
 
@@ -50,10 +49,7 @@ def test_positions_and_velocities_are_condensed_by_name():
     found = learned(
         {"position": DENSE, "velocity": VELOCITIES}, noise_std={"position": 0.05, "velocity": 0.2}, centres=24
     )
-    assert {name: len(samples) for name, samples in found.sampled.items()} == {"position": 24, "velocity": 24}
-    assert {name: samples.scatter.count for name, samples in found.sampled.items()} == {
-        "position": 476,
-        "velocity": 476,
-    }
+    counts = {name: (len(samples), samples.scatter.count) for name, samples in found.sampled.items()}
+    assert counts == dict.fromkeys(("position", "velocity"), (24, 476))
     (cost,) = found.fit.condensed
     assert cost.apart < 0.1

@@ -20,11 +20,9 @@ from trackably import (
     SquaredExponential,
     TrackableReference,
     learn_reference,
-    learn_stream,
     mobile_robot,
 )
 from trackably.learning.problem import OutOfTime
-from trackably.learning.search import best_solution
 
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
 TIMES = np.linspace(0, 16, 40)
@@ -90,32 +88,3 @@ def test_a_robot_whose_likeliest_hyperparameters_break_its_bounds_has_a_good_ref
     found = within(partial(learn_reference, eight, robot, Periodic(period=12.0), "all_phases", **known), 600)
     assert isinstance(found, TrackableReference)
     assert found.objective < 200  # with the likeliest hyperparameters without bounds it is 1750
-
-
-def test_where_a_stream_is_faster_and_as_good_it_is_said():
-    rng = np.random.default_rng(0)
-    times = np.arange(800) * 0.1 + 0.04 * rng.uniform(0, 1, 800)
-    samples = Samples(times, -0.45 + 0.6 * np.sin(times) + 0.05 * rng.standard_normal(800))
-    given = samples, AXIS, SquaredExponential(0.5, 1.5), (0.0, 80.0)
-    whole = learn_reference(*given, noise_std=0.05, mean=-0.45, centres=None)
-    assert "`learn_stream` with window=36 is faster and hardly differs" in whole.explanation
-    stream = learn_stream(*given, noise_std=0.05, mean=-0.45, window=36.0)
-    assert stream.misfit["position"] == pytest.approx(whole.misfit["position"], rel=0.01)
-    steps = np.arange(1600)
-    apart = stream.state(steps)[:, 0] - whole.state(steps)[:, 0]
-    assert np.sqrt(np.mean(apart**2)) < 0.1 * 0.05
-
-
-def test_likely_hyperparameters_of_many_samples_are_learned_from_a_few(monkeypatch):
-    """A search with all of 20 000 samples would take longer than most budgets."""
-    counts = []
-
-    def seen(problem):
-        counts.extend(len(of) for of in problem.samples)
-        return best_solution(problem)
-
-    monkeypatch.setattr("trackably.reference.learn.best_solution", seen)
-    t = np.linspace(0.0, 16.0, 400)
-    many = Samples(t, -0.4 + 0.3 * np.sin(t) + 0.02 * np.random.default_rng(0).normal(size=t.size))
-    learn_reference(many, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, mean=-0.4, starts=1, budget=60.0)
-    assert counts[0] <= 200

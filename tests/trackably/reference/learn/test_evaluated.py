@@ -15,7 +15,6 @@ from trackably import (
     Samples,
     learn_reference,
 )
-from trackably.learning import screening
 
 LIMITS = np.array([4, 2.2, 3.5, 8.0])
 
@@ -25,11 +24,10 @@ CHAIN = LinearSystem.discretised(np.eye(4, k=1), np.eye(4)[:, 3:], 0.01, states=
 PLANT = ConstrainedSystem(CHAIN, Polytope.box(-LIMITS, LIMITS), Polytope.box([-60], [60]))
 
 
-def test_a_sine_is_proved_and_followed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(screening, "_POINTS", 100)  # how many periods are tried says nothing of this
+def test_a_sine_is_proved_and_followed(tmp_path: Path) -> None:
     times, noise = np.linspace(0, 16, 40), 0.02
     values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
-    found = learn_reference(Samples(times, values), PLANT, Periodic(), "all_phases", starts=1)
+    found = learn_reference(Samples(times, values), PLANT, Periodic(period=8.0), "all_phases", starts=1)
     assert found.misfit["a"] < 1.05 * noise
     assert found.price == pytest.approx(0.0, abs=1e-3)
     assert re.search(r"lengthscale = [0-9.]+: float64 does not evaluate those twice as long", found.explanation)

@@ -45,13 +45,11 @@ def velocity_error(found: TrackableReference) -> float:
 
 def test_each_kind_has_its_own_misfit_in_its_own_unit(both) -> None:
     assert [*both.misfit] == ["position", "velocity"]
-    for name, samples in (("position", FEW), ("velocity", VELOCITY)):
-        at = both.reference.state_at(samples.times)[:, [*AXIS.system.states].index(name)]
-        assert both.misfit[name] == pytest.approx(np.sqrt(np.mean((samples.values - at) ** 2)), rel=1e-9)
-        assert f"off the samples of {name}" in both.explanation
-    assert [round(misfit.in_noise, 6) for misfit in both.fit.misfits] == [
-        round(both.misfit[name] / STDS[name], 6) for name in both.misfit
-    ]
+    for i, (samples, misfit) in enumerate(zip((FEW, VELOCITY), both.fit.misfits, strict=True)):
+        off = samples.values - both.reference.state_at(samples.times)[:, i]
+        assert both.misfit[misfit.name] == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-9)
+        assert misfit.in_noise == pytest.approx(both.misfit[misfit.name] / STDS[misfit.name])
+        assert f"off the samples of {misfit.name}" in both.explanation
 
 
 def test_velocities_help(both) -> None:
@@ -64,33 +62,31 @@ def test_what_is_saved_comes_back(both, tmp_path: Path) -> None:
     assert_comes_back(both, tmp_path)
 
 
-def test_one_noise_stands_for_all_where_samples_have_their_own() -> None:
+def test_one_noise_stands_for_all_where_samples_have_their_own(both) -> None:
     """As recordings give them: σ_n = 1, and the deviation of each sample."""
-    given = {
-        name: Samples(of.times, of.values, np.full(len(of), STDS[name]))
-        for name, of in (("position", FEW), ("velocity", VELOCITY))
-    }
-    one, other = learned(given, 1.0), learned({"position": FEW, "velocity": VELOCITY})
-    np.testing.assert_allclose(one.state(np.arange(60)), other.state(np.arange(60)), atol=1e-8)
+    one = learned(
+        {
+            name: Samples(of.times, of.values, np.full(len(of), STDS[name]))
+            for name, of in (("position", FEW), ("velocity", VELOCITY))
+        },
+        1.0,
+    )
+    np.testing.assert_allclose(one.state(np.arange(60)), both.state(np.arange(60)), atol=1e-8)
 
 
-def test_a_state_without_a_velocity_among_the_states_is_learned_from_its_rate_too() -> None:
-    step, std, rng = 0.1, 0.03, np.random.default_rng(0)
+def test_samples_of_the_rate_of_a_state_help_too() -> None:
+    step, std, rng, t = 0.1, 0.03, np.random.default_rng(0), np.arange(0.0, 12.0, 0.5)
     box = Polytope.box([-3.0], [3.0])
     plant = ConstrainedSystem(LinearSystem([[1.0]], [[step]], sampling_time=step, states=("x",)), box, box)
-    few, many, steps = np.arange(0.0, 12.0, 1.5), np.arange(0.0, 12.0, 0.5), np.arange(120)
 
     def path(t):
         return 1.5 * np.sin(np.pi * t / 6) + 0.5 * np.sin(np.pi * t / 2)
 
-    rates = (path(many + step) - path(many)) / step
-    given = {"x": Samples(few, path(few) + std * rng.standard_normal(few.size))}
-    both = given | {"rate of x": Samples(many, rates + std * rng.standard_normal(many.size))}
-
     def error(samples: dict[str, Samples]) -> float:
-        noise = dict.fromkeys(samples, std)
-        found = learn_reference(samples, plant, Periodic(1.0, 1.0, 12.0), "all_phases", noise_std=noise, starts=1)
-        assert [*found.misfit] == [*samples]
-        return float(np.sqrt(np.mean((np.diff(found.state(steps)[:, 0]) - np.diff(path(step * steps))) ** 2)))
+        kernel, noise = Periodic(1.0, 1.0, 12.0), dict.fromkeys(samples, std)
+        found = learn_reference(samples, plant, kernel, "all_phases", noise_std=noise, starts=1)
+        return float(np.std(np.diff(found.state(np.arange(120))[:, 0] - path(step * np.arange(120)))))
 
-    assert error(both) < 0.8 * error(given)
+    few = {"x": Samples(t[::3], path(t[::3]) + std * rng.standard_normal(8))}
+    rates = Samples(t, (path(t + step) - path(t)) / step + std * rng.standard_normal(24))
+    assert error(few | {"rate of x": rates}) < 0.8 * error(few)
