@@ -43,14 +43,14 @@ def _robust(data: dict | None, system: LinearSystem) -> Tightening | None:
     if data is None:
         return None
     given = ConstrainedSystem(system, *(decode(Polytope, data[name]) for name in ("state_set", "input_set")))
-    K, W, box = np.array(data["feedback"]), _set(data["set"]), np.array(data["box"])
-    V = _set(data["noise"]) if "noise" in data else None
+    K, W, box = np.array(data["feedback"]), decode_disturbances(data["set"]), np.array(data["box"])
+    V = decode_disturbances(data["noise"]) if "noise" in data else None
     of_errors = of_measured_state(W, V, system.A) if V else W
     Z = InvariantSet(system, K, of_errors, data["head"], data["terms"], data["contraction"], box)
     return Tightening(given, 0.0, Z, W, V)
 
 
-def _set(data: dict) -> DisturbanceSet:
+def decode_disturbances(data: dict) -> DisturbanceSet:
     if data["kind"] == "hull":
         return ConvexHull([_fractions(vertex) for vertex in data["vertices"]])
     return Zonotope(_fractions(data["centre"]), [_fractions(generator) for generator in data["generators"]])
