@@ -10,7 +10,7 @@ import numpy as np
 from tests.attack.bases import Base
 from tests.attack.counts import Counts
 from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, answers, measured, write
-from tests.trackably.checker.changes import PLANT, changed, combined_changes, leaves, replacements, without
+from tests.trackably.checker.changes import PLANT, changed, combined_changes, leaves, part_at, replacements, without
 from tests.trackably.checker.edges import hostile
 from tests.trackably.systems.test_naming import NAMES, NO_NAMES
 from trackably.checker import Proved, limits
@@ -53,9 +53,7 @@ def random_change(data: dict, rng: np.random.Generator) -> tuple[str, dict]:
             every = []  # an earlier change left nothing that could be changed so
         if every:
             return every[int(rng.integers(len(every)))]
-    value: Any = data
-    for key in path:
-        value = value[key]
+    value = part_at(data, path)
     news = [*_numbers(value, rng), *_others(value)]
     new = news[int(rng.integers(len(news)))]
     return f"{path} = {new!r}", changed(data, path, new)
@@ -80,9 +78,9 @@ def _others(value: Any) -> list[Any]:
 def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
     """Another name for the state, wherever it stands; what is printed has to be a line that can be printed."""
     family, data = counts.setdefault("hostile names", Counts()), copy.deepcopy(base.data)
-    pool = NAMES if rng.random() < 0.2 else NO_NAMES
+    is_name = rng.random() < 0.2
+    pool = NAMES if is_name else NO_NAMES
     name = pool[int(rng.integers(len(pool)))]
-    is_name = pool is NAMES
     if not is_name and name != "(m)" and rng.random() < 0.7:  # any characters before what is none: a letter, by chance
         name = "".join(chr(int(c)) for c in rng.integers(1, 0xD900, int(rng.integers(1, 4)))) + name
         is_name = name.replace("-", "_").isidentifier()
