@@ -25,12 +25,12 @@ _RADIAL = (SquaredExponential, Matern32, Matern52)
 
 @dataclass(frozen=True)
 class Case:
-    """A reference whose quantity `active` comes as near to a bound as `margin` (a part of the width) on [0, end]."""
+    """A reference whose quantity `active` nearly touches a bound on [0, end]; or a window of which to ask."""
 
     reference: Reference
-    active: str
-    margin: float
-    end: float
+    active: str = ""
+    end: float = 0.0
+    window: tuple[float, float] | None = None
 
 
 def _elementary(rng: np.random.Generator, span: float) -> Kernel:
@@ -152,6 +152,4 @@ def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, mar
     split = len(plant.state_set.rows)
     state_set = Polytope(plant.state_set.rows, lower[:split], upper[:split])
     input_set = Polytope(plant.input_set.rows, lower[split:], upper[split:])
-    return Case(
-        Reference(reference.signals, replace(plant, state_set=state_set, input_set=input_set)), active, margin, end
-    )
+    return Case(Reference(reference.signals, replace(plant, state_set=state_set, input_set=input_set)), active, end)

@@ -80,6 +80,12 @@ def instant(reference: Reference, k: int):
         return k * mp.mpf(reference.plant.sampling_time)
 
 
+def off(reference: Reference, name: str, value: float, t) -> float:
+    """How far a value in float64 is from x_r(t) or u_r(t)."""
+    with mp.workdps(DIGITS):
+        return float(abs(mp.mpf(float(value)) - exactly(reference, name, t)))
+
+
 def margin(reference: Reference, name: str, t):
     """Distance to the nearer bound, negative outside, to many digits."""
     with mp.workdps(DIGITS):
