@@ -5,14 +5,23 @@ from fractions import Fraction
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample
 from trackably.checker.certificate import KINDS, Boxes, Claim, Cover, Instants, Steps, Window
 from trackably.codec import decode
+from trackably.files import from_json, to_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, of_measured_state
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import InvariantSet, Tightening
+
+
+def as_read(found: Certificate | Counterexample) -> dict:
+    """What a file says."""
+    encode = encode_certificate if isinstance(found, Certificate) else encode_counterexample
+    return from_json(to_json(encode(found)))
 
 
 def decode_certificate(data: dict) -> Certificate:

@@ -1,15 +1,12 @@
 """References of nonlinear systems near their bounds, and their certificates."""
 
-import json
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from tests.trackably.systems.nonlinear_instances import INSTANCES, exactly, moving
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove as prove_always
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.polytopes import Polytope
@@ -44,10 +41,6 @@ def bounded(reference: Reference, times: np.ndarray, room: float) -> Reference:
         boxes.append(Polytope.box(low - room * width - 1e-2 * (low == rest) * width,
                                   high + room * width + 1e-2 * (high == rest) * width))  # fmt: skip
     return replace(reference, plant=replace(reference.plant, state_set=boxes[0], input_set=boxes[1]))
-
-
-def as_read(certificate: Certificate) -> dict[str, Any]:
-    return json.loads(json.dumps(encode_certificate(certificate)))
 
 
 @cache
