@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 import trackably
 from tests.attack.liars import KINDS, attack
 from tests.trackably.certificates.instances import case
-from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, after, telling
 from tests.trackably.certificates.references import certified
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.plants import AXIS, SAMPLES
@@ -104,16 +104,14 @@ def test_nothing_false_of_any_kind_is_handed_out_whatever_lies(kind, monkeypatch
 
 
 @pytest.mark.parametrize("larger", [1.005, 1.02])
-def test_no_violation_is_said_that_is_larger_by_a_hair(larger, monkeypatch):
+def test_no_violation_is_said_that_is_larger_by_a_hair(larger):
     """The checker accepts what is stated, not what was found: both are the same number."""
-    honest = prove._ProofProblem._failure_at
 
-    def failure_at(self, *given):
-        found = honest(self, *given)
+    def exaggerated(rng, found):
         return replace(found, violation=larger * found.violation) if isinstance(found, Counterexample) else found
 
-    monkeypatch.setattr(prove._ProofProblem, "_failure_at", failure_at)
-    said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9608)})
+    with telling("", np.random.default_rng(0), {"": (prove._ProofProblem, "_failure_at", after(exaggerated))}):
+        said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9608)})
     assert (said[Counterexample] > 0) is (larger < 1 / 0.99)
 
 
@@ -122,8 +120,8 @@ def test_what_is_saved_is_what_the_checker_accepted(example):
     assert isinstance(check(json.loads(accepted_file(certified(example).certificate))), Proved)
 
 
-def learned() -> TrackableReference:
-    return learn_reference(SAMPLES, AXIS, KNOWN, "all_times", **QUIET)
+def learned(claim: str = "all_times", **more: Any) -> TrackableReference:
+    return learn_reference(SAMPLES, AXIS, KNOWN, claim, **QUIET, **more)
 
 
 def streamed() -> StreamReference:
@@ -140,9 +138,7 @@ CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
     "learn_reference": lambda folder, _: learned(),
     "learn_stream": lambda folder, _: streamed(),
     "learn_many": lambda folder, _: fleet(folder),
-    "learn_reference, impossible": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "all_times", at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}, **QUIET
-    ),
+    "learn_reference, impossible": lambda folder, _: learned(at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}),
     "certify": lambda folder, _: certify(CURVE, AXIS),
     "certify, refuted": lambda folder, _: certify(BROKEN, AXIS),
     "repair": lambda folder, _: repair(BROKEN, AXIS),
@@ -154,15 +150,9 @@ CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
     "certify_joints, refuted": lambda folder, _: certify_joints(MOTION, SLOW_JOINTS),
     "stretch_joints": lambda folder, _: stretch_joints(MOTION, SLOW_JOINTS),
     "repair_joints": lambda folder, _: repair_joints(MOTION, Joints(names=("a",), velocity=1.4)),
-    "learn_reference, true signal": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "recorded", truth=Truth(0.2, slope=5.0), **QUIET
-    ),
-    "learn_reference, no signal": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "recorded", truth=Truth(1e-6, slope=1e-6), **QUIET
-    ),
-    "learn_reference, wrong model": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "recorded", model_error=MODELS, **QUIET
-    ),
+    "learn_reference, true signal": lambda folder, _: learned("recorded", truth=Truth(0.2, slope=5.0)),
+    "learn_reference, no signal": lambda folder, _: learned("recorded", truth=Truth(1e-6, slope=1e-6)),
+    "learn_reference, wrong model": lambda folder, _: learned("recorded", model_error=MODELS),
     "StreamReference": lambda folder, _: StreamReference.load(folder / "stream.json"),
     "Fleet": lambda folder, _: fleet(folder, proved=True).reference("one"),
     "Gate": lambda folder, _: Gate(JOINTS).at_rest([0.0], 0.0),

@@ -13,8 +13,6 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 END = 3.0
-BOX = Polytope.box
-WIDE = BOX([-99.0], [99.0])
 
 
 def true_values(name: str, reference: Reference, times) -> dict[str, list]:
@@ -30,16 +28,12 @@ def tight(name: str, end: float = END, room: float = 1e-3, centres: int = 3) -> 
 
 
 def bounded(reference: Reference, times: np.ndarray, room: float) -> Reference:
-    boxes = []
-    for values, rest in (
-        (reference.state_at(times), [q.mean for q in reference.signals]),
-        (reference.input_at(times), [q.at_rest([s.mean for s in reference.signals])
-                                     for q in reference.plant.flatness.inputs]),
-    ):  # fmt: skip
-        low, high = (np.minimum(values.min(0), rest), np.maximum(values.max(0), rest))
-        width = high - low
-        boxes.append(Polytope.box(low - room * width - 1e-2 * (low == rest) * width,
-                                  high + room * width + 1e-2 * (high == rest) * width))  # fmt: skip
+    means, boxes = [signal.mean for signal in reference.signals], []
+    at_rest = [q.at_rest(means) for q in reference.plant.flatness.inputs]
+    for values, rest in ((reference.state_at(times), means), (reference.input_at(times), at_rest)):
+        low, high = np.minimum(values.min(0), rest), np.maximum(values.max(0), rest)
+        below, above = (room + 1e-2 * (end == rest) for end in (low, high))
+        boxes.append(Polytope.box(low - below * (high - low), high + above * (high - low)))
     return replace(reference, plant=replace(reference.plant, state_set=boxes[0], input_set=boxes[1]))
 
 
@@ -56,6 +50,8 @@ def periodic() -> Reference:
     return bounded(replace(loose, signals=(signal,)), np.linspace(0, 2.0, 2001), 1e-3)
 
 
-def with_sets(name: str, states: Polytope, inputs: Polytope, **change: float) -> Reference:
+def with_states(name: str, lower: float, upper: float = 9.0, **change: float) -> Reference:
+    """A reference of one state between these bounds, with wide bounds of its input."""
     reference = moving(INSTANCES[name], **change)
-    return replace(reference, plant=replace(reference.plant, state_set=states, input_set=inputs))
+    sets = {"state_set": Polytope.box([lower], [upper]), "input_set": Polytope.box([-99.0], [99.0])}
+    return replace(reference, plant=replace(reference.plant, **sets))
