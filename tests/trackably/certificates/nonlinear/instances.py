@@ -32,8 +32,9 @@ def bounded(reference: Reference, times: np.ndarray, room: float) -> Reference:
     at_rest = [q.at_rest(means) for q in reference.plant.flatness.inputs]
     for values, rest in ((reference.state_at(times), means), (reference.input_at(times), at_rest)):
         low, high = np.minimum(values.min(0), rest), np.maximum(values.max(0), rest)
-        below, above = (room + 1e-2 * (end == rest) for end in (low, high))
-        boxes.append(Polytope.box(low - below * (high - low), high + above * (high - low)))
+        width = high - low
+        below, above = (room * width + 1e-2 * (end == rest) * width for end in (low, high))
+        boxes.append(Polytope.box(low - below, high + above))
     return replace(reference, plant=replace(reference.plant, state_set=boxes[0], input_set=boxes[1]))
 
 
