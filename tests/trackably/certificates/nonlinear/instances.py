@@ -1,12 +1,15 @@
 """References of nonlinear systems near their bounds, and their certificates."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from mpmath import mp
 
-from tests.trackably.systems.nonlinear_instances import INSTANCES, exactly, moving
+from tests.trackably.systems.nonlinear_instances import INSTANCES, moving
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove as prove_always
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.polytopes import Polytope
@@ -15,10 +18,25 @@ from trackably.systems.reference import Reference
 END = 3.0
 
 
-def true_values(name: str, reference: Reference, times) -> dict[str, list]:
-    """Of every state and input, in many digits."""
-    found = [exactly(INSTANCES[name], reference, t) for t in times]
-    return {q: [values[q] for values in found] for q in found[0]}
+def assert_true(found: Certificate | Counterexample, exactly: Callable[[float], dict], end: float) -> None:
+    """What is said is so in many digits.
+
+    A bound is broken at the time that is said; or bounds are kept where float64 sees least room, and at other times
+    until the `end` [s], by more than float64 is off.
+    """
+    reference, times = found.reference, np.linspace(0, end, 20_001)
+    with mp.workdps(40):
+        if isinstance(found, Counterexample):
+            value = exactly(found.time)[found.quantity]
+            assert max(found.bounds.lower - value, value - found.bounds.upper) >= found.violation > 0
+            return
+        worst = [np.argsort(q.margin(reference.signals, times))[:2] for q in reference.quantities]
+        for t in times[np.append(worst, np.random.default_rng(0).integers(times.size, size=8))].tolist():
+            true = exactly(t)
+            for q in reference.quantities:
+                value, error = true[q.name], found.evaluation_error[q.name]
+                assert min(value - mp.mpf(q.bounds.lower), mp.mpf(q.bounds.upper) - value) >= error
+                assert abs(mp.mpf(q(reference.signals, np.array(t)).item()) - value) <= error < 1e-6 * q.bounds.width
 
 
 def tight(name: str, end: float = END, room: float = 1e-3, centres: int = 3) -> Reference:
