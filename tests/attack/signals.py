@@ -42,7 +42,8 @@ from trackably import (
 )
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
-from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.certificate import SignalClass, TrueSignal
+from trackably.checker.form import read_certificate
 from trackably.checker.truth import read_contradicted
 from trackably.codec import decode
 from trackably.reference.truth import Signals, no_signal
@@ -288,14 +289,11 @@ def _scaled(value: Any, by: float) -> Any:
 
 
 def _truth_is_false(content: dict, found: TrackableReference) -> bool:
-    (truth,) = content["truth"]
-    of = truth["of"]
-    samples = Measured(tuple(of["samples"]["times"]), tuple(of["samples"]["values"]), of["samples"]["noise"])
-    signals = SignalClass(samples, None, of.get("slope"), of.get("second_derivative"))
-    for k in np.argsort(truth["errors"])[-2:]:
-        at = (truth["ends"][k] + truth["ends"][k + 1]) / 2
+    (truth,) = read_certificate(content).truth
+    for k in np.argsort(truth.errors)[-2:]:
+        at = (truth.ends[k] + truth.ends[k + 1]) / 2
         x = float(found.reference.state_at(np.array([at]))[0, 0])
-        if distance(signals, x, at) > truth["errors"][k] * (1 + 1e-6):
+        if distance(truth.of, x, at) > truth.errors[k] * (1 + 1e-6):
             return True
     return False
 
