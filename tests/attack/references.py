@@ -38,7 +38,7 @@ def attack_reference(counts: dict[str, Counts], seed: int, number: int) -> None:
         return
     name = list(FAMILIES)[number % len(FAMILIES)]
     chosen = FAMILIES[name](s)
-    _attack(counts.setdefault(name, Counts()), chosen, _answer(number, chosen), s)
+    _attack(counts.setdefault(name, Counts()), chosen, answer(number, chosen), s)
 
 
 def attack_by_liar(counts: dict[str, Counts], seed: int, number: int) -> None:
@@ -46,7 +46,7 @@ def attack_by_liar(counts: dict[str, Counts], seed: int, number: int) -> None:
     s = 10**6 * (seed + 1) + number
     chosen = list(FAMILIES.values())[number % len(FAMILIES)](s)
     with telling(list(LIES)[number % len(LIES)], np.random.default_rng(s)):
-        found = _answer(number, chosen)
+        found = answer(number, chosen)
     _attack(counts.setdefault("liars", Counts()), chosen, found, s)
 
 
@@ -73,7 +73,8 @@ FAMILIES: dict[str, Callable[[int], Case]] = {
 }
 
 
-def _answer(number: int, chosen: Case) -> Outcome:
+def answer(number: int, chosen: Case) -> Outcome:
+    """Return what is said of a case, of which a window or, by its number, some claim is asked."""
     if chosen.window:
         return prove_on_window(chosen.reference, *chosen.window)
     return ask(number // len(FAMILIES), chosen)
