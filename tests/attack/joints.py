@@ -148,4 +148,4 @@ def _told(counts: Counter[str]) -> str:
 ATTACKS = {"trajectories": (2_000, attack_trajectories), "chunks": (10_000, attack_gates)}
 
 if __name__ == "__main__":
-    sys.exit(run("joints", ATTACKS, sys.argv[1:]))
+    sys.exit(run("tests.attack.joints", ATTACKS, sys.argv[1:]))

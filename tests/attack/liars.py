@@ -375,4 +375,4 @@ def attack_in_turn(problems: int, seed: int) -> tuple[str, list[str]]:
 
 
 if __name__ == "__main__":
-    sys.exit(run("liars", {"problems": (2000, attack_in_turn)}, sys.argv[1:]))
+    sys.exit(run("tests.attack.liars", {"problems": (2000, attack_in_turn)}, sys.argv[1:]))

@@ -1,8 +1,9 @@
-"""Certificates judged twice: by today's checker, and by the prover of an earlier commit, which was rigorous by itself.
+"""Certificates judged twice, by the checker and by an earlier prover: `python -m tests.attack.opponent --files 10000`.
 
-That prover, with ball arithmetic of its own (python-flint), is taken from the history of the repository into a
-temporary folder. It reads the reference and the claim of a file, and makes a proof or a counterexample of its own: what
-one of them proves, the other must not refute. All other differences are counted with the reason that is given.
+That prover was rigorous by itself, with ball arithmetic of its own (python-flint). It is taken from the history of the
+repository into a temporary folder, reads the reference and the claim of a file, and makes a proof or a counterexample
+of its own: what one of both proves, the other must not refute. All other differences are counted with the reason that
+is given.
 """
 
 import copy
@@ -20,11 +21,11 @@ from io import BytesIO
 from itertools import chain, count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import process_time
 from typing import Any
 
 import numpy as np
 
+from tests.attack.command import run
 from tests.attack.references import FAMILIES, answer
 from tests.attack.tampering import random_change
 from tests.splines.draws import drawn
@@ -74,16 +75,14 @@ class Differences:
         return "\n".join(lines)
 
 
-def judge_twice(files: int, seed: int, seconds: float) -> Differences:
-    """Judge so many files, or as many as there is time for [s of the processor], or until an interrupt (Ctrl-C)."""
-    found, begin = Differences(), process_time()
+def judge_twice(files: int, seed: int) -> tuple[str, list[str]]:
+    """Judge so many files, or as many as there are before an interrupt (Ctrl-C)."""
+    found = Differences()
     with TemporaryDirectory() as folder, suppress(KeyboardInterrupt):
         opponent = Opponent.of(Path(folder))
         for what, kind, data in islice(chain.from_iterable(_files(seed, number) for number in count()), files):
-            if process_time() - begin > seconds:
-                break
             found.add(kind, _checked(data), opponent.says(data), what)
-    return found
+    return f"\n{found.table}", found.false
 
 
 def _files(seed: int, number: int) -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -203,3 +202,7 @@ def _in_time() -> Iterator[None]:
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
+
+
+if __name__ == "__main__":
+    sys.exit(run("tests.attack.opponent", {"files": (10_000, judge_twice)}, sys.argv[1:]))

@@ -317,4 +317,4 @@ ATTACKS = {
 }
 
 if __name__ == "__main__":
-    sys.exit(run("signals", ATTACKS, sys.argv[1:]))
+    sys.exit(run("tests.attack.signals", ATTACKS, sys.argv[1:]))
