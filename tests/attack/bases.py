@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tests.attack.truth import input_exists, is_broken, is_kept, is_kept_by_formulas
-from tests.trackably.certificates.nonlinear.instances import as_read, proved
+from tests.trackably.certificates.decoded import as_read
+from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.checker.edges.test_before_zero import SHORT, certificate
 from tests.trackably.checker.edges.test_counterexamples import by_claim
 from tests.trackably.checker.pieces import instances as pieces

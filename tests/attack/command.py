@@ -10,7 +10,7 @@ Attack = Callable[[int, int], tuple[object, list[str]]]
 
 def run(name: str, attacks: Mapping[str, tuple[int, Attack]], arguments: list[str]) -> int:
     """Make attacks as often as the arguments say, or else as often as the table does; return 1 if anything is false."""
-    parser = argparse.ArgumentParser(prog=f"python -m tests.attack.{name}")
+    parser = argparse.ArgumentParser(prog=f"python -m {name}")
     for what, (default, _) in attacks.items():
         parser.add_argument(f"--{what}", type=int, default=default)
     parser.add_argument("--seed", type=int, default=0)

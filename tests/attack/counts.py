@@ -33,11 +33,18 @@ class Counts:
         self.undecided += isinstance(verdict, Undecided)
         return verdict
 
+    def accepted_verdict(self, data: object) -> Proved | Refuted | None:
+        """Check something that was changed; return what is said of it, if it is accepted."""
+        self.tried += 1
+        verdict = self.checked(data)
+        if not isinstance(verdict, Proved | Refuted):
+            return None
+        self.accepted += 1
+        return verdict
+
     def attacked(self, what: str, data: object, is_true: Callable[[], bool]) -> None:
         """Check something that was changed; if it is accepted, it has to be true."""
-        self.tried += 1
-        if isinstance(self.checked(data), Proved | Refuted):
-            self.accepted += 1
+        if self.accepted_verdict(data):
             self.judged(what, is_true())
 
     def judged(self, what: str, is_true: bool) -> None:

@@ -20,6 +20,7 @@ from trackably import BrokenLimits, CertifiedTrajectory, Gate, Joints, JointTraj
 
 _NAMES = ("a", "b", "c")
 _INTERPOLATIONS = ("linear", "cubic", "quintic", "upsampled", "spline")
+_FIELDS = {"linear": 1, "cubic": 2, "quintic": 3}
 _GRID = 800
 
 
@@ -28,15 +29,10 @@ def random_trajectory(rng: np.random.Generator, how: str) -> JointTrajectory:
     n = int(rng.integers(3, 9))
     t = np.cumsum(rng.uniform(0.02, 0.5, n))
     q, v, a = (scale * rng.normal(size=(n, 1)) for scale in (0.3, 1.0, 5.0))
-    match how:
-        case "linear":
-            return JointTrajectory.through(t, q, rests=False)
-        case "cubic":
-            return JointTrajectory.through(t, q, v, rests=False)
-        case "quintic":
-            return JointTrajectory.through(t, q, v, a, rests=False)
-        case "upsampled":
-            return JointTrajectory.through(t, q, upsampled=True, rests=False)
+    if how in _FIELDS:
+        return JointTrajectory.through(t, *(q, v, a)[: _FIELDS[how]], rests=False)
+    if how == "upsampled":
+        return JointTrajectory.through(t, q, upsampled=True, rests=False)
     return JointTrajectory.of(CubicSpline(t, q), rests=False)
 
 
@@ -44,7 +40,7 @@ def attack_trajectory(rng: np.random.Generator, counts: Counter[str]) -> str | N
     """Ask for a verdict about a trajectory whose extreme is next to its limit; return what is false in it."""
     how = str(rng.choice(_INTERPOLATIONS))
     given = random_trajectory(rng, how)
-    order = int(rng.integers(0, {"linear": 2, "cubic": 3, "quintic": 4}.get(how, 4)))
+    order = int(rng.integers(0, _FIELDS.get(how, 3) + 1))
     most = largest(given, order)
     part = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-12, -6))
     upper = float(most) + part * max(abs(float(most)), 1e-3)
@@ -65,8 +61,7 @@ class Stream:
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
         order = int(self.rng.integers(1, 4))
-        limits = dict(zip(("velocity", "acceleration", "jerk"), (2.0, 10.0, 200.0), strict=True))
-        chosen = dict(list(limits.items())[:order])
+        chosen = dict([("velocity", 2.0), ("acceleration", 10.0), ("jerk", 200.0)][:order])
         turning = self.rng.random() < 0.3
         position = None if turning else [(-1.5, 1.5)] * 3
         self.joints = Joints(position=position, names=_NAMES, continuous=turning, **chosen)
@@ -153,4 +148,4 @@ def _told(counts: Counter[str]) -> str:
 ATTACKS = {"trajectories": (2_000, attack_trajectories), "chunks": (10_000, attack_gates)}
 
 if __name__ == "__main__":
-    sys.exit(run("joints", ATTACKS, sys.argv[1:]))
+    sys.exit(run("tests.attack.joints", ATTACKS, sys.argv[1:]))

@@ -8,6 +8,7 @@ are driven to their ends.
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -21,7 +22,7 @@ from tests.attack.signals import WIDE
 from tests.attack.truth import distance, distances, largest
 from tests.splines.trials import Counts, try_one
 from tests.trackably.certificates.instances import case, general_case
-from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lie, Lies, telling
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, Lies, after, always, scaled, telling
 from tests.trackably.checker.test_soundness import ask, falsehood
 from tests.trackably.joints.trajectories import ORDERS
 from tests.trackably.plants import AXIS
@@ -37,6 +38,7 @@ from trackably import (
     Joints,
     JointTrajectory,
     ModelError,
+    NoSignal,
     RefutedTable,
     Samples,
     SquaredExponential,
@@ -66,15 +68,13 @@ from trackably.systems import tightening
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
+STUMBLES = ValueError, ArithmeticError, IndexError, AssertionError, TypeError
+"""What may be raised where somebody lies: then nothing is handed out."""
+
 _SIGNALS = 4
 
 Found = Iterator[tuple[str, str | None]]
 """What was handed out, and what is false in it."""
-
-
-def _scaled(low: float, high: float) -> Lie:
-    """Return the lie that a number, or an array of numbers, is 10^low to 10^high times what it is."""
-    return lambda rng, honest: lambda *a, **k: honest(*a, **k) * 10 ** rng.uniform(low, high)
 
 
 # Kernel sums, pieces and tables.
@@ -108,10 +108,9 @@ def of_tables(rng: np.random.Generator) -> Found:
     yield type(found).__name__, why
 
 
-def _excesses(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda *of: [(factor * low, factor * high) for low, high in honest(*of)] if (
-        factor := Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
-    ) >= 0 else []  # fmt: skip
+def _other_excesses(rng: np.random.Generator, found: Any) -> Any:
+    factor = Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
+    return [(factor * low, factor * high) for low, high in found]
 
 
 # Joints.
@@ -131,11 +130,9 @@ def of_joints(rng: np.random.Generator) -> Found:
     limits[ORDERS[order]] = [(-most * (1 + by), most * (1 + by))]
     bounded = Joints(names=given.names, **limits)
     for certify in (certify_joints, repair_joints, stretch_joints):
-        try:
+        found = None
+        with suppress(*STUMBLES):
             found = certify(given, bounded, tolerance=1e-6)
-        except (ValueError, ArithmeticError, IndexError, AssertionError):
-            yield "nothing", None
-            continue
         yield f"{certify.__name__}: {type(found).__name__}", _false_of_joints(found, bounded)
 
 
@@ -154,20 +151,6 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
             if max(largest(found.trajectory, r) - high, largest(found.trajectory, r, -1) + low) < broken.violation:
                 return f"the {broken.order} is not beyond {broken.limits} by {broken.violation}"
     return None
-
-
-def _scales(name: str, low: float, high: float) -> Any:
-    """Return a lie that scales a field of a broken limit by a power of ten."""
-
-    def lie(rng: np.random.Generator, honest: Any) -> Any:
-        def told(*a: Any) -> Any:
-            if broken := honest(*a):
-                return replace(broken, **{name: getattr(broken, name) * 10 ** rng.uniform(low, high)})
-            return None
-
-        return told
-
-    return lie
 
 
 def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
@@ -204,15 +187,15 @@ def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
 
 
 OF_JOINTS: Lies = {
-    "violations are larger": (joints, "_outside", _scales("violation", 0, 3)),
+    "violations are larger": (joints, "_outside", scaled(0, 3, "violation")),
     "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
     "nothing is decided": (joints, "undecided", _everything_open),
     "extremes are elsewhere": (
         joints, "_times_at", lambda rng, honest: lambda of, value: np.sort(rng.uniform(of.x[0], of.x[-1], 4)),
     ),
-    "limits are left at any time": (joints, "_outside", _scales("begins", -3, 0)),
-    "exact values are larger": (joints, "_below", _scaled(0, 2)),
-    "any factor will do": (joints, "_least_factor", _scaled(-2, 0)),
+    "limits are left at any time": (joints, "_outside", scaled(-3, 0, "begins")),
+    "exact values are larger": (joints, "_below", scaled(0, 2)),
+    "any factor will do": (joints, "_least_factor", scaled(-2, 0)),
     "other splines are nearest": (repairing, "_solve", _solves_another),
 }  # fmt: skip
 
@@ -235,15 +218,11 @@ def of_truth(rng: np.random.Generator) -> Found:
     t = np.sort(rng.choice(np.arange(0.0, 2.0, 0.02), int(rng.integers(8, 25)), replace=False))
     values = f(t) + NOISE * rng.choice([-1.0, 1.0], len(t))
     of = SignalClass(Measured(tuple(t.tolist()), tuple(values.tolist()), NOISE * (1 + 1e-9)), None, None, 0.5)
-    try:
-        excluded = no_signal("position", of)
-        excluded = excluded if excluded is None else judge_contradiction(excluded)
-        if excluded is not None and type(excluded).__name__ == "NoSignal":
+    found = None
+    with suppress(*STUMBLES):
+        if (excluded := no_signal("position", of)) and isinstance(judge_contradiction(excluded), NoSignal):
             yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
         found = judge(with_truth(certificate, {"position": Sought(of)}))
-    except (ValueError, ArithmeticError, IndexError, AssertionError, TypeError):
-        yield "nothing", None
-        return
     is_claimed = isinstance(found, Certificate) and bool(found.truth)
     yield type(found).__name__, _false_of_truth(found, f) if is_claimed else None
 
@@ -270,31 +249,21 @@ def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
     return chosen
 
 
-def _wrong_multipliers(rng: np.random.Generator, honest: Any) -> Any:
-    def summed(*a: Any) -> Any:
-        found = honest(*a)
-        return found and [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]
-
-    return summed
-
-
 def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
-    def contradicting(of: SignalClass, cells: int) -> Any:
-        which = sorted(rng.choice(len(of.samples.times), 3, replace=False).tolist())
-        return which, rng.normal(size=3)
-
-    return contradicting
+    return lambda of, cells: (sorted(rng.choice(len(of.samples.times), 3, replace=False).tolist()), rng.normal(size=3))
 
 
 OF_TRUTH: Lies = {
-    "errors are smaller": (truth, "_bound", _scaled(-2, 0)),
-    "errors are a little smaller": (truth, "_bound", _scaled(-1e-4, 0)),
+    "errors are smaller": (truth, "_bound", scaled(-2, 0)),
+    "errors are a little smaller": (truth, "_bound", scaled(-1e-4, 0)),
     "other samples bound": (truth, "_choose", _wrong_pairs),
-    "multipliers are others": (truth, "_rationals", _wrong_multipliers),
-    "there are no cells between": (truth, "_edges", lambda rng, honest: lambda *of: honest(*of)[[0, -1]]),
+    "multipliers are others": (
+        truth, "_rationals", after(lambda rng, found: [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]),
+    ),
+    "there are no cells between": (truth, "_edges", after(lambda rng, ends: ends[[0, -1]])),
     "sides are elsewhere": (truth, "_around", lambda rng, honest: lambda times, at: np.arange(min(3, len(times)))),
     "signals contradict each other": (truth, "_contradicting", _contradicts),
-}
+}  # fmt: skip
 
 
 # Wrong models.
@@ -303,7 +272,8 @@ OF_TRUTH: Lies = {
 def of_models(rng: np.random.Generator) -> Found:
     """A gain that is wrong by a random part: a reference next to the bounds that are left, and plants against them."""
     error, centres = gain(float(rng.uniform(0.05, 0.4))), np.sort(rng.uniform(0.0, 1.9, 6))
-    try:
+    found, why = None, None
+    with suppress(*STUMBLES):
         left = tightening.tightening(PLANT, W, None, 0.0, None, error)
         signal = KernelSum(SquaredExponential(1.0, float(rng.uniform(0.4, 0.8))), 0.0, centres, rng.normal(size=6))
         t, limits = np.linspace(0.0, 1.9, 400), [(q, q.bounds) for q in left.plant.quantities]
@@ -311,22 +281,10 @@ def of_models(rng: np.random.Generator) -> Found:
         reference = Reference((replace(signal, weights=signal.weights * (0.999 / most)),), left.plant)
         found = prove_on_window(reference, 0.0, 1.9)
         found = judge(found.with_robust(left)) if isinstance(found, Certificate) else found
-    except (ValueError, ArithmeticError, IndexError, AssertionError):
-        yield "nothing", None
-        return
-    why = None
     if isinstance(found, Certificate) and left.invariant is not None:
         worst = worst_plant(reference, PLANT, error, left.invariant.feedback, 94, disturbance=W)
         why = str(worst) if worst.violation > 1e-12 else None
     yield type(found).__name__, why
-
-
-def _smaller_set(rng: np.random.Generator, honest: Any) -> Any:
-    def smaller(*a: Any) -> Any:
-        found = honest(*a)
-        return replace(found, box=found.box * 10 ** rng.uniform(-3, -0.01))
-
-    return smaller
 
 
 def _part(rng: np.random.Generator, honest: Any) -> Any:
@@ -340,22 +298,16 @@ def _part(rng: np.random.Generator, honest: Any) -> Any:
 OF_MODELS: Lies = {
     "the model adds nothing": (ModelError, "added_to", lambda rng, honest: lambda self, W, *a: W),
     "the model adds a part": (ModelError, "added_to", _part),
-    "nothing is taken": (Tightening, "_of_row", lambda rng, honest: lambda *a: (Fraction(0), Fraction(0))),
+    "nothing is taken": (Tightening, "_of_row", always((Fraction(0), Fraction(0)))),
     "less is taken": (
-        Tightening,
-        "_of_row",
-        lambda rng, honest: lambda *a: tuple(end * Fraction(float(rng.uniform(0.3, 1))) for end in honest(*a)),
+        Tightening, "_of_row", after(lambda rng, row: tuple(end * Fraction(float(rng.uniform(0.3, 1))) for end in row)),
     ),
-    "the set is smaller": (tightening, "invariant_set", _smaller_set),
+    "the set is smaller": (tightening, "invariant_set", scaled(-3, -0.01, "box")),
     "errors decay faster": (
-        tightening,
-        "_contraction",
-        lambda rng, honest: lambda *a: (max(1, honest(*a)[0] // 2), honest(*a)[1] * rng.uniform(0.1, 0.9)),
+        tightening, "_contraction", after(lambda rng, found: (max(1, found[0] // 2), found[1] * rng.uniform(0.1, 0.9))),
     ),
-    "one step is enough": (tightening, "_head", lambda rng, honest: lambda *a: 1),
-    "any feedback will do": (
-        tightening, "best_feedback", lambda rng, honest: lambda *a: honest(*a) * rng.uniform(0.5, 1.5),
-    ),
+    "one step is enough": (tightening, "_head", always(1)),
+    "any feedback will do": (tightening, "best_feedback", after(lambda rng, K: K * rng.uniform(0.5, 1.5))),
 }  # fmt: skip
 
 
@@ -370,28 +322,25 @@ def of_contradictions(rng: np.random.Generator) -> Found:
     yield type(found).__name__, None if found is None else f"what a trajectory does is excluded: {found}"
 
 
-def _any_multipliers(rng: np.random.Generator, honest: Any) -> Any:
-    def least(steps: Any, elastic: Any) -> Any:
-        found = honest(steps, elastic)
-        sizes = [10.0 ** rng.uniform(-9, 3, len(elastic)) * (rng.random(len(elastic)) < 0.5) for _ in range(2)]
-        return found and replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
-
-    return least
-
-
-def _more_is_missing(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda *a: (found := honest(*a)) and replace(found, missing=found.missing + 10.0 ** rng.uniform(-9, 0))
+def _any_multipliers(rng: np.random.Generator, found: Any) -> Any:
+    count = len(found.at_lower)
+    sizes = [10.0 ** rng.uniform(-9, 3, count) * (rng.random(count) < 0.5) for _ in range(2)]
+    return replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
 
 
 OF_CONTRADICTIONS: Lies = {
-    "multipliers are any numbers": (feasibility, "least", _any_multipliers),
-    "more is missing": (feasibility, "least", _more_is_missing),
+    "multipliers are any numbers": (feasibility, "least", after(_any_multipliers)),
+    "more is missing": (
+        feasibility,
+        "least",
+        after(lambda rng, found: replace(found, missing=found.missing + 10.0 ** rng.uniform(-9, 0))),
+    ),
 }
 
 KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
     "kernels": (of_kernels, LIES),
     "pieces": (of_pieces, LIES_ABOUT_PIECES),
-    "tables": (of_tables, {"excesses are others": (tables, "_excesses", _excesses)}),
+    "tables": (of_tables, {"excesses are others": (tables, "_excesses", after(_other_excesses))}),
     "joints": (of_joints, OF_JOINTS),
     "true signals": (of_truth, OF_TRUTH),
     "wrong models": (of_models, OF_MODELS),
@@ -426,4 +375,4 @@ def attack_in_turn(problems: int, seed: int) -> tuple[str, list[str]]:
 
 
 if __name__ == "__main__":
-    sys.exit(run("liars", {"problems": (2000, attack_in_turn)}, sys.argv[1:]))
+    sys.exit(run("tests.attack.liars", {"problems": (2000, attack_in_turn)}, sys.argv[1:]))

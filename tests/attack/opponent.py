@@ -1,8 +1,9 @@
-"""Certificates judged twice: by today's checker, and by the prover of an earlier commit, which was rigorous by itself.
+"""Certificates judged twice, by the checker and by an earlier prover: `python -m tests.attack.opponent --files 10000`.
 
-That prover, with ball arithmetic of its own (python-flint), is taken from the history of the repository into a
-temporary folder. It reads the reference and the claim of a file, and makes a proof or a counterexample of its own: what
-one of them proves, the other must not refute. All other differences are counted with the reason that is given.
+That prover was rigorous by itself, with ball arithmetic of its own (python-flint). It is taken from the history of the
+repository into a temporary folder, reads the reference and the claim of a file, and makes a proof or a counterexample
+of its own: what one of both proves, the other must not refute. All other differences are counted with the reason that
+is given.
 """
 
 import copy
@@ -17,20 +18,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
-from itertools import count
+from itertools import chain, count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import process_time
 from typing import Any
 
 import numpy as np
 
-from tests.attack.references import _FAMILIES, _ask
+from tests.attack.command import run
+from tests.attack.references import FAMILIES, answer
 from tests.attack.tampering import random_change
 from tests.splines.draws import drawn
 from tests.splines.trials import _bounded
+from tests.trackably.certificates.decoded import as_read
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_on_window
 from trackably.checker import NotACertificate, Proved, Refuted, Undecided, check
@@ -74,30 +75,23 @@ class Differences:
         return "\n".join(lines)
 
 
-def judge_twice(files: int, seed: int, seconds: float) -> Differences:
-    """Judge so many files, or as many as there is time for [s of the processor], or until an interrupt (Ctrl-C)."""
-    found, begin = Differences(), process_time()
+def judge_twice(files: int, seed: int) -> tuple[str, list[str]]:
+    """Judge so many files, or as many as there are before an interrupt (Ctrl-C)."""
+    found = Differences()
     with TemporaryDirectory() as folder, suppress(KeyboardInterrupt):
         opponent = Opponent.of(Path(folder))
-        for number in count():
-            for what, kind, data in _files(seed, number):
-                if found.counts.total() >= files or process_time() - begin > seconds:
-                    return found
-                found.add(kind, _checked(data), opponent.says(data), what)
-    return found
+        for what, kind, data in islice(chain.from_iterable(_files(seed, number) for number in count()), files):
+            found.add(kind, _checked(data), opponent.says(data), what)
+    return f"\n{found.table}", found.false
 
 
 def _files(seed: int, number: int) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Yield a certificate or counterexample of a random reference, and some that were changed."""
     rng = np.random.default_rng((seed, number, 2))
     outcome = _outcome(seed, number, rng)
-    if isinstance(outcome, Certificate):
-        kind, data = PROVED, encode_certificate(outcome)
-    elif isinstance(outcome, Counterexample):
-        kind, data = REFUTED, encode_counterexample(outcome)
-    else:
+    if not isinstance(outcome, Certificate | Counterexample):
         return
-    data = json.loads(json.dumps(data))
+    kind, data = PROVED if isinstance(outcome, Certificate) else REFUTED, as_read(outcome)
     yield f"{seed} {number}", kind, data
     for i in range(_TAMPERED):
         done, changed = random_change(copy.deepcopy(data), rng)
@@ -105,10 +99,8 @@ def _files(seed: int, number: int) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _outcome(seed: int, number: int, rng: np.random.Generator) -> Outcome:
-    names = list(_FAMILIES)
-    if number % 5 < len(names):
-        chosen, window = _FAMILIES[names[number % 5]](10**6 * (seed + 1) + number)
-        return _ask(number // 5, chosen, window)
+    if number % 5 < len(FAMILIES):
+        return answer(number, list(FAMILIES.values())[number % 5](10**6 * (seed + 1) + number))
     given = drawn(seed, number)
     quantity = given.reference.quantities[int(rng.integers(len(given.reference.quantities)))]
     last = max(float(z.breakpoints[-1]) for z in given.reference.pieces)
@@ -210,3 +202,7 @@ def _in_time() -> Iterator[None]:
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
+
+
+if __name__ == "__main__":
+    sys.exit(run("tests.attack.opponent", {"files": (10_000, judge_twice)}, sys.argv[1:]))

@@ -10,21 +10,24 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from tests.attack.command import run
 from tests.attack.tampering import random_change
 from tests.attack.truth import distance, distances
-from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.certificates.decoded import decode_certificate, decode_disturbances
+from tests.trackably.checker.changes import with_changes
 from tests.trackably.checker.files import CERTIFICATES, file_of
 from tests.trackably.plants import SLIDE as PLANT
 from tests.trackably.reference.test_truth import LIMIT, NOISE, BangBang, measured, nearly_known
 from tests.trackably.test_model_error import A, B, W, gain
 from trackably import (
     ConstrainedSystem,
-    LinearSystem,
+    ModelError,
     NoSignal,
     Plan,
     Polytope,
@@ -39,13 +42,15 @@ from trackably import (
 )
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Contradicted, Proved, check
-from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.certificate import SignalClass, TrueSignal
+from trackably.checker.form import read_certificate
 from trackably.checker.truth import read_contradicted
 from trackably.codec import decode
 from trackably.reference.truth import Signals, no_signal
 
 SYSTEM = PLANT.system
 WIDE = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-40.0], [40.0]))
+ENTRIES = {("velocity", "velocity"): (0.998, 1.002), ("velocity", "acceleration"): (0.018, 0.022)}
 
 
 def learn_signal(seed: int, plant: ConstrainedSystem = WIDE, **more: object) -> tuple[TrackableReference, BangBang]:
@@ -102,24 +107,29 @@ def attack_contradictions(count: int, seed: int) -> tuple[object, list[str]]:
     """Look for contradictions among samples of a signal, and after one is planted there."""
     false, sizes = list[str](), Counter[int]()
     for i in range(count):
-        draw, f = np.random.default_rng([seed, i]), BangBang(seed + i)
-        of = measured(f, draw, 20)
-        kinds = [replace(of, slope=None), replace(of, slope=None, rates=None), of]
-        of = [*kinds, replace(of, second_derivative=None, rates=None)][i % 4]
+        of, found = _planted(seed, i)
         false += [f"{i}: a signal is contradicted"] if no_signal("position", of) is not None else []
-        values = list(of.samples.values)
-        k = int(draw.integers(1, len(values) - 1))
-        values[k] += float(draw.choice([-1.0, 1.0])) * (0.5 if of.second_derivative is None else 0.3) * 4
-        answer = no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
-        if answer:
-            sizes[len(answer.among)] += 1
-            false += [] if isinstance(check(answer.contradiction), Contradicted) else [f"{i}: it is refused"]
+        if found:
+            sizes[len(found.among)] += 1
+            false += [] if isinstance(check(found.contradiction), Contradicted) else [f"{i}: it is refused"]
     return {"found": sizes.total(), "sizes": dict(sizes)}, false
+
+
+def _planted(seed: int, i: int) -> tuple[SignalClass, NoSignal | None]:
+    """Return the class of a signal, and a proof that no signal explains its samples after one is moved."""
+    draw = np.random.default_rng([seed, i])
+    of = measured(BangBang(seed + i), draw, 20)
+    curved = replace(of, slope=None)
+    of = [curved, replace(curved, rates=None), of, replace(of, second_derivative=None, rates=None)][i % 4]
+    values = list(of.samples.values)
+    k = int(draw.integers(1, len(values) - 1))
+    values[k] += float(draw.choice([-1.0, 1.0])) * (2.0 if of.second_derivative is None else 1.2)
+    return of, no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
 
 
 def attack_changed(count: int, seed: int) -> tuple[object, list[str]]:
     """Change certificates about bounds that move, and contradictions of samples; what is accepted has to be true."""
-    contradictions = [found.contradiction for i in range(12) if (found := _planted(seed, i))]
+    contradictions = [found.contradiction for i in range(12) if (found := _planted(seed, i)[1])]
     moving = [kind for kind in CERTIFICATES if kind.startswith("moving bounds")]
     counts, false = Counter[str](), []
     for i in range(count):
@@ -133,16 +143,6 @@ def attack_changed(count: int, seed: int) -> tuple[object, list[str]]:
         if isinstance(verdict, Contradicted) and _is_explained(content):
             false.append(f"contradiction; {what}: it is accepted")
     return dict(sorted(counts.items())), false
-
-
-def _planted(seed: int, i: int) -> NoSignal | None:
-    """Return a proof that no signal explains samples of which one is moved."""
-    draw = np.random.default_rng([seed, i])
-    of = measured(BangBang(seed + i), draw, 20)
-    of = [replace(of, slope=None, rates=None), replace(of, second_derivative=None, rates=None)][i % 2]
-    values = list(of.samples.values)
-    values[int(draw.integers(1, len(values) - 1))] += 2.0
-    return no_signal("position", replace(of, samples=replace(of.samples, values=tuple(values))))
 
 
 def _moving_bounds_are_kept(content: dict) -> bool:
@@ -166,8 +166,8 @@ def attack_models(steps: int, seed: int) -> tuple[object, list[str]]:
     """Let plants switch such that it hurts."""
     t = np.arange(0.0, 4.0, 0.1)
     samples = Samples(t, 0.05 * np.sin(1.8 * t) * np.exp(-0.3 * t))
-    broken, taken, least = 0, 0, np.inf
-    for plant_error, more in ((gain(0.2), {"disturbance": W}), (gain(0.3), {}), (_both(), {"disturbance": W})):
+    broken, taken, least, both = 0, 0, np.inf, ModelError.intervals(SYSTEM, ENTRIES)
+    for plant_error, more in ((gain(0.2), {"disturbance": W}), (gain(0.3), {}), (both, {"disturbance": W})):
         found = learn_reference(
             samples, PLANT, SquaredExponential(), "all_times", mean=0.0, noise_std=0.001, progress=False,
             model_error=plant_error, **more,
@@ -185,20 +185,13 @@ def attack_models(steps: int, seed: int) -> tuple[object, list[str]]:
     return {"steps": taken, "least that is left": least}, [f"{broken} bounds are broken"] * bool(broken)
 
 
-def _both() -> object:
-    system = LinearSystem(A, B, states=SYSTEM.states, inputs=SYSTEM.inputs, sampling_time=0.02)
-    entries = {("velocity", "velocity"): (0.998, 1.002), ("velocity", "acceleration"): (0.018, 0.022)}
-    return type(gain(0.1)).intervals(system, entries)
-
-
 def attack_end_to_end(runs: int, seed: int) -> tuple[object, list[str]]:
     """Feed back noisy states of plants at vertices, and every twentieth run by the tube controller."""
     noise = np.array([2e-4, 5e-4])
     further, without_plan, largest, bounds = 0, 0, 0.0, []
-    K = [[-60.0, -16.0]]
-    every = 20
+    K, every = np.array([[-60.0, -16.0]]), 20
+    plant = replace(WIDE, input_set=Polytope.box([-4.0], [4.0]))
     for i in range(0, runs, every):
-        plant = ConstrainedSystem(SYSTEM, Polytope.box([-5.0, -5.0], [5.0, 5.0]), Polytope.box([-4.0], [4.0]))
         found, f = learn_signal(
             seed + i, plant, model_error=gain(0.2), disturbance=W, feedback=K,
             measurement_noise=Zonotope.box(-noise, noise),
@@ -225,7 +218,7 @@ def attack_end_to_end(runs: int, seed: int) -> tuple[object, list[str]]:
                         break
                     u = plan.input
                 else:
-                    u = window.inputs[k] + np.array(K) @ (seen - window.states[k])
+                    u = window.inputs[k] + K @ (seen - window.states[k])
                 factor = [0.8, 1.2][int(u[0] * side[0] > 0)] if kind < 2 else draw.choice([0.8, 1.2])
                 w = np.array([0.0, 5e-4 * (side[1] if kind < 2 else draw.choice([-1.0, 1.0]))])
                 x = np.array(A) @ x + factor * B @ u + w
@@ -250,102 +243,68 @@ def attack_tamperings(count: int, seed: int) -> tuple[object, list[str]]:
     for i in range(count):
         draw, kind = np.random.default_rng([seed, 3, i]), ("model", "truth")[i % 2]
         content = copy.deepcopy(whole if i % 2 else other)
-        if i % 4 < 2:  # any number, which hardly ever leaves anything consistent
-            what = "anything"
-            _change(content["truth"][0] if i % 2 else content["disturbance"]["model"], draw)
+        if i % 4 < 2:  # any part, which hardly ever leaves anything consistent
+            what, (part, key) = "anything", (content["truth"], 0) if i % 2 else (content["disturbance"], "model")
+            part[key] = random_change(part[key], draw)[1]
         else:
-            what = _moved(content, kind, draw)
+            what, content = _moved(content, kind, draw)
         verdict = check(content)
         counts[f"{kind}, {what}: {type(verdict).__name__}"] += 1
-        if isinstance(verdict, Proved):
-            is_false = _truth_is_false(content, found) if i % 2 else _model_is_false(content, robust)
-            if is_false:
-                false.append(f"tampering {i} is accepted")
+        if isinstance(verdict, Proved) and (
+            _truth_is_false(content, found) if i % 2 else _model_is_false(content, robust)
+        ):
+            false.append(f"tampering {i} is accepted")
     return dict(sorted(counts.items())), false
 
 
-def _moved(content: dict, kind: str, draw: np.random.Generator) -> str:
+def _moved(content: dict, kind: str, draw: np.random.Generator) -> tuple[str, dict]:
     """Say a little less than what is proved, or a little more; return which."""
     side, by = int(draw.choice([-1, 1])), float(10.0 ** draw.uniform(-12, -0.3))
-    what = "less" if side > 0 else "more"
     more, less = 1 + side * by, 1 - side * by
-    if kind == "truth":
-        (truth,) = content["truth"]
-        match int(draw.integers(4)):
-            case 0:
-                truth["errors"] = [error * more for error in truth["errors"]]
-            case 1:
-                k = int(draw.integers(len(truth["errors"])))
-                truth["errors"][k] *= more
-            case 2:
-                truth["of"]["samples"]["noise"] *= less
-            case _:
-                truth["of"]["second_derivative"] *= less
-        return what
-    disturbance = content["disturbance"]
-    match int(draw.integers(4)):
-        case 0:
-            middle = np.array(B)
-            for vertex in disturbance["model"]:
-                vertex["B"] = (middle + (np.array(vertex["B"]) - middle) * less).tolist()
-        case 1:
-            of = disturbance["set"]
-            of["generators"] = [[str(Fraction(g) * Fraction(less)) for g in row] for row in of["generators"]]
-        case 2:
-            bounds = disturbance[("state_set", "input_set")[int(draw.integers(2))]]
-            bounds["lower"], bounds["upper"] = ([end * more for end in bounds[end_of]] for end_of in ("lower", "upper"))
-        case _:
-            content["truth"][0]["plant"] *= more
-    return what
+    k, bounds = draw.integers(len(content["truth"][0]["errors"])), draw.choice(["state_set", "input_set"])
+    ways: dict[str, list[dict]] = {
+        "truth": [
+            {"truth.0.errors": more},
+            {f"truth.0.errors.{k}": more},
+            {"truth.0.of.samples.noise": less},
+            {"truth.0.of.second_derivative": less},
+        ],
+        "model": [
+            {"disturbance.model": lambda of: [{**v, "B": (B + less * (np.array(v["B"]) - B)).tolist()} for v in of]},
+            {"disturbance.set.generators": less},
+            {f"disturbance.{bounds}.lower": more, f"disturbance.{bounds}.upper": more},
+            {"truth.0.plant": more},
+        ],
+    }
+    chosen = ways[kind][int(draw.integers(4))]
+    changes = {path: by if callable(by) else partial(_scaled, by=by) for path, by in chosen.items()}
+    return "less" if side > 0 else "more", with_changes(content, changes)
 
 
-def _change(value: object, draw: np.random.Generator) -> None:
-    """Change one number, somewhere inside."""
-    while isinstance(value, dict | list):
-        keys = [k for k in (value if isinstance(value, dict) else range(len(value))) if k != "state"]
-        key = keys[int(draw.integers(len(keys)))]
-        inner = value[key]
-        if isinstance(inner, dict | list):
-            value = inner
-        elif isinstance(inner, int):
-            value[key] = int(inner + draw.integers(-2, 3))
-            return
-        elif isinstance(inner, str):  # a rational number
-            value[key] = str(Fraction(inner) + Fraction(10.0 ** draw.uniform(-12, 0) * draw.choice([-1.0, 1.0])))
-            return
-        else:
-            by = 10.0 ** draw.uniform(-12, 1) * draw.choice([-1.0, 1.0])
-            value[key] = inner + by * (abs(inner) + 1e-3)
-            return
+def _scaled(value: Any, by: float) -> Any:
+    """Return a number, a rational one, or all numbers in lists, times a factor."""
+    if isinstance(value, list):
+        return [_scaled(each, by) for each in value]
+    return str(Fraction(value) * Fraction(by)) if isinstance(value, str) else value * by
 
 
 def _truth_is_false(content: dict, found: TrackableReference) -> bool:
-    (truth,) = content["truth"]
-    of = truth["of"]
-    samples = Measured(tuple(of["samples"]["times"]), tuple(of["samples"]["values"]), of["samples"]["noise"])
-    signals = SignalClass(samples, None, of.get("slope"), of.get("second_derivative"))
-    for k in np.argsort(truth["errors"])[-2:]:
-        at = (truth["ends"][k] + truth["ends"][k + 1]) / 2
+    (truth,) = read_certificate(content).truth
+    for k in np.argsort(truth.errors)[-2:]:
+        at = (truth.ends[k] + truth.ends[k + 1]) / 2
         x = float(found.reference.state_at(np.array([at]))[0, 0])
-        if distance(signals, x, at) > truth["errors"][k] * (1 + 1e-6):
+        if distance(truth.of, x, at) > truth.errors[k] * (1 + 1e-6):
             return True
     return False
 
 
 def _model_is_false(content: dict, robust: TrackableReference) -> bool:
     said = content["disturbance"]
-    hull = type(gain(0.1)).of([(v["A"], v["B"], v["c"]) for v in said["model"]])
-    of, sets = said["set"], (decode(Polytope, said[name]) for name in ("state_set", "input_set"))
-    disturbance = Zonotope(*(_fractions(of["centre"]), [*map(_fractions, of["generators"])]))
-    worst = worst_plant(
-        robust, ConstrainedSystem(SYSTEM, *sets), hull, said["feedback"], 94, disturbance=disturbance
-    )  # fmt: skip
+    hull = ModelError.of([(v["A"], v["B"], v["c"]) for v in said["model"]])
+    plant = ConstrainedSystem(SYSTEM, *(decode(Polytope, said[name]) for name in ("state_set", "input_set")))
+    worst = worst_plant(robust, plant, hull, said["feedback"], 94, disturbance=decode_disturbances(said["set"]))
     apart = np.abs(worst.states[:, 0] - robust.window(worst.first_step, len(worst.states) - 1).states[:, 0])
     return worst.violation > 1e-12 or float(np.max(apart)) > content["truth"][0]["plant"]
-
-
-def _fractions(texts: list[str]) -> list[Fraction]:
-    return [Fraction(text) for text in texts]
 
 
 ATTACKS = {
@@ -358,4 +317,4 @@ ATTACKS = {
 }
 
 if __name__ == "__main__":
-    sys.exit(run("signals", ATTACKS, sys.argv[1:]))
+    sys.exit(run("tests.attack.signals", ATTACKS, sys.argv[1:]))

@@ -44,7 +44,7 @@ def test_a_small_file_keeps_its_time_and_a_gigabyte(what: str, tmp_path: Path) -
 @pytest.mark.parametrize("what", RECORDINGS)
 def test_what_unpacks_to_gigabytes_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
     packed = RECORDINGS[what]
-    path = packed.written(tmp_path)
+    packed.write(path := tmp_path / packed.name)
     assert path.stat().st_size < 10**6
     took = measured(path, command=("-c", READ))
     assert took.said.startswith(str(path))

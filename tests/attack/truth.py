@@ -5,13 +5,13 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import scipy
 from mpmath import mp
 
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.checker.truth import as_stored, is_true, statement
 from tests.trackably.joints.trajectories import extreme
+from tests.trackably.systems.redundant_instances import excess
 from trackably.arrays import Array
 from trackably.checker.certificate import SignalClass, TrueSignal
 from trackably.codec import decode
@@ -41,20 +41,10 @@ def input_exists(data: dict) -> bool:
     """Whether some input in U acts as u(t) does, at the times at which single inputs are largest and smallest."""
     reference = as_stored(decode_certificate(data).reference, data["trajectories"])
     grid = np.linspace(0.0, 15.0, 2001)
-    inputs = np.stack([q(reference.signals, grid) for q in reference.plant.flatness.inputs], axis=-1)
+    plant = reference.plant
+    inputs = np.stack([q(reference.signals, grid) for q in plant.flatness.inputs], axis=-1)
     chosen = {int(i) for i in (*inputs.argmin(axis=0), *inputs.argmax(axis=0))}
-    return all(_least_slack(reference, inputs[i]) <= _TOLERANCE for i in chosen)
-
-
-def _least_slack(reference: Reference, u: np.ndarray) -> float:
-    """The least s with lower − s ≤ R (u + v) ≤ upper + s for a v with B v = 0."""
-    wanted, idle = reference.plant.input_set, scipy.linalg.null_space(reference.plant.linear.B)
-    moved, at = wanted.rows @ idle, wanted.rows @ u
-    slack = -np.ones((len(at), 1))
-    A = np.block([[moved, slack], [-moved, slack]])
-    b = np.concatenate([wanted.upper - at, at - wanted.lower])
-    cost = np.append(np.zeros(idle.shape[1]), 1.0)
-    return float(scipy.optimize.linprog(cost, A, b, bounds=[(None, None)] * cost.size).fun)
+    return all(excess(plant.linear, plant.input_set, inputs[i]) <= _TOLERANCE for i in chosen)
 
 
 def is_broken(data: dict) -> bool:

@@ -5,14 +5,23 @@ from fractions import Fraction
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.form import encode_certificate, encode_counterexample
+from trackably.certificates.outcome import Counterexample
 from trackably.checker.certificate import KINDS, Boxes, Claim, Cover, Instants, Steps, Window
 from trackably.codec import decode
+from trackably.files import from_json, to_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, of_measured_state
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import InvariantSet, Tightening
+
+
+def as_read(found: Certificate | Counterexample) -> dict:
+    """What a file says."""
+    encode = encode_certificate if isinstance(found, Certificate) else encode_counterexample
+    return from_json(to_json(encode(found)))
 
 
 def decode_certificate(data: dict) -> Certificate:
@@ -43,14 +52,14 @@ def _robust(data: dict | None, system: LinearSystem) -> Tightening | None:
     if data is None:
         return None
     given = ConstrainedSystem(system, *(decode(Polytope, data[name]) for name in ("state_set", "input_set")))
-    K, W, box = np.array(data["feedback"]), _set(data["set"]), np.array(data["box"])
-    V = _set(data["noise"]) if "noise" in data else None
+    K, W, box = np.array(data["feedback"]), decode_disturbances(data["set"]), np.array(data["box"])
+    V = decode_disturbances(data["noise"]) if "noise" in data else None
     of_errors = of_measured_state(W, V, system.A) if V else W
     Z = InvariantSet(system, K, of_errors, data["head"], data["terms"], data["contraction"], box)
     return Tightening(given, 0.0, Z, W, V)
 
 
-def _set(data: dict) -> DisturbanceSet:
+def decode_disturbances(data: dict) -> DisturbanceSet:
     if data["kind"] == "hull":
         return ConvexHull([_fractions(vertex) for vertex in data["vertices"]])
     return Zonotope(_fractions(data["centre"]), [_fractions(generator) for generator in data["generators"]])

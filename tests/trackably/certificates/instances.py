@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tests.trackably.certificates import naive
+from tests.trackably.checker.tight import wide
 from tests.trackably.systems.instances import controllable
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -25,12 +26,12 @@ _RADIAL = (SquaredExponential, Matern32, Matern52)
 
 @dataclass(frozen=True)
 class Case:
-    """A reference whose quantity `active` comes as near to a bound as `margin` (a part of the width) on [0, end]."""
+    """A reference whose quantity `active` nearly touches a bound on [0, end]; or a window of which to ask."""
 
     reference: Reference
-    active: str
-    margin: float
-    end: float
+    active: str = ""
+    end: float = 0.0
+    window: tuple[float, float] | None = None
 
 
 def _elementary(rng: np.random.Generator, span: float) -> Kernel:
@@ -83,7 +84,7 @@ def case(seed: int, margin: float | None = None, drawn: DrawnKernel = _kernel) -
     a, b = float(rng.choice([0.9, 1.0, -0.7, 0.0, 1.2])), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1))
     c, sampling_time = float(rng.choice([0.0, rng.normal()])), span * 10 ** rng.uniform(-3, 0)
     system = LinearSystem.scalar(a, b, c, sampling_time=sampling_time)
-    plant = ConstrainedSystem(system, *_COORDINATES)
+    plant = ConstrainedSystem(system, wide(np.eye(1)), wide(np.eye(1)))
     end = kernel.period or 1.5 * span
     return _with_bounds(rng, Reference((signal,), plant), end, margin)
 
@@ -93,8 +94,8 @@ def general_case(seed: int, margin: float | None = None) -> Case:
     rng = np.random.default_rng(seed)
     span, system = 10 ** rng.uniform(-1, 1), without_redundancy(controllable(seed, states=3))
     n, m = system.B.shape
-    rows = [[_row(rng, d) for _ in range(int(rng.integers(1, d + 2)))] for d in (n, m)]
-    plant = ConstrainedSystem(replace(system, sampling_time=span * 10 ** rng.uniform(-2, -0.5)), *_rows(*rows))
+    sets = [wide(np.array([_row(rng, d) for _ in range(int(rng.integers(1, d + 2)))])) for d in (n, m)]
+    plant = ConstrainedSystem(replace(system, sampling_time=span * 10 ** rng.uniform(-2, -0.5)), *sets)
     kernels = [_kernel(rng, span) for _ in range(plant.signal_count)]
     if seed % 3 == 0:
         period = span * rng.uniform(0.5, 2)
@@ -123,14 +124,6 @@ def _row(rng: np.random.Generator, dimension: int) -> list[float]:
     return (unit if rng.random() < 0.5 else anything).tolist()
 
 
-def _rows(*of_sets: list[list[float]]) -> tuple[Polytope, ...]:
-    """Sets with these rows, and bounds to be replaced."""
-    return tuple(Polytope(np.array(rows), np.full(len(rows), -9.0), np.full(len(rows), 9.0)) for rows in of_sets)
-
-
-_COORDINATES = _rows([[1.0]], [[1.0]])
-
-
 def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, margin: float | None) -> Case:
     names = [q.name for q in reference.quantities]
     active, drawn = str(rng.choice(names)), float(rng.choice([-1, 1]) * 10 ** rng.uniform(-12, -3))
@@ -152,6 +145,4 @@ def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, mar
     split = len(plant.state_set.rows)
     state_set = Polytope(plant.state_set.rows, lower[:split], upper[:split])
     input_set = Polytope(plant.input_set.rows, lower[split:], upper[split:])
-    return Case(
-        Reference(reference.signals, replace(plant, state_set=state_set, input_set=input_set)), active, margin, end
-    )
+    return Case(Reference(reference.signals, replace(plant, state_set=state_set, input_set=input_set)), active, end)

@@ -24,22 +24,28 @@ Lies = dict[str, tuple[Any, str, Lie]]
 """What owns a function, the function's name, and its lie."""
 
 
-def _always(value: Any) -> Lie:
+def always(value: Any) -> Lie:
     return lambda rng, honest: lambda *a, **k: value
 
 
-def _after(change: Callable[[np.random.Generator, Any], Any]) -> Lie:
+def after(change: Callable[[np.random.Generator, Any], Any]) -> Lie:
     """Change what the honest function returns, where it returns something."""
     return lambda rng, honest: lambda *a, **k: None if (found := honest(*a, **k)) is None else change(rng, found)
 
 
-def _with_smaller_errors(rng: np.random.Generator, honest: Any) -> Any:
-    def of(*about: Any) -> Draft:
-        found = honest(*about)
-        smaller = {name: e * 10 ** rng.uniform(-6, 0.1) for name, e in found.errors.items()}
-        return replace(found, certificate=replace(found.certificate, errors=smaller))
+def scaled(low: float, high: float, field: str | None = None) -> Lie:
+    """Say 10^low to 10^high times what the honest function returns, or one field of it."""
 
-    return of
+    def change(rng: np.random.Generator, found: Any) -> Any:
+        by = 10 ** rng.uniform(low, high)
+        return replace(found, **{field: getattr(found, field) * by}) if field else found * by
+
+    return after(change)
+
+
+def _with_smaller_errors(rng: np.random.Generator, found: Draft) -> Draft:
+    smaller = {name: e * 10 ** rng.uniform(-6, 0.1) for name, e in found.errors.items()}
+    return replace(found, certificate=replace(found.certificate, errors=smaller))
 
 
 def _refuses_nothing(rng: np.random.Generator, honest: Any) -> Any:
@@ -75,48 +81,39 @@ def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
     return failure_at
 
 
+def _refuses_certificates(rng: np.random.Generator, honest: Any) -> Any:
+    """Say that a certificate is refused, so that a counterexample is sought."""
+    refused = Unproved("", Interval(0, 0), (0, 0), 0, "")
+    return lambda outcome: refused if isinstance(outcome, Certificate) else honest(outcome)
+
+
 LIES: Lies = {
     "every box holds": (cover, "_refusals", _refuses_nothing),
     "any radius will do": (
-        cover,
-        "discs",
-        _after(lambda rng, of: (of[0] * 10 ** rng.uniform(-3, 3, of[0].shape), of[1])),
+        cover, "discs", after(lambda rng, of: (of[0] * 10 ** rng.uniform(-3, 3, of[0].shape), of[1])),
     ),
-    "a box is lost": (cover, "_join", _after(_loses_a_box)),
-    "an end is moved": (cover, "_join", _after(_moves_an_end)),
-    "boxes are as wide as the window": (cover, "_first_edges", _after(lambda rng, e: e[[0, -1]])),
-    "the cover ends too early": (cover, "_join", _after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
-    "the tail starts at any time": (prove, "_earliest", _after(lambda rng, t: t * rng.uniform(0.05, 1))),
-    "every tail is settled": (Draft, "is_settled", _always(True)),
-    "errors are smaller": (prove.Draft, "of", _with_smaller_errors),
+    "a box is lost": (cover, "_join", after(_loses_a_box)),
+    "an end is moved": (cover, "_join", after(_moves_an_end)),
+    "boxes are as wide as the window": (cover, "_first_edges", after(lambda rng, e: e[[0, -1]])),
+    "the cover ends too early": (cover, "_join", after(lambda _, c: Boxes(c.ends[:-1], c.radii[:-1]))),
+    "the tail starts at any time": (prove, "_earliest", after(lambda rng, t: t * rng.uniform(0.05, 1))),
+    "every tail is settled": (Draft, "is_settled", always(True)),
+    "errors are smaller": (prove.Draft, "of", after(_with_smaller_errors)),
     "every kernel repeats": (Reference, "period", lambda rng, honest: property(lambda s: 1.0)),
-    "nothing is broken": (prove._ProofProblem, "broken", _always(None)),
+    "nothing is broken": (prove._ProofProblem, "broken", always(None)),
     "the worst is elsewhere": (
-        Sketch,
-        "worst_times",
-        lambda rng, honest: property(lambda s: [float(rng.choice(s.times))]),
+        Sketch, "worst_times", lambda rng, honest: property(lambda s: [float(rng.choice(s.times))]),
     ),
-    "violations are larger": (prove._ProofProblem, "_failure_at", _after(_exaggerates)),
+    "violations are larger": (prove._ProofProblem, "_failure_at", after(_exaggerates)),
     "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),
-}
-
-
+}  # fmt: skip
 LIES_ABOUT_PIECES: Lies = {
-    "errors are smaller": (prove.Draft, "of_pieces", _with_smaller_errors),
+    "errors are smaller": (prove.Draft, "of_pieces", after(_with_smaller_errors)),
     "sizes are sane": (Draft, "has_sane_sizes", lambda rng, honest: property(lambda s: True)),
-    "few times are looked at": (sketch, "times_to_look_at", _after(lambda rng, t: np.sort(rng.choice(t, 9)))),
-    "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),
-    "violations are larger": (prove._ProofProblem, "_failure_at", _after(_exaggerates)),
-    "nothing is broken": (prove._ProofProblem, "broken", _always(None)),
-    "everything is broken": (prove, "judge", lambda rng, honest: _refuses_certificates(honest)),
+    "few times are looked at": (sketch, "times_to_look_at", after(lambda rng, t: np.sort(rng.choice(t, 9)))),
+    **{name: LIES[name] for name in ("bounds are broken anywhere", "violations are larger", "nothing is broken")},
+    "everything is broken": (prove, "judge", _refuses_certificates),
 }
-
-
-def _refuses_certificates(honest: Any) -> Any:
-    """Say that a certificate is refused, so that a counterexample is sought."""
-    return lambda outcome: (
-        Unproved("", Interval(0, 0), (0, 0), 0, "") if isinstance(outcome, Certificate) else honest(outcome)
-    )
 
 
 @contextmanager

@@ -9,7 +9,6 @@ from pipeline.published.scalar import is_scalar
 from tests.trackably.gp.instances import LongDoubles, formula
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional
 
 DIGITS = 60
 _EXACTLY = 3
@@ -52,32 +51,33 @@ def _quantity(reference: Reference, name: str, means, t, number):
 def follows_exactly(reference: Reference) -> bool:
     """Whether x(t + T_s) = A x(t) + B u(t) + c whatever the signals are, by what it looks at; in fractions."""
     system, flat = reference.plant.system, reference.plant.flatness
-    A, B, c = ([[Fraction(v) for v in row] for row in M.tolist()] for M in (system.A, system.B, system.c[:, None]))
-    states, inputs = range(len(A)), range(len(B[0]))
+    A, B, c = (np.vectorize(Fraction, otypes=[object])(M) for M in (system.A, system.B, system.c))
     of_states, of_inputs = ([q.functional for q in side] for side in (flat.states, flat.inputs))
-    x, u = [q.offset for q in of_states], [q.offset for q in of_inputs]
-    for i in states:
-        if x[i] != sum(A[i][k] * x[k] for k in states) + sum(B[i][k] * u[k] for k in inputs) + c[i][0]:
-            return False
-
-    def look(functional: Functional, s: int, j: int) -> Fraction:
-        weights = functional.weights[s]
-        return weights[j] if 0 <= j < len(weights) else Fraction(0)
-
+    x, u = ([q.offset for q in side] for side in (of_states, of_inputs))
+    if np.any(x != A @ x + B @ u + c):
+        return False
     for s in range(len(reference.signals)):
-        for j in range(max(len(q.weights[s]) for q in (*of_states, *of_inputs)) + 1):
-            for i in states:
-                led = sum(A[i][k] * look(of_states[k], s, j) for k in states)
-                pushed = sum(B[i][k] * look(of_inputs[k], s, j) for k in inputs)
-                if look(of_states[i], s, j - 1) != led + pushed:
-                    return False
+        count = 1 + max(len(q.weights[s]) for q in (*of_states, *of_inputs))
+        X, U = (np.array([_padded(q.weights[s], count) for q in side]) for side in (of_states, of_inputs))
+        if np.any(np.roll(X, 1, axis=1) != A @ X + B @ U):  # a step later each weight is that of the next shift
+            return False
     return True
+
+
+def _padded(weights: tuple, count: int) -> list[Fraction]:
+    return [*map(Fraction, weights), *[Fraction(0)] * (count - len(weights))]
 
 
 def instant(reference: Reference, k: int):
     """k T_s, to many digits."""
     with mp.workdps(DIGITS):
         return k * mp.mpf(reference.plant.sampling_time)
+
+
+def off(reference: Reference, name: str, value: float, t) -> float:
+    """How far a value in float64 is from x_r(t) or u_r(t)."""
+    with mp.workdps(DIGITS):
+        return float(abs(mp.mpf(float(value)) - exactly(reference, name, t)))
 
 
 def margin(reference: Reference, name: str, t):

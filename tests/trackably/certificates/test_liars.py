@@ -5,7 +5,8 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from scipy.interpolate import CubicSpline
 import trackably
 from tests.attack.liars import KINDS, attack
 from tests.trackably.certificates.instances import case
-from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES
+from tests.trackably.certificates.liars import LIES, LIES_ABOUT_PIECES, after, telling
 from tests.trackably.certificates.references import certified
 from tests.trackably.checker.test_soundness import assert_nothing_false_is_claimed
 from tests.trackably.plants import AXIS, SAMPLES
@@ -104,16 +105,14 @@ def test_nothing_false_of_any_kind_is_handed_out_whatever_lies(kind, monkeypatch
 
 
 @pytest.mark.parametrize("larger", [1.005, 1.02])
-def test_no_violation_is_said_that_is_larger_by_a_hair(larger, monkeypatch):
+def test_no_violation_is_said_that_is_larger_by_a_hair(larger):
     """The checker accepts what is stated, not what was found: both are the same number."""
-    honest = prove._ProofProblem._failure_at
 
-    def failure_at(self, *given):
-        found = honest(self, *given)
+    def exaggerated(rng, found):
         return replace(found, violation=larger * found.violation) if isinstance(found, Counterexample) else found
 
-    monkeypatch.setattr(prove._ProofProblem, "_failure_at", failure_at)
-    said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9608)})
+    with telling("", np.random.default_rng(0), {"": (prove._ProofProblem, "_failure_at", after(exaggerated))}):
+        said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9608)})
     assert (said[Counterexample] > 0) is (larger < 1 / 0.99)
 
 
@@ -122,61 +121,60 @@ def test_what_is_saved_is_what_the_checker_accepted(example):
     assert isinstance(check(json.loads(accepted_file(certified(example).certificate))), Proved)
 
 
-def learned() -> TrackableReference:
-    return learn_reference(SAMPLES, AXIS, KNOWN, "all_times", **QUIET)
+def learned(claim: str = "all_times", **more: Any) -> TrackableReference:
+    return learn_reference(SAMPLES, AXIS, KNOWN, claim, **QUIET, **more)
 
 
 def streamed() -> StreamReference:
     return learn_stream(SAMPLES, AXIS, KNOWN, "all_times", window=3.0, **QUIET)
 
 
-def fleet(folder: Any, *, proved: bool = False) -> trackably.Fleet:
+def fleet(folder: Path, *, proved: bool = False) -> trackably.Fleet:
     """Return a fleet of one recording; of one that was proved before, from what it left in the folder."""
     assert not proved or (folder / "fleet").exists()
     return learn_many({"one": SAMPLES}, AXIS, KNOWN, "all_times", folder=folder / "fleet", **QUIET)
 
 
-CLAIMING: dict[str, Callable[[Any, TrackableReference], Any]] = {
-    "learn_reference": lambda folder, _: learned(),
-    "learn_stream": lambda folder, _: streamed(),
-    "learn_many": lambda folder, _: fleet(folder),
-    "learn_reference, impossible": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "all_times", at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}, **QUIET
-    ),
-    "certify": lambda folder, _: certify(CURVE, AXIS),
-    "certify, refuted": lambda folder, _: certify(BROKEN, AXIS),
-    "repair": lambda folder, _: repair(BROKEN, AXIS),
-    "certify_table": lambda folder, _: certify_table(TABLE, AXIS, 1e-9),
-    "certify_table, refuted": lambda folder, _: certify_table(BROKEN_TABLE, AXIS, 1e-9),
-    "Relearner": lambda folder, reference: Relearner(reference)(SAMPLES),
-    "TrackableReference": lambda folder, _: TrackableReference.load(folder / "reference.json"),
-    "certify_joints": lambda folder, _: certify_joints(MOTION, JOINTS),
-    "certify_joints, refuted": lambda folder, _: certify_joints(MOTION, SLOW_JOINTS),
-    "stretch_joints": lambda folder, _: stretch_joints(MOTION, SLOW_JOINTS),
-    "repair_joints": lambda folder, _: repair_joints(MOTION, Joints(names=("a",), velocity=1.4)),
-    "learn_reference, true signal": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "recorded", truth=Truth(0.2, slope=5.0), **QUIET
-    ),
-    "learn_reference, no signal": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "recorded", truth=Truth(1e-6, slope=1e-6), **QUIET
-    ),
-    "learn_reference, wrong model": lambda folder, _: learn_reference(
-        SAMPLES, AXIS, KNOWN, "recorded", model_error=MODELS, **QUIET
-    ),
-    "StreamReference": lambda folder, _: StreamReference.load(folder / "stream.json"),
-    "Fleet": lambda folder, _: fleet(folder, proved=True).reference("one"),
-    "Gate": lambda folder, _: Gate(JOINTS).at_rest([0.0], 0.0),
-    "CertifiedTrajectory": lambda folder, _: CertifiedTrajectory(JointTrajectory.of(MOTION, ("a",)), JOINTS),
+class Honest(NamedTuple):
+    """What was learned before, and a folder of what was saved."""
+
+    folder: Path
+    reference: TrackableReference
+
+
+CLAIMING: dict[str, Callable[[Honest], Any]] = {
+    "learn_reference": lambda honest: learned(),
+    "learn_stream": lambda honest: streamed(),
+    "learn_many": lambda honest: fleet(honest.folder),
+    "learn_reference, impossible": lambda honest: learned(at={1.0: {"position": -0.9}, 1.05: {"position": 0.15}}),
+    "certify": lambda honest: certify(CURVE, AXIS),
+    "certify, refuted": lambda honest: certify(BROKEN, AXIS),
+    "repair": lambda honest: repair(BROKEN, AXIS),
+    "certify_table": lambda honest: certify_table(TABLE, AXIS, 1e-9),
+    "certify_table, refuted": lambda honest: certify_table(BROKEN_TABLE, AXIS, 1e-9),
+    "Relearner": lambda honest: Relearner(honest.reference)(SAMPLES),
+    "TrackableReference": lambda honest: TrackableReference.load(honest.folder / "reference.json"),
+    "certify_joints": lambda honest: certify_joints(MOTION, JOINTS),
+    "certify_joints, refuted": lambda honest: certify_joints(MOTION, SLOW_JOINTS),
+    "stretch_joints": lambda honest: stretch_joints(MOTION, SLOW_JOINTS),
+    "repair_joints": lambda honest: repair_joints(MOTION, Joints(names=("a",), velocity=1.4)),
+    "learn_reference, true signal": lambda honest: learned("recorded", truth=Truth(0.2, slope=5.0)),
+    "learn_reference, no signal": lambda honest: learned("recorded", truth=Truth(1e-6, slope=1e-6)),
+    "learn_reference, wrong model": lambda honest: learned("recorded", model_error=MODELS),
+    "StreamReference": lambda honest: StreamReference.load(honest.folder / "stream.json"),
+    "Fleet": lambda honest: fleet(honest.folder, proved=True).reference("one"),
+    "Gate": lambda honest: Gate(JOINTS).at_rest([0.0], 0.0),
+    "CertifiedTrajectory": lambda honest: CertifiedTrajectory(JointTrajectory.of(MOTION, ("a",)), JOINTS),
 }
 
 
 @pytest.fixture(scope="module")
-def honest(tmp_path_factory) -> tuple[Any, TrackableReference]:
-    folder, reference = tmp_path_factory.mktemp("honest"), learned()
-    reference.save(folder / "reference.json")
-    streamed().save(folder / "stream.json")
-    fleet(folder)
-    return folder, reference
+def honest(tmp_path_factory) -> Honest:
+    found = Honest(tmp_path_factory.mktemp("honest"), learned())
+    found.reference.save(found.folder / "reference.json")
+    streamed().save(found.folder / "stream.json")
+    fleet(found.folder)
+    return found
 
 
 def claims_something(found: Any) -> bool:
@@ -186,10 +184,9 @@ def claims_something(found: Any) -> bool:
     return isinstance(found, OUTCOMES)
 
 
-def answer_of(name: str, honest: Any, tmp_path: Any) -> Any:
-    folder, reference = honest
+def answer_of(name: str, honest: Honest, tmp_path: Path) -> Any:
     try:
-        return CLAIMING[name](tmp_path if name == "learn_many" else folder, reference)
+        return CLAIMING[name](honest._replace(folder=tmp_path) if name == "learn_many" else honest)
     except NotTrackableError as error:
         return error.outcome
     except NotAcceptedError as error:

@@ -1,19 +1,16 @@
 """Proofs for both examples, and honest answers where there is none."""
 
-import json
-
 import numpy as np
 import pytest
 
 from pipeline.published.scalar import scalar
 from tests.pipeline.published import example1
 from tests.trackably.certificates import naive
-from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.certificates.decoded import as_read, decode_certificate
 from tests.trackably.certificates.references import unconstrained
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker.certificate import AllPhases, AllTimes, Instants, Window
@@ -41,31 +38,24 @@ def reference(kernel, plant=PLANT, mean=0.0) -> Reference:
 def require_certificate(found) -> Certificate:
     """Of it, nothing is lost on the way to a file and back."""
     assert isinstance(found, Certificate), found.explanation
-    data = encode_certificate(found)
-    assert encode_certificate(decode_certificate(json.loads(json.dumps(data, allow_nan=False)))) == data
+    data = as_read(found)
+    assert as_read(decode_certificate(data)) == data
     return found
 
 
-@pytest.fixture(params=["example1", "example2"])
-def example(request) -> str:
-    return request.param
-
-
+@pytest.mark.parametrize("example", ["example1", "example2"])
 def test_unconstrained_references_are_refuted(example):
     broken = unconstrained(example)
     found = prove(broken)
     assert isinstance(found, Counterexample)
-    true_margin = naive.margin(broken, found.quantity, found.time)
-    assert true_margin <= -found.violation < -1e-3
+    assert naive.margin(broken, found.quantity, found.time) <= -found.violation < -1e-3
     assert repr(found.time) in found.explanation
-    assert found.quantity in found.explanation
 
 
 def test_broken_instants_are_refuted_by_their_step():
     found = prove_at_instants(unconstrained("example1"))
     assert isinstance(found, Counterexample)
     assert found.step == 77  # the first step at which the published unconstrained mean leaves X
-    assert "step 77" in found.explanation
 
 
 def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():

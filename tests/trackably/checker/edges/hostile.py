@@ -3,7 +3,8 @@
 import copy
 from functools import cache
 
-from tests.trackably.certificates.nonlinear.instances import as_read, proved
+from tests.trackably.certificates.decoded import as_read
+from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.checker.instances import scalar_certificate
 
 
