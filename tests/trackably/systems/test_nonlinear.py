@@ -5,7 +5,7 @@ import pytest
 
 from tests.trackably.systems.nonlinear_instances import INSTANCES, T_S, moving
 from trackably.checker.certificate import Window
-from trackably.codec import CodecError, decode, encode
+from trackably.checker.formulas import Name
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
@@ -15,7 +15,6 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.reference import Reference
 
 
 @pytest.mark.parametrize("sizes", [(3, 1), (1, 3), (2, 1)])
@@ -56,20 +55,9 @@ def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():
     assert np.isnan(quantity.at_rest([-1.0]))
 
 
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"f": [["+", "level", True]]}, "a formula must be"),
-        ({"f": [["sqrt", "inflow"]]}, r"solvable for its inputs, .* not affine in inflow: it holds sqrt\(\"inflow\"\)"),
-        ({"f": ["nobody"]}, "the formula of level uses nobody, which is no state or input"),
-        ({"f": []}, "f must have a formula for each of 1 states, got 0"),
-    ],
-)
-def test_json_that_is_no_system_is_refused(change, reason):
-    data = encode(moving(INSTANCES["tank"]))
-    data["plant"]["system"].update(change)
-    with pytest.raises(CodecError, match=reason):
-        decode(Reference, data)
+def test_formulas_hold_states_and_inputs_only():
+    with pytest.raises(ValueError, match="uses nobody, which is no state or input"):
+        NonlinearSystem((Name("nobody"),), ("a",), ("p",), T_S)
 
 
 AFFINE = "must be solvable for its inputs, .*, but f is not affine in p: it holds "

@@ -1,4 +1,4 @@
-"""Disturbance sets: support functions against vertices, vertices of half-spaces, and what is refused."""
+"""Disturbance sets: support functions against vertices, and vertices of half-spaces."""
 
 from fractions import Fraction
 
@@ -8,7 +8,7 @@ import scipy
 
 from tests.trackably.systems.disturbance.instances import ALL
 from tests.trackably.systems.disturbance.naive import exact_support, extremes
-from trackably.systems.disturbances import ConvexHull, Zonotope, require_disturbance
+from trackably.systems.disturbances import ConvexHull
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -38,17 +38,3 @@ def test_halfspaces_have_the_support_of_their_linear_program(seed):
             sum(Fraction(a) * v for a, v in zip(row, vertex, strict=True)) <= Fraction(side)
             for row, side in zip(H.tolist(), h.tolist(), strict=True)
         )
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        (Zonotope.box([0.1], [0.2]), "must contain 0"),
-        (Zonotope([0.0, 1.0], [[1.0, 0.0]]), "must contain 0"),
-        (ConvexHull([[1.0, 0.0], [0.0, 1.0]]), "must contain 0"),
-        (Zonotope.box([-1.0] * 3, [1.0] * 3), "an entry for each of"),
-    ],
-)
-def test_sets_without_zero_or_of_another_dimension_are_refused(given, words):
-    with pytest.raises(ValueError, match=words):
-        require_disturbance(given, 1 if given.dimension == 1 else 2)
