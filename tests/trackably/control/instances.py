@@ -1,18 +1,22 @@
-"""Random systems with trackable references, and a double integrator."""
+"""Controllers with trackable references: random systems, a double integrator, nonlinear systems, and a robot."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from tests.trackably.systems.forms.instances import T_S, robot
 from trackably.control.controller import Controller
+from trackably.control.references import TabulatedReference
+from trackably.control.stepping import Plan
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.library import tank
 from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.reference import Reference
+from trackably.systems.reference import Reference, Window
 
-SEEDS = range(8)
 STEPS = 200
 
 
@@ -36,7 +40,7 @@ def at_rest(plant: ConstrainedSystem, level: float = 0.0) -> Reference:
 @dataclass(frozen=True)
 class Instance:
     controller: Controller
-    reference: Reference
+    reference: Reference | TabulatedReference
     start: np.ndarray
 
 
@@ -70,7 +74,7 @@ def instance(seed: int) -> Instance:
     weights = (np.diag(rng.uniform(0.1, 10, n)), np.diag(rng.uniform(0.01, 1, m)))
     controller = Controller(reference.plant, horizon, *weights)
     away = rng.standard_normal(n) * np.ptp(window.states, axis=0)
-    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Plan":
+    while not isinstance(controller.step(0, window.states[0] + away, reference), Plan):
         away = away / 2
     return Instance(controller, reference, window.states[0] + away)
 
@@ -83,3 +87,54 @@ def _around(values: np.ndarray, margin: float) -> Polytope:
 def first_outside(reference: Reference, bounds, values) -> int:
     """Return the first of 3000 steps at which the `values` of a reference violate their bounds."""
     return int(np.flatnonzero(bounds.margin(values(np.arange(3000))) < 0)[0])
+
+
+TANK = ConstrainedSystem(tank(5.0, outflow=0.05), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
+PAIR = ConstrainedSystem(
+    NonlinearSystem.of(
+        lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],
+        ["a", "b"],
+        ["u", "w"],
+        0.1,
+    ),
+    Polytope.box([-2.0, -2.0], [2.0, 2.0]),
+    Polytope.box([-0.25, -0.3], [0.25, 0.3]),
+)
+
+
+def bump(plant: ConstrainedSystem, levels: list[float], heights: list[float], width: float) -> Reference:
+    """Return a reference that leaves its levels once, by these heights."""
+    signals = tuple(
+        KernelSum(SquaredExponential(1.0, width), level, np.array([4 * width]), np.array([height]))
+        for level, height in zip(levels, heights, strict=True)
+    )
+    return Reference(signals, plant)
+
+
+NONLINEAR = {
+    "tank": Instance(Controller(TANK, 12, np.eye(1), np.eye(1)), bump(TANK, [0.8], [0.3], 60.0), np.array([0.6])),
+    "pair": Instance(
+        Controller(PAIR, 8, np.eye(2), 0.1 * np.eye(2)),
+        bump(PAIR, [0.1, 0.0], [0.3, 0.4], 1.0),
+        np.array([1.0, -0.7]),
+    ),
+}
+
+ROBOT = ConstrainedSystem(
+    robot(),
+    Polytope.box([-3.0, -3.0, -np.inf], [3.0, 3.0, np.inf]),
+    Polytope.box([0.4, -1.2], [1.1, 1.2]),
+)
+
+
+def robot_beside_its_path() -> Instance:
+    """Return a robot beside its path and a little ahead: rounds of 1.2 m at 0.72 m/s, with a heading in (−π, π]."""
+    t = np.arange(152) * T_S
+    path = 1.2 * np.stack([np.cos(0.6 * t), np.sin(0.6 * t)], axis=1)
+    moved = np.diff(path, axis=0)
+    heading = np.arctan2(moved[:, 1], moved[:, 0])
+    turn_rate = np.diff(np.unwrap(heading)) / T_S
+    states = np.column_stack([path[:-1], heading])
+    inputs = np.column_stack([np.linalg.norm(moved, axis=1)[:-1] / T_S, turn_rate])
+    controller = Controller(ROBOT, 20, np.diag([1.0, 1.0, 0.5]), np.diag([0.5, 0.5]))
+    return Instance(controller, TabulatedReference(0, Window(states, inputs)), states[0] + [-0.1, 0.3, -0.4])
