@@ -44,16 +44,17 @@ def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0
     return _solved(cost, [*kept, x[0] == state, missed == 0]), None if u.value is None else u.value[0]
 
 
-def closest_end(controller: Controller, k: int, state, reference) -> tuple[float, float]:
-    """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box, and the least cost of a plan that ends so near.
+def closest_end(controller: Controller, k: int, state, reference):
+    """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box, and u(k) of the cheapest plan with this end.
 
-    Both are inf where no plan keeps the sets.
+    The distance is inf where no plan keeps the sets.
     """
     X = controller.plant.state_set
-    cost, x, _, kept, missed = _program(controller, controller.plant, k, reference)
+    cost, x, u, kept, missed = _program(controller, controller.plant, k, reference)
     kept, miss = [*kept, x[0] == state], cp.norm(missed / (X.upper - X.lower))
-    least = _solved(miss, kept)
-    return least, _solved(cost, [*kept, miss <= least * (1 + 1e-6)]) if least < np.inf else np.inf
+    if (least := _solved(miss, kept)) < np.inf:
+        _solved(cost, [*kept, miss <= least * (1 + 1e-6)])
+    return least, u.value[0] if least < np.inf else None
 
 
 def tube_optimum(controller: TubeController, k: int, state: np.ndarray, reference) -> float:

@@ -1,13 +1,14 @@
 """A robot in the plane: fewer inputs than states, and a heading that counts up to whole turns."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.trackably.control.instances import ROBOT, robot_beside_its_path
+from tests.trackably.control.instances import robot_beside_its_path
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.stepping import Plan, Status
-from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
@@ -28,7 +29,7 @@ def test_whole_turns_make_no_difference(turns):
 @pytest.mark.parametrize("heading", [0.0, 0.3, np.pi / 2])
 def test_a_robot_returns_along_its_heading_to_where_it_stands(heading):
     """At rest it cannot move sideways, so that conditions of the linearisation depend on each other."""
-    plant = ConstrainedSystem(ROBOT.system, ROBOT.state_set, Polytope.box([-1.1, -1.2], [1.1, 1.2]))
+    plant = replace(CASE.controller.plant, input_set=Polytope.box([-1.1, -1.2], [1.1, 1.2]))
     controller = Controller(plant, 10, CASE.controller.Q, CASE.controller.R)
     place = np.array([0.0, 0.0, heading])
     reference = TabulatedReference(0, Window(np.tile(place, (13, 1)), np.zeros((12, 2))))
