@@ -89,20 +89,20 @@ WRONG = {
         "expected a curve for each joint",
     ),
     "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, but 'a' is"),
+    "degree 7": (
+        lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
+        "degrees up to 5, but pieces have degree 7",
+    ),
+    "a point that jumps": (
+        lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1, 2], [[[0.0], [1.0]]]), "a.yaml"),
+        "positions jump by 1",
+    ),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
     "joints that must move": (
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
         "limits of the velocity of a must have 0 inside",
     ),
-    "a rest outside of its limits": (
-        lambda: Gate(Joints(position=(-2, 2), names=["a"])).at_rest([9.0], 0.0),
-        "gate: the position of a must be in [-2, 2], got 9",
-    ),
     "now before what runs": (lambda: GATE(CURVE, GATE.at_rest([0.0, 0.0], 0.0), -1.0), "after now, -1 s"),
-    "a point that jumps": (
-        lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1, 2], [[[0.0], [1.0]]]), "a.yaml"),
-        "positions jump by 1",
-    ),
 }
 
 
