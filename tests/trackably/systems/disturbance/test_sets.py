@@ -1,7 +1,5 @@
 """Disturbance sets: support functions against vertices, and vertices of half-spaces."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 import scipy
@@ -9,6 +7,7 @@ import scipy
 from tests.trackably.systems.disturbance.instances import ALL
 from tests.trackably.systems.disturbance.naive import exact_support, extremes
 from trackably.systems.disturbances import ConvexHull
+from trackably.systems.rationals import exact
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -18,8 +17,7 @@ def test_the_support_function_is_the_largest_value_at_a_vertex(name):
     found = bounded.support(rows)
     for row, value in zip(rows, found, strict=True):
         assert value == pytest.approx(max(extremes(bounded) @ row), rel=1e-9, abs=1e-12)
-        exact = [Fraction(r) for r in row.tolist()]
-        assert float(exact_support(bounded, exact)) == pytest.approx(value, rel=1e-12)
+        assert float(exact_support(bounded, exact(row))) == pytest.approx(value, rel=1e-12)
         assert bounded.farthest(row) @ row == pytest.approx(value, rel=1e-12)
 
 
@@ -33,8 +31,5 @@ def test_halfspaces_have_the_support_of_their_linear_program(seed):
     for row in rng.normal(size=(5, n)):
         program = scipy.optimize.linprog(-row, A_ub=H, b_ub=h, bounds=(None, None))
         assert bounded.support(row) == pytest.approx(-program.fun, rel=1e-9)
-    for vertex in bounded.vertices:  # exactly
-        assert all(
-            sum(Fraction(a) * v for a, v in zip(row, vertex, strict=True)) <= Fraction(side)
-            for row, side in zip(H.tolist(), h.tolist(), strict=True)
-        )
+    for vertex in bounded.vertices:
+        assert np.all(exact(H) @ vertex <= exact(h))

@@ -62,6 +62,16 @@ def test_every_state_can_be_written(system):
     assert all([*map(len, state.functional.weights)] == list(flat.orders) for state in flat.states)
 
 
+@over(CASES, "system")
+def test_flat_outputs_are_told_in_states(system):
+    """Of states that are written in signals, row c is signal c, now, exactly; but for a constant."""
+    flat = system.flatness()
+    for c, order in enumerate(flat.orders):
+        for j in range(order):
+            told = exact(flat.outputs) @ look(flat.states, c, j)
+            assert told.tolist() == [c == row and j == 0 for row in range(len(flat.orders))]
+
+
 @over(REDUNDANT, "system")
 def test_of_many_inputs_the_smallest_is_chosen(system):
     """By the pseudo-inverse: u = B⁺ B u, and so for each weight and the offset."""

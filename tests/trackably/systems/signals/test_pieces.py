@@ -6,9 +6,7 @@ import pytest
 from trackably.systems.pieces import PolynomialPieces
 
 REFUSED = {
-    "one breakpoint": (lambda: PolynomialPieces([0.0], []), "breakpoints must be two"),
     "infinite": (lambda: PolynomialPieces([0.0, 1.0], [[np.inf]]), "must be finite"),
-    "beyond": (lambda: PolynomialPieces([0.0, 1.0], [[1.0]], "for ever"), "one of rest, period, end"),
     "no exact period": (lambda: PolynomialPieces([0.1, 1.3], [[1.0]], "period"), "must be exact"),
     "falling": (lambda: PolynomialPieces.steps({1.0: 0.0, 0.5: 1.0}), "rising times"),
     "no period": (lambda: PolynomialPieces.lines({0.0: 1.0, 0.5: 2.0}, 0.0), "period must be positive, got 0"),
