@@ -1,18 +1,23 @@
-"""Random systems with trackable references, and a double integrator."""
+"""Controllers with trackable references: random systems, a double integrator, nonlinear systems, and a robot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackably.control.controller import Controller
+from pipeline.disturbed import near_bounds
+from tests.trackably.systems.disturbance.instances import random_disturbed
+from tests.trackably.systems.forms.instances import eight
+from trackably.control.controller import Controller, scaled_controller
+from trackably.control.stepping import Plan
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.library import tank
 from trackably.systems.linear import LinearSystem
+from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-SEEDS = range(8)
 STEPS = 200
 
 
@@ -41,45 +46,61 @@ class Instance:
 
 
 def instance(seed: int) -> Instance:
-    """Return a system of up to four states and two inputs, stable or not. Where 3 divides `seed`, its reference
-    touches its boxes.
+    """Return a random system, stable or not, with a reference that touches a bound where 3 divides `seed`.
 
-    The boxes contain the reference up to step STEPS + N. The initial state is off the reference: a random distance,
-    halved until the controller has a plan.
+    Inputs are short where `seed` is odd. The initial state is off the reference: a random distance, halved until the
+    controller has a plan.
     """
-    rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 5))
-    m = int(rng.integers(1, min(n, 2) + 1))
-    A = rng.standard_normal((n, n))
-    A *= rng.uniform(0.5, 1.1) / max(abs(np.linalg.eigvals(A)))
-    sampling_time = 0.1
-    system = LinearSystem(A, rng.standard_normal((n, m)), 0.1 * rng.standard_normal(n), sampling_time=sampling_time)
-    horizon = int(rng.integers(max(n, 5), 21))
-    free = ConstrainedSystem(
-        system, Polytope.box([-np.inf] * n, [np.inf] * n), Polytope.box([-np.inf] * m, [np.inf] * m)
-    )
-    centres = np.arange(-1.0, (STEPS + horizon) * sampling_time + 1, 0.7)
-    signals = tuple(
-        KernelSum(SquaredExponential(1.0, 0.8), rng.normal(), centres, rng.standard_normal(centres.size))
-        for _ in range(free.signal_count)
-    )
-    window = Reference(signals, free).window(0, STEPS + horizon)
-    margin = 0.0 if seed % 3 == 0 else rng.uniform(0.02, 0.3)
-    boxes = [_around(values, margin) for values in window]
-    reference = Reference(signals, ConstrainedSystem(system, *boxes))
-    weights = (np.diag(rng.uniform(0.1, 10, n)), np.diag(rng.uniform(0.01, 1, m)))
-    controller = Controller(reference.plant, horizon, *weights)
-    away = rng.standard_normal(n) * np.ptp(window.states, axis=0)
-    while type(controller.step(0, window.states[0] + away, reference)).__name__ != "Plan":
+    rng, plant = np.random.default_rng(seed), random_disturbed(seed).plant
+    if seed % 2:
+        plant = replace(plant, input_set=Polytope.box(plant.input_set.lower / 20, plant.input_set.upper / 20))
+    controller = scaled_controller(plant, int(rng.integers(5, 21)))
+    reference = near_bounds(plant, rng, STEPS + 20, 1.0 if seed % 3 == 0 else rng.uniform(0.6, 0.98))
+    away = (plant.state_set.upper - plant.state_set.lower) * rng.standard_normal(plant.state_set.dimension)
+    while not isinstance(controller.step(0, reference.state(0) + away, reference), Plan):
         away = away / 2
-    return Instance(controller, reference, window.states[0] + away)
-
-
-def _around(values: np.ndarray, margin: float) -> Polytope:
-    pad = margin * np.ptp(values, axis=0)
-    return Polytope.box(values.min(axis=0) - pad, values.max(axis=0) + pad)
+    return Instance(controller, reference, reference.state(0) + away)
 
 
 def first_outside(reference: Reference, bounds, values) -> int:
     """Return the first of 3000 steps at which the `values` of a reference violate their bounds."""
     return int(np.flatnonzero(bounds.margin(values(np.arange(3000))) < 0)[0])
+
+
+TANK = ConstrainedSystem(tank(5.0, outflow=0.05), Polytope.box([0.3], [1.25]), Polytope.box([0.02], [0.068]))
+PAIR = ConstrainedSystem(
+    NonlinearSystem.of(
+        lambda x, u: [0.9 * x[0] + 0.3 * np.sin(x[1]) + u[0], 0.8 * x[1] + 0.2 * x[0] * x[1] + (1 + x[0] ** 2) * u[1]],
+        ["a", "b"],
+        ["u", "w"],
+        0.1,
+    ),
+    Polytope.box([-2.0, -2.0], [2.0, 2.0]),
+    Polytope.box([-0.25, -0.3], [0.25, 0.3]),
+)
+
+
+def bump(plant: ConstrainedSystem, levels: list[float], heights: list[float], width: float) -> Reference:
+    """Return a reference that leaves its levels once, by these heights."""
+    signals = tuple(
+        KernelSum(SquaredExponential(1.0, width), level, np.array([4 * width]), np.array([height]))
+        for level, height in zip(levels, heights, strict=True)
+    )
+    return Reference(signals, plant)
+
+
+NONLINEAR = {
+    "tank": Instance(Controller(TANK, 12, np.eye(1), np.eye(1)), bump(TANK, [0.8], [0.3], 60.0), np.array([0.6])),
+    "pair": Instance(
+        Controller(PAIR, 8, np.eye(2), 0.1 * np.eye(2)),
+        bump(PAIR, [0.1, 0.0], [0.3, 0.4], 1.0),
+        np.array([1.0, -0.7]),
+    ),
+}
+
+
+def robot_beside_its_path() -> Instance:
+    """Return a robot beside a figure eight and a little ahead, with a heading in (−π, π]."""
+    reference = eight()
+    controller = Controller(reference.plant, 20, np.diag([1.0, 1.0, 0.5]), np.diag([0.5, 0.5]))
+    return Instance(controller, reference, reference.state(0) + np.array([-0.1, 0.3, -0.4]))

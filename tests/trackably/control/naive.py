@@ -44,18 +44,17 @@ def optimum(controller: Controller, k: int, state, reference, wider: float = 0.0
     return _solved(cost, [*kept, x[0] == state, missed == 0]), None if u.value is None else u.value[0]
 
 
-def smallest_miss(controller: Controller, k: int, state, reference) -> float:
-    """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box; inf where no plan keeps the sets."""
-    X = controller.plant.state_set
-    _, x, _, kept, missed = _program(controller, controller.plant, k, reference)
-    return _solved(cp.norm(missed / (X.upper - X.lower)), [*kept, x[0] == state])
+def closest_end(controller: Controller, k: int, state, reference):
+    """Return min ‖x(k+N) − x_r(k+N)‖ in widths of the state set, a box, and u(k) of the cheapest plan with this end.
 
-
-def closest_plan_cost(controller: Controller, k: int, state, reference, miss: float) -> float:
-    """Return the least cost of a plan that ends within `miss` widths of the reference."""
+    The distance is inf where no plan keeps the sets.
+    """
     X = controller.plant.state_set
-    cost, x, _, kept, missed = _program(controller, controller.plant, k, reference)
-    return _solved(cost, [*kept, x[0] == state, cp.norm(missed / (X.upper - X.lower)) <= miss])
+    cost, x, u, kept, missed = _program(controller, controller.plant, k, reference)
+    kept, miss = [*kept, x[0] == state], cp.norm(missed / (X.upper - X.lower))
+    if (least := _solved(miss, kept)) < np.inf:
+        _solved(cost, [*kept, miss <= least * (1 + 1e-6)])
+    return least, u.value[0] if least < np.inf else None
 
 
 def tube_optimum(controller: TubeController, k: int, state: np.ndarray, reference) -> float:

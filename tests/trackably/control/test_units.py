@@ -1,48 +1,40 @@
 """The law of units: the same problem in other units has the same answer, in its own units."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import pytest
 
 from tests.trackably.control import instances
-from tests.trackably.control.test_nonlinear import TANK, bump
+from tests.trackably.control.instances import NONLINEAR
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
-from trackably.control.stepping import Infeasible, Plan
+from trackably.control.stepping import Plan
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
-ACCURACY = 1e-6
-"""Of the widths of the sets."""
-
 FREE = (-np.inf, np.inf)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
     controller: Controller
     reference: TabulatedReference
-    states: tuple[tuple[float, ...], ...]
+    states: np.ndarray
 
 
-def _case(controller: Controller, reference, *states: tuple[float, ...]) -> Case:
-    return Case(controller, TabulatedReference.of(reference, 0, controller.horizon), states)
+def _case(controller: Controller, reference, states: list[list[float]]) -> Case:
+    return Case(controller, TabulatedReference.of(reference, 0, controller.horizon), np.array(states))
 
 
 def _integrator(*bounds: tuple[float, float]) -> Case:
     plant = instances.double_integrator(*bounds)
-    return _case(
-        instances.controller_of(plant), instances.at_rest(plant, 1.2), (1.0, 1.2), (0.5, 0.0), (1.2, 0.3), (0.0, 0.0)
-    )
-
-
-def _tank() -> Case:
-    reference = bump(TANK, [0.8], [0.3], 60.0)
-    return _case(Controller(TANK, 12, np.eye(1), np.eye(1)), reference, (0.6,), (0.85,), (0.3,), (0.0001,))
+    states = [[1.0, 1.2], [0.5, 0.0], [1.2, 0.3], [0.0, 0.0]]
+    return _case(instances.controller_of(plant), instances.at_rest(plant, 1.2), states)
 
 
 CASES = {
@@ -50,22 +42,20 @@ CASES = {
     "free position": _integrator(FREE),
     "free input": _integrator((-1.0, 1.2), (-2.0, 2.0), FREE),
     "nothing bounded": _integrator(FREE, FREE, FREE),
-    "tank": _tank(),
+    "tank": _case(NONLINEAR["tank"].controller, NONLINEAR["tank"].reference, [[0.6], [0.85], [0.3], [0.0001]]),
 }
 UNITS = [(1e-12, 1e-12, 1.0), (1e-12, 1e12, 1e6), (3e8, 7e-9, 1e-9)]
 
 
 def in_units(case: Case, x: np.ndarray, u: np.ndarray, cost: float) -> Case:
     """Return a case in which one former unit is `x` (n,), `u` (m,) and `cost` new ones."""
-    old = case.controller
+    old, values = case.controller, case.reference.values
     plant = ConstrainedSystem(
         _system(old.plant.system, x, u), _box(old.plant.state_set, x), _box(old.plant.input_set, u)
     )
     Q, R = cost * old.Q / np.outer(x, x), cost * old.R / np.outer(u, u)
-    values = case.reference.values
     reference = TabulatedReference(0, Window(values.states * x, values.inputs * u))
-    states = tuple(tuple((np.array(state) * x).tolist()) for state in case.states)
-    return Case(Controller(plant, old.horizon, Q, R), reference, states)
+    return Case(Controller(plant, old.horizon, Q, R), reference, case.states * x)
 
 
 def _system(system, x, u):
@@ -84,42 +74,37 @@ def _box(bounded: Polytope, unit: np.ndarray) -> Polytope:
     return Polytope(bounded.rows, bounded.lower * scale, bounded.upper * scale, bounded.dimension)
 
 
-def units(case: Case, x: float, u: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return different units for each state and each input."""
-    n, m = len(case.controller.Q), len(case.controller.R)
-    return x * 10.0 ** -np.arange(n), u * 10.0 ** np.arange(m)
-
-
-@pytest.fixture(scope="module", params=CASES)
-def case(request) -> Case:
-    return CASES[request.param]
-
-
-@pytest.fixture(scope="module")
-def answers(case) -> list:
-    return [case.controller.step(0, np.array(state), case.reference) for state in case.states]
-
-
-@pytest.mark.parametrize("unit", UNITS, ids=str)
-def test_the_same_problem_in_other_units_has_the_same_answer(case, answers, unit):
-    x, u = units(case, *unit[:2])
-    other = in_units(case, x, u, unit[2])
-    scales = case.controller.formulation.scales
-    for state, mine in zip(other.states, answers, strict=True):
-        found = other.controller.step(0, np.array(state), other.reference)
-        assert type(found) is type(mine)
-        if isinstance(mine, Plan):
-            assert found.status is mine.status
-            assert found.cost / unit[2] == pytest.approx(mine.cost, rel=ACCURACY)
-            np.testing.assert_allclose(found.states / x / scales.states, mine.states / scales.states, atol=ACCURACY)
-            np.testing.assert_allclose(found.inputs / u / scales.inputs, mine.inputs / scales.inputs, atol=ACCURACY)
-            assert np.all(np.abs(found.states[-1] - other.reference.values.states[-1]) / x < 1e-7 * scales.states)
+def answers(case: Case, x: np.ndarray, u: np.ndarray, cost: float) -> list[tuple]:
+    """Return for each state what is said in words, the size of what is said, and states and inputs, in units."""
+    found = []
+    for state in case.states:
+        answer = case.controller.step(0, state, case.reference)
+        if isinstance(answer, Plan):
+            found.append((answer.status, answer.cost / cost, answer.states / x, answer.inputs / u))
         else:
-            assert isinstance(mine, Infeasible)
-            assert found.widening == pytest.approx(mine.widening, rel=ACCURACY)
-            assert (found.quantity, found.at_step) == (mine.quantity, mine.at_step)
-            np.testing.assert_allclose(found.fallback / u / scales.inputs, mine.fallback / scales.inputs, atol=ACCURACY)
-            assert (found.terminal_error is None) == (mine.terminal_error is None)
-            if mine.terminal_error is not None:
-                missed = np.array([found.terminal_error / x, mine.terminal_error]) / scales.states
-                np.testing.assert_allclose(missed[0], missed[1], atol=ACCURACY)
+            missed = np.nan if answer.terminal_error is None else answer.terminal_error / x
+            words = answer.quantity, answer.at_step
+            found.append((words, answer.widening, missed, answer.fallback / u))
+    return found
+
+
+@cache
+def answers_in_widths(name: str) -> list[tuple]:
+    scales = CASES[name].controller.formulation.scales
+    return answers(CASES[name], scales.states, scales.inputs, 1.0)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(("x", "u", "cost"), UNITS)
+def test_the_same_problem_in_other_units_has_the_same_answer(name, x, u, cost):
+    """Each state and each input has another unit; states and inputs are compared in widths of the sets."""
+    case, scales = CASES[name], CASES[name].controller.formulation.scales
+    units = x * 10.0 ** -np.arange(len(scales.states)), u * 10.0 ** np.arange(len(scales.inputs))
+    found = answers(in_units(case, *units, cost), units[0] * scales.states, units[1] * scales.inputs, cost)
+    for (words, size, *points), (other_words, other_size, *other_points) in zip(
+        found, answers_in_widths(name), strict=True
+    ):
+        assert words == other_words
+        assert size == pytest.approx(other_size, rel=1e-6)
+        for point, other in zip(points, other_points, strict=True):
+            np.testing.assert_allclose(point, other, rtol=0, atol=1e-6)

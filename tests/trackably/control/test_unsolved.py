@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.trackably.control.test_nonlinear import CASES
+from tests.trackably.control.instances import NONLINEAR
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, simulate
@@ -28,10 +28,10 @@ def test_a_system_whose_predictions_overflow(growth):
 
 
 def test_a_loop_ends_where_the_system_is_not_defined():
-    controller, reference, _ = CASES["tank"]
-    loop = simulate(controller, reference, np.array([-0.5]), 5, on_infeasible=apply_fallback)
+    case = NONLINEAR["tank"]
+    loop = simulate(case.controller, case.reference, np.array([-0.5]), 5, on_infeasible=apply_fallback)
     assert (len(loop.inputs), len(loop.states)) == (0, 1)
     no_plan, no_state = loop.unsolved
     assert no_plan.explanation.startswith("at step 0 no answer: a plan leads where the system is not defined")
-    assert np.array_equal(no_plan.fallback, reference.input(0))
+    assert np.array_equal(no_plan.fallback, case.reference.input(0))
     assert "under the input applied" in no_state.reason

@@ -5,13 +5,7 @@ from pathlib import Path
 import pytest
 from pyarrow import csv, parquet
 
-from trackably import (
-    Recording,
-    parts_of_csv,
-    parts_of_parquet,
-    read_csv,
-    recordings_in,
-)
+from trackably import Recording, parts_of_csv, parts_of_parquet, read_csv, recordings_in
 from trackably.errors import InputError
 
 TABLE = """who,t,x

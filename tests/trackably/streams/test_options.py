@@ -2,12 +2,13 @@
 
 import json
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.trackably.checker.changes import changed
 from tests.trackably.plants import AXIS
+from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     IgnoresSamplesWarning,
@@ -33,40 +34,36 @@ MOVED = -0.45 + 0.62 * np.sin(1.1 * TIMES + np.sin(0.4 * TIMES)) + 0.02 * np.ran
 PUSHED = Zonotope.box([-1e-3, -5e-3], [1e-3, 5e-3])
 NOISE = Zonotope.box([-1e-3, -2e-3], [1e-3, 2e-3])
 OPTIONS = {
-    "all times": {"claim": "all_times"},
-    "margin": {"margin": 0.05},
-    "pushed": {"disturbance": PUSHED},
-    "measured with noise": {"disturbance": PUSHED, "measurement_noise": NOISE, "feedback": [[-15.0, -7.0]]},
-    "wrong model": {"model_error": ModelError.intervals(AXIS.system, {("velocity", "force"): (0.0495, 0.0505)})},
-    "true signal": {"truth": Truth(noise=0.08, slope=1.0)},
+    "all times": ({"claim": "all_times"}, "For all real t ≥ 0"),
+    "margin": ({"margin": 0.05}, 'keeps -1.035 ≤ "position" ≤ 0.134999'),
+    "pushed": ({"disturbance": PUSHED}, "every sequence of w in W"),
+    "measured with noise": (
+        {"disturbance": PUSHED, "measurement_noise": NOISE, "feedback": [[-15.0, -7.0]]},
+        "every sequence of w in W and v in V",
+    ),
+    "wrong model": (
+        {"model_error": ModelError.intervals(AXIS.system, {("velocity", "force"): (0.0495, 0.0505)})},
+        "convex hull of A = ",
+    ),
+    "true signal": ({"truth": Truth(noise=0.08, slope=1.0)}, "The true signal: every f with"),
 }
+"""What is asked for beside a window, and what the checker then says."""
 KNOWN = {"plant": AXIS, "kernel": SquaredExponential(0.6, 0.9), "window": 8.0, "noise_std": 0.02}
 learn = partial(learn_stream, Samples(TIMES, MOVED), **KNOWN)
 
 
 @cache
 def learned(name: str) -> StreamReference:
-    return learn(**{"claim": (0.0, 15.0), "mean": -0.45, "centres": None, **OPTIONS[name]})
+    options, _ = OPTIONS[name]
+    return learn(**{"claim": (0.0, 15.0), "mean": -0.45, "centres": None, **options})
 
 
-each = pytest.mark.parametrize("name", OPTIONS)
-
-
-@each
+@pytest.mark.parametrize("name", OPTIONS)
 def test_the_checker_proves_what_is_saved_and_loaded(name, tmp_path):
-    reference = learned(name)
-    reference.save(tmp_path / "stream.json")
-    loaded = StreamReference.load(tmp_path / "stream.json")
-    assert repr(loaded) == repr(reference)
-    assert loaded.stream.claim == reference.stream.claim
-    (file,), (again,) = (r.save_certificate(tmp_path / f"{i}.json") for i, r in enumerate((reference, loaded)))
-    assert file.read_bytes() == again.read_bytes()
-    verdict = check(file)
+    assert_comes_back(learned(name), tmp_path)
+    verdict = check(tmp_path / "proof.json")
     assert isinstance(verdict, Proved)
-    pushed = "every sequence" in verdict.statement or "w(k)" in verdict.statement
-    assert pushed == bool(OPTIONS[name].keys() & {"disturbance", "model_error"})
-    assert ("convex hull of A = " in verdict.statement) == ("model_error" in OPTIONS[name])
-    assert ("The true signal: every f with" in verdict.statement) == ("truth" in OPTIONS[name])
+    assert OPTIONS[name][1] in verdict.statement
 
 
 def test_no_possible_signal_is_further_away_than_the_certificate_says():
@@ -91,13 +88,8 @@ def test_given_values_are_met_and_proved(tmp_path):
     found = reference.reference.state_at(np.array([*at]))
     assert found[0] == pytest.approx([x, v], abs=1e-4)
     assert (found[1, 0], found[2, 1], found[3, 0]) == pytest.approx((later, 0.2, -0.6), abs=1e-4)
-    assert f"position = {later:.6g} ± 0.000101 at 8 s" in reference.explanation
-    files = reference.save_certificate(tmp_path / "stream.json")
-    assert [type(check(file)) for file in files] == [Proved] * 5
-    reference.save(tmp_path / "saved.json")
-    loaded = StreamReference.load(tmp_path / "saved.json")
-    again = loaded.save_certificate(tmp_path / "again.json")
-    assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
+    assert_comes_back(reference, tmp_path)
+    assert [type(check(file)) for file in reference.save_certificate(tmp_path / "stream.json")] == [Proved] * 5
 
 
 def test_hyperparameters_and_a_mean_are_learned_from_one_window():
@@ -106,9 +98,6 @@ def test_hyperparameters_and_a_mean_are_learned_from_one_window():
     (prior,) = found.stream.prior.parts
     assert prior.noise_std == pytest.approx(0.02, rel=0.3)
     assert prior.mean == pytest.approx(-0.45, abs=0.15)
-    assert prior.mean not in {-1.0, 0.1}
-    off = MOVED - found.reference.state_at(TIMES)[:, 0]
-    assert found.misfit["position"] == pytest.approx(float(np.sqrt(np.mean(off**2))), rel=1e-6)
     assert found.misfit["position"] == pytest.approx(prior.noise_std, rel=0.3)
     again = learn(kernel=prior.kernel, noise_std=prior.noise_std, mean=prior.mean, **asked)
     assert again.fingerprint == found.fingerprint
@@ -139,32 +128,20 @@ def test_a_nonlinear_plant_is_followed_by_its_inputs():
     steps = np.arange(23)
     x, u = found.state(steps), found.input(steps)
     np.testing.assert_allclose(plant.system.successor(x[:-1], u[:-1]), x[1:], atol=1e-9)
-    assert 0.7 <= x.min() < 0.705
-    assert 1.145 < x.max() <= 1.15
-    assert 0.03 <= u.min() < u.max() <= 0.065
-
-
-@pytest.fixture
-def saved(tmp_path) -> Path:
-    learned("pushed").save(tmp_path / "stream.json")
-    return tmp_path / "stream.json"
+    assert 0 <= np.min(plant.state_set.margin(x)) < 0.005  # it touches a bound
+    assert np.min(plant.input_set.margin(u)) >= 0
 
 
 HARM = {
-    "other bounds": (lambda d: d["tightening"].update(margin=0.01), CodecError, "are not the tightened ones"),
-    "no samples": (lambda d: d.update(samples=[]), CodecError, "for each flat output"),
-    "a reference that breaks its bounds": (
-        lambda d: d["learned"]["signals"][0]["weights"].__setitem__(50, 99.0),
-        NotTrackableError,
-        "position",
-    ),
+    "other bounds": ("tightening.margin", 0.01, CodecError, "are not the tightened ones"),
+    "no samples": ("samples", [], CodecError, "for each flat output"),
+    "a reference that breaks its bounds": ("learned.signals.0.weights.50", 99.0, NotTrackableError, "position"),
 }
 
 
-@pytest.mark.parametrize(("harm", "error", "said"), HARM.values(), ids=HARM)
-def test_files_that_were_changed_are_refused(saved, harm, error, said):
-    data = json.loads(saved.read_text())
-    harm(data)
-    saved.write_text(json.dumps(data))
+@pytest.mark.parametrize(("path", "put", "error", "said"), HARM.values(), ids=HARM)
+def test_files_that_were_changed_are_refused(path, put, error, said, tmp_path):
+    learned("pushed").save(file := tmp_path / "stream.json")
+    file.write_text(json.dumps(changed(json.loads(file.read_text()), path, put)))
     with pytest.raises(error, match=said):
-        StreamReference.load(saved)
+        StreamReference.load(file)

@@ -43,10 +43,7 @@ class Instance:
         n = len(x)
         at_zero = self.f(x, [mp.mpf(0)] * n, mp)
         at_unit = [self.f(x, [mp.mpf(i == j) for i in range(n)], mp) for j in range(n)]
-        gain = mp.matrix(n, n)
-        for i in range(n):
-            for j in range(n):
-                gain[i, j] = at_unit[j][i] - at_zero[i]
+        gain = mp.matrix([[at_unit[j][i] - at_zero[i] for j in range(n)] for i in range(n)])
         return list(mp.lu_solve(gain, mp.matrix([later[i] - at_zero[i] for i in range(n)])))
 
 

@@ -10,8 +10,8 @@ ONE_STATE = LinearSystem(np.array([[0.5]]), np.array([[1.0, 1.0]]), sampling_tim
 TWO_STATES = LinearSystem(
     np.array([[0.5, 0.1], [0.0, 0.9]]), np.array([[1.0, 0.0, 1.0, 0.5], [0.0, 1.0, 1.0, -0.3]]), sampling_time=0.1
 )
-IDLE = LinearSystem(np.array([[0.9]]), np.array([[0.5, 0.0]]), sampling_time=0.1)
-THREE_FOR_ONE = LinearSystem(np.array([[0.9]]), np.array([[2.0, -1.0, 0.5]]), sampling_time=0.1)
+THREE_FOR_ONE = LinearSystem(np.array([[0.9]]), np.array([[2.0, -1.0, 0.0]]), sampling_time=0.1)
+"""Of which the last one does nothing."""
 
 
 def regular_polygon(sides: int) -> Polytope:
@@ -44,8 +44,7 @@ CASES: dict[str, tuple[LinearSystem, Polytope]] = {
     "polygon": (ONE_STATE, regular_polygon(8)),
     "not_around_zero": (ONE_STATE, Polytope.box([0.5, -3.0], [1.0, -0.1])),
     "two_states": (TWO_STATES, Polytope.box([-1.0, -0.5, -0.3, -2.0], np.ones(4))),
-    "idle": (IDLE, Polytope.box([-1.0, 0.5], [1.0, 2.0])),
-    "three_for_one": (THREE_FOR_ONE, Polytope.box([-1.0, -1.0, 0.0], [0.2, 1.0, 3.0])),
+    "three_for_one": (THREE_FOR_ONE, Polytope.box([-1.0, -1.0, 0.5], [0.2, 1.0, 3.0])),
     "dependent_rows": (
         ONE_STATE,
         Polytope(np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [2.0, 2.0]]), -np.ones(4), np.array([1, 1, 1, 1.5])),

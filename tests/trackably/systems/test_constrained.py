@@ -55,11 +55,6 @@ def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
     np.testing.assert_array_equal(together.ends_of(which, t), np.transpose(ends))
 
 
-def test_a_weight_too_small_for_float64_is_zero():
-    tiny = Functional(Fraction(1), ((Fraction(1, 10**400),),), 0.1)
-    np.testing.assert_array_equal(tiny([np.exp], np.arange(3.0)), np.ones(3))
-
-
 def test_weights_of_a_product_at_shifts_that_are_no_neighbours():
     weights = {"now": (Fraction(1),), "later": (Fraction(0), Fraction(0), Fraction(1))}
     product = Trajectory.of_formula(

@@ -5,9 +5,7 @@ import pytest
 from scipy.signal import cont2discrete
 
 from tests.trackably.gp.instances import over
-from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
 
 A2, B2 = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]])
 
@@ -51,12 +49,3 @@ def test_inputs_that_push_alike_do_so_when_discretised():
     B = LinearSystem.discretised(A, np.column_stack([b, other, -b, b / 4, 3 * b, b + other, 0 * b]), 0.1).B.T
     np.testing.assert_array_equal(B[[2, 3]], [-B[0], B[0] / 4])
     np.testing.assert_allclose(B[4:], [3 * B[0], B[0] + B[1], 0 * B[0]], atol=1e-15)
-
-
-def test_a_state_has_weights_up_to_its_last_one_whatever_chains_are_beside_it():
-    """A state of a short chain would otherwise have kernels of weight zero at the shifts of a longer one."""
-    A = np.array([[1.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.9]])
-    system = LinearSystem(A, [[0.005, 0.0], [0.1, 0.0], [0.0, 0.5]], 0.1)
-    box = Polytope.box([-1.0] * 3, [1.0] * 3), Polytope.box([-1.0] * 2, [1.0] * 2)
-    last = [state.stencil[1].weights[-1] for state in ConstrainedSystem(system, *box).flatness.states]
-    assert all(last), last

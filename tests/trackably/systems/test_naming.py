@@ -32,10 +32,5 @@ def test_anything_else_is_refused_in_one_printable_sentence(name: str) -> None:
         lambda: LinearSystem.discretised([[0.9]], [[0.5]], 0.1, states=("state",), inputs=(name,)),
         lambda: NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ("state",), (name,), 0.1),
     ):
-        with pytest.raises(
-            ValueError, match=r"^system: a name of a state or an input must be a letter or _, then"
-        ) as found:
+        with pytest.raises(ValueError, match=r"^system: a name of a state or an input must be [ -~]{,250}$"):
             build()
-        assert str(found.value).isascii()
-        assert str(found.value).isprintable()
-        assert len(str(found.value)) < 300

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.trackably.systems.instances import random_signal, unbounded
-from trackably.checker.subject import weighted_sum_text
 from trackably.systems.library import mobile_robot, pendulum
 from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
@@ -25,9 +24,6 @@ PLANE = unbounded(
         states=("x", "v", "level"),
         sampling_time=T_S,
     )
-)
-MIXED = unbounded(
-    LinearSystem(np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.3, 0.2, 0.9]]), np.eye(3)[:, :2] * 2, sampling_time=T_S)
 )
 PENDULUM, ROBOT = unbounded(pendulum(T_S)), unbounded(mobile_robot(T_S))
 
@@ -61,9 +57,7 @@ def test_a_stencil_measures_what_its_name_says(which: str):
     ("plant", "names", "message"),
     [
         (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position or z1 instead"),
-        (AXIS, ["speed"], "speed is neither a state (position, velocity, acceleration) nor a flat output (z1)"),
         (ROBOT, ["x", "y", "rate of heading"], "heading is no weighted sum of one flat output at shifted times; give"),
-        (MIXED, ["x1"], "x1 depends on several flat outputs"),
         (AXIS, ["position", "z1"], "z1 and position depend on the same flat output"),
     ],
 )
@@ -83,16 +77,7 @@ def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it(sampling_tim
 
 
 def test_flat_outputs_that_no_state_shows_are_told_in_states():
-    """States of any signals, summed as the flat outputs are told, are these signals."""
     A, B = np.array([[1.0, 0.25, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 0.0]]), np.array([[0, 0.125], [0, 0.25], [1, 0]])
-    c = np.array([0.0625, 0.0, 0.0])
-    delayed = unbounded(LinearSystem(A, B, c, states=("x", "v", "held"), sampling_time=0.25))
-    outputs = delayed.flatness.outputs
-    with pytest.raises(ValueError, match=r"also give one of z1, where z1 = ") as raised:
+    delayed = unbounded(LinearSystem(A, B, states=("x", "v", "held"), sampling_time=0.25))
+    with pytest.raises(ValueError, match=r"also give one of z1, where z1 = -2x\+v$"):
         kinds_by_name(delayed, ["x"])
-    said = str(raised.value).rpartition("z1 = ")[2]
-    assert said == weighted_sum_text(outputs[0], ["x", "v", "held"], 9) == "-2x+v"
-    signals, t = [random_signal(np.random.default_rng(seed)) for seed in range(2)], np.linspace(-1.0, 1.0, 7)
-    states = np.array([of(signals, t) for of in delayed.flatness.states])
-    for row, signal in zip(outputs, signals, strict=True):
-        np.testing.assert_allclose(np.array(row, dtype=float) @ states, signal(t), atol=1e-12)

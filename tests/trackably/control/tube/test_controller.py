@@ -28,10 +28,8 @@ def off(loop, part: float) -> np.ndarray:
 def test_the_optimum_is_that_of_the_naive_program(name, part):
     loop = LOOPS[name]
     state = off(loop, part)
-    plan, cost = (
-        loop.controller.step(0, state, loop.reference),
-        naive.tube_optimum(loop.controller, 0, state, loop.reference),
-    )
+    plan = loop.controller.step(0, state, loop.reference)
+    cost = naive.tube_optimum(loop.controller, 0, state, loop.reference)
     if isinstance(plan, Plan):
         assert plan.cost == pytest.approx(cost, rel=1e-6, abs=1e-8)
         assert loop.controller.errors.contains((1 - 1e-6) * (state - plan.states[0]))
@@ -43,9 +41,9 @@ def test_the_optimum_is_that_of_the_naive_program(name, part):
 def feasible_start(loop) -> np.ndarray:
     """Return a state off the tube from which there is a plan."""
     part = 0.3
-    while not isinstance(loop.controller.step(0, off(loop, part), loop.reference), Plan):
+    while not isinstance(loop.controller.step(0, start := off(loop, part), loop.reference), Plan):
         part /= 2
-    return off(loop, part)
+    return start
 
 
 def test_a_representation_names_states_inputs_and_bounds_in_one_line():

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet
+from trackably.systems.rationals import exact
 from trackably.systems.tightening import InvariantSet
 
 
@@ -25,19 +26,13 @@ def exact_support(bounded: DisturbanceSet, row: list[Fraction]) -> Fraction:
 
 def naive_support(Z: InvariantSet, row: list[Fraction]) -> Fraction:
     """h_Z by the powers of A + B K, one matrix product after the other."""
-    A, B, K = (
-        [[Fraction(v) for v in line] for line in matrix.tolist()] for matrix in (Z.system.A, Z.system.B, Z.feedback)
-    )
-    n = len(A)
-    A_K = [[A[i][j] + sum(B[i][a] * K[a][j] for a in range(len(K))) for j in range(n)] for i in range(n)]
-    sum_over_W = sum_over_P = Fraction(0)
+    closed_loop, box = exact(Z.system.A) + exact(Z.system.B) @ exact(Z.feedback), exact(Z.box)
+    total = Fraction(0)
     for i in range(Z.head + Z.terms):
-        if i < Z.head:
-            sum_over_W += exact_support(Z.disturbance, row)
-        else:
-            sum_over_P += sum((abs(r) * Fraction(p) for r, p in zip(row, Z.box.tolist(), strict=True)), Fraction(0))
-        row = [sum((row[i] * A_K[i][j] for i in range(n)), Fraction(0)) for j in range(n)]
-    return sum_over_W + sum_over_P / (1 - Fraction(Z.contraction))
+        of_P = dot(np.abs(row), box) / (1 - Fraction(Z.contraction))
+        total += exact_support(Z.disturbance, row) if i < Z.head else of_P
+        row = row @ closed_loop
+    return total
 
 
 def dot(a, b) -> Fraction:

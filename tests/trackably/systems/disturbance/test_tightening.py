@@ -9,11 +9,9 @@ import pytest
 from tests.trackably.systems.disturbance.instances import CART, DISTURBED, OBLIQUE
 from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import Zonotope, of_measured_state
+from trackably.systems.disturbances import ConvexHull, Zonotope, of_measured_state
 from trackably.systems.polytopes import Polytope
-from trackably.systems.tightening import (
-    tightening,
-)
+from trackably.systems.tightening import tightening
 
 
 @pytest.mark.parametrize(("name", "margin"), [("example1", 0.0), ("pushed", 0.2), ("oblique", 0.2), ("triangle", 0.0)])
@@ -29,8 +27,9 @@ def test_the_largest_fraction_is_the_largest(name, margin):
 
 
 def test_bounds_that_leave_nothing_together_are_said_to():
-    """Each row alone has room left, but no point keeps all three."""
-    plant = ConstrainedSystem(OBLIQUE.system, _thin_triangle(), OBLIQUE.input_set)
+    """Each row of a thin triangle alone has room left, but no point keeps all three."""
+    triangle = Polytope([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], [0.0, 0.0, -9.0], [1.0, 1.0, 0.1])
+    plant = ConstrainedSystem(OBLIQUE.system, triangle, OBLIQUE.input_set)
     with pytest.raises(ValueError, match="satisfies all bounds at once") as caught:
         tightening(plant, Zonotope.box([-0.02, -0.02], [0.02, 0.02]))
     fraction = float(re.search(r"a linear-quadratic regulator, at most (\S+) of", str(caught.value)).group(1))
@@ -76,6 +75,10 @@ REFUSED = {
     "a feedback alone": (OBLIQUE, None, "is only of use with a disturbance, measurement_noise or model_error"),
     "formulas": (INSTANCES["tank"].plant, Zonotope.box([-0.1], [0.1]), "disturbance: .* linear .* give margin="),
     "errors that grow": (CART, PUSH, r"inside the unit circle, but one has the size 1\.1"),
+    "a box beside zero": (CART, Zonotope.box([0.0, 0.1], [0.0, 0.2]), "must contain 0"),
+    "a line beside zero": (CART, Zonotope([0.0, 1.0], [[1.0, 0.0]]), "must contain 0"),
+    "a hull beside zero": (CART, ConvexHull([[1.0, 0.0], [0.0, 1.0]]), "must contain 0"),
+    "of three states": (CART, Zonotope.box([-1.0] * 3, [1.0] * 3), "an entry for each of"),
 }
 
 
@@ -84,8 +87,3 @@ def test_what_has_no_tightened_bounds_is_refused(name):
     plant, disturbance, said = REFUSED[name]
     with pytest.raises(ValueError, match=said):
         tightening(plant, disturbance, [[1.0, 1.0]])
-
-
-def _thin_triangle() -> Polytope:
-    """0 ≤ v ≤ 1 and 0 ≤ p, with p + v ≤ 0.1: far rows leave little where they meet."""
-    return Polytope([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]], [0.0, 0.0, -9.0], [1.0, 1.0, 0.1])

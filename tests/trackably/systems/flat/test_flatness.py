@@ -21,9 +21,6 @@ TABLE: dict[str, LinearSystem] = SYSTEMS | {
     ),
     "redundant_input": LinearSystem(np.eye(3, k=1), np.array([[0.0, 0.0], [0.0, 0.0], [1.0, 2.0]]), sampling_time=T_S),
     "idle_input": LinearSystem(np.array([[0.9]]), np.array([[0.5, 0.0]]), sampling_time=T_S),
-    "three_inputs_for_two": LinearSystem(
-        np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]), sampling_time=T_S
-    ),
     "forgets_all": LinearSystem(np.zeros((2, 2)), np.eye(2), np.array([1.0, -1.0]), sampling_time=T_S),
 }
 CASES = TABLE | {f"random_{seed}": controllable(seed, inputs=3) for seed in range(15)}
@@ -53,13 +50,26 @@ def test_the_system_follows_whatever_the_signals_are(system):
 
 @over(CASES, "system")
 def test_every_state_can_be_written(system):
-    """As many looks at signals as states, and the matrix from them to the states has an inverse."""
+    """As many looks at signals as states, each as late as its own chain is long, and the matrix from them to the states
+    has an inverse.
+    """
     flat, n = system.flatness(), len(system.states)
     assert (len(flat.states), len(flat.inputs)) == system.B.shape
     assert sum(flat.orders) == n
     assert len(flat.orders) == np.linalg.matrix_rank(system.B)
     columns = [look(flat.states, c, j) for c, order in enumerate(flat.orders) for j in range(order)]
     assert rank(np.array(columns)) == n
+    assert all([*map(len, state.functional.weights)] == list(flat.orders) for state in flat.states)
+
+
+@over(CASES, "system")
+def test_flat_outputs_are_told_in_states(system):
+    """Of states that are written in signals, row c is signal c, now, exactly; but for a constant."""
+    flat = system.flatness()
+    for c, order in enumerate(flat.orders):
+        for j in range(order):
+            told = exact(flat.outputs) @ look(flat.states, c, j)
+            assert told.tolist() == [c == row and j == 0 for row in range(len(flat.orders))]
 
 
 @over(REDUNDANT, "system")

@@ -45,9 +45,9 @@ def plant(slowest: float = 0.1, heading: float = np.inf) -> ConstrainedSystem:
     return ConstrainedSystem(robot(), states, Polytope.box(np.array([slowest, -2.5]), np.array([1.5, 2.5])))
 
 
-def through(values, period: float = PERIOD, lengthscale: float = 1.0) -> KernelSum:
+def through(values) -> KernelSum:
     """A periodic signal through values at equal distances of time."""
-    kernel, times = Periodic(1.0, lengthscale, period), np.arange(len(values)) * period / len(values)
+    kernel, times = Periodic(1.0, 1.0, PERIOD), np.arange(len(values)) * PERIOD / len(values)
     gram = kernel.jet(times[:, None] - times, 0)[0]
     return KernelSum(kernel, 0.0, times, np.linalg.solve(gram + 1e-8 * np.eye(len(times)), values))
 

@@ -6,7 +6,6 @@ from tests.trackably.systems.forms.instances import along, certificate, eight, r
 from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
-from trackably.systems.flat_forms import FlatForm
 
 
 def test_a_proof_is_found_and_checked():
@@ -24,8 +23,3 @@ def test_a_wrong_flat_form_is_refused_when_it_is_given():
     """The checker decides: see test_tampering.py."""
     with pytest.raises(ValueError, match="flat form does not satisfy f"):
         robot(lambda z: (along(z)[0], [along(z)[1][0], -along(z)[1][1]]))
-
-
-def test_what_is_no_formula_in_a_flat_form_is_said_of_the_flat_form():
-    with pytest.raises(ValueError, match=r"^flat form must be one formula .* compares a value"):
-        FlatForm.of(lambda z: ([z[0][0]], [max(z[0][0], z[1][0])]), 1)

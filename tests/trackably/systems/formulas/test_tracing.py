@@ -16,11 +16,7 @@ from trackably.systems.tracing import require_same_values, trace
 A = np.array([[1.0, 0.5], [0.0, 2.0]])
 WRITTEN = {
     "matrices": (lambda x, u: A @ x + u, ["((a + (0.5 * b)) + p)", "(((0.0 * a) + (2.0 * b)) + q)"]),
-    "numpy": (lambda x, u: [np.exp(x[0]) * np.sqrt(x[1]), np.float64(2.0) * x[0]], ["(exp(a) * sqrt(b))", "(2.0 * a)"]),
-    "arrays": (lambda x, u: np.log(x) / u, ["(log(a) / p)", "(log(b) / q)"]),
-    "powers": (lambda x, u: [x[0] ** 2, 2 ** x[1]], ["(a ^ 2.0)", "exp((b * log(2.0)))"]),
     "squares": (lambda x, u: [x[0] * x[0], x @ x], ["(a ^ 2.0)", "((a ^ 2.0) + (b ^ 2.0))"]),
-    "signs": (lambda x, u: [-x[0], +x[1] - np.square(u[0])], ["((-1.0) * a)", "(b - (p ^ 2.0))"]),
     "hyperbolic": (
         lambda x, u: [np.tanh(x[0]), np.tan(x[1])],
         ["(1.0 - (2.0 / (exp((2.0 * a)) + 1.0)))", "(sin(b) / cos(b))"],
@@ -29,24 +25,19 @@ WRITTEN = {
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-def test_what_is_written_is_what_is_kept(name):
+def test_formulas_are_kept_as_they_are_written(name):
     f, texts = WRITTEN[name]
     assert [text(e).replace('"', "") for e in trace(f, ("a", "b"), ("p", "q"))] == texts
 
 
-ORDINARY = r"f must be written in \+ - \* / .* abs"
 REFUSED = {
     "a comparison": (lambda x, u: [x[0] if x[0] > 1 else u[0]], "f must be one formula .*, but it compares a value"),
     "a truth value": (lambda x, u: [x[0] if x[0] else u[0]], "it branches on a value"),
-    "rounding": (lambda x, u: [round(x[0]) + u[0]], "it rounds a value"),
     "math.sqrt": (lambda x, u: [math.sqrt(x[0]) + u[0]], "it converts a value to a plain number"),
     "solve": (lambda x, u: np.linalg.solve([[1 + x[0] ** 2]], u), "np.linalg takes plain numbers only; write"),
-    "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], f"{ORDINARY}; it uses np.arcsin"),
-    "two exponents": (lambda x, u: [x[0] ** u[0]], "f must have numbers as exponents, or positive numbers as bases"),
-    "infinity": (lambda x, u: [x[0] + np.inf], "f must use numbers that are finite, and exact in float64, got inf"),
+    "arcsin": (lambda x, u: [np.arcsin(x[0]) + u[0]], r"f must be written in \+ - \* / .* abs; it uses np.arcsin"),
     "a long number": (lambda x, u: [x[0] + 2**53 + 1 + (2**53 + 1) * u[0]], "exact in float64, got 9007199254740993"),
     "too few": (lambda x, u: [], "f must return a list of 1 successors, got 0 values"),
-    "nonsense": (lambda x, u: [x[0] + None], f"{ORDINARY}: unsupported operand"),
 }
 
 
@@ -54,16 +45,12 @@ def clamped(u):
     return max(-1.0, min(1.0, u))
 
 
-def tolerant(error):
-    """A function that clamps what it can, and goes on where it cannot."""
-
-    def f(x, u):
-        try:
-            return [x[0] + clamped(u[0])]
-        except error:
-            return [x[0] + u[0]]
-
-    return f
+def tolerant(x, u):
+    """Clamp what can be clamped, and go on where it cannot."""
+    try:
+        return [x[0] + clamped(u[0])]
+    except BaseException:
+        return [x[0] + u[0]]
 
 
 def hidden(x, u):
@@ -82,8 +69,7 @@ def in_a_thread(call):
 
 COUNTED, CALLED, KEPT = count(1), count(), dict[str, object]()
 DISGUISED = {
-    "clamped inside try": (tolerant(Exception), "it compares a value"),
-    "clamped, whatever is raised": (tolerant(BaseException), "it compares a value"),
+    "clamped inside try": (tolerant, "it compares a value"),
     "hidden where no number is drawn": (hidden, "it compares a value"),
     "another thread": (lambda x, u: in_a_thread(lambda: [x[0] + clamped(u[0])]), "it compares a value"),
     "isinstance": (
@@ -95,10 +81,6 @@ DISGUISED = {
         r"it raises ZeroDivisionError \(.*\), and its formula gives a = ",
     ),
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
-    "NaN replaced": (
-        lambda x, u: [np.nan_to_num(np.log(x[0])) + u[0]],
-        "it gives a = .*, and its formula gives a = nan",
-    ),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
     "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* f may draw random"),
     "another first call": (
@@ -117,6 +99,7 @@ def test_what_is_no_formula_or_treats_symbols_in_another_way_is_refused_with_the
 DENSE = np.random.default_rng(0).normal(size=(8, 8))
 HONEST = {
     "functions": lambda x, u: np.tanh(x) + np.sinh(u) + np.hypot(x, u) + np.arctan2(x, u) + np.tan(x) + abs(u),
+    "powers": lambda x, u: 2.0**x + x**2.0 - np.square(u) * u**-0.5,
     "matrices": lambda x, u: DENSE[:4, :4] @ x + DENSE[:4, 4:] @ u + x.mean() + np.sum(u) + np.linalg.norm(x),
     "large terms": lambda x, u: 1e8 + x - 1e8 + 1e5 * np.sin(u),
     "plain lists": lambda x, u: [a + b * (1 - 0.2 * a) for a, b in zip(x.tolist(), list(u), strict=True)],
@@ -151,8 +134,3 @@ def test_no_formula_differs_from_itself(formula):
     except (ValueError, OverflowError):
         reject()  # constants that are not finite
     require_same_values(f, formulas, ("x",), ("y",))
-
-
-def test_systems_are_equal_and_hashed_by_identity():
-    one = NonlinearSystem.of(lambda x, u: [x[0] + u[0]], ["x"], ["u"], 0.1)
-    assert len({one, NonlinearSystem(one.f, one.states, one.inputs, 0.1)}) == 2

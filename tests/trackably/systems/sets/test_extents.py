@@ -21,7 +21,3 @@ def test_extents_are_those_of_a_program_without_units_in_the_units_of_the_coordi
         for bounded, unit in ((plain, 1.0), (scaled, units[i])):
             extent = bounded.extent(i)
             np.testing.assert_allclose(np.array([extent.lower, extent.upper]) / unit, ends, rtol=1e-6, atol=1e-6)
-
-
-def test_small_entries_of_a_row_count():
-    assert Polytope([[1.0, 1e-10], [0.0, 1.0]], [-1.0, -1e12], [1.0, 1e12]).extent(0).upper == pytest.approx(101.0)
