@@ -80,6 +80,16 @@ def test_stamps(path, name):
     assert recording["x"].times.tolist() == times
 
 
+def test_signals_with_stamps_of_their_own_have_one_origin(path):
+    written(path, *({"x": k, "t": START / 10**9 + k, "y": 7, "s": START // 10**9 - 1 + 3 * k} for k in range(2)))
+    signals = {name: Field(TOPIC, name, time=Stamp(stamp, "epoch s")) for name, stamp in (("x", "t"), ("y", "s"))}
+    recording = read_mcap(path, signals)
+    assert recording.origin == START - START % 10**9 - 10**9
+    assert recording["y"].times.tolist() == [0.0, 3.0]
+    assert recording["x"].times.tolist() == [1.0, 2.0]
+    assert len(recording.cleanings) == 2
+
+
 def test_stamps_in_json_keep_every_digit(path):
     write_plain(path, [f'{{"t": 1700000000.00000000{k}, "x": 1}}'.encode() for k in (1, 2)])
     recording = read(path, "x", Stamp("t", "epoch s"))
