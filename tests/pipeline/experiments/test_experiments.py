@@ -77,7 +77,8 @@ def test_every_period_that_is_allowed_has_to_be_covered(block: str) -> None:
     ("name", "changes", "last_step"),
     [
         ("example1", {}, 300),  # Algorithm 1's last step
-        ("example2", {}, 800),  # samples until 4 s, twice
+        ("example2", {}, 800),  # a period of 4 s, twice
+        ("vehicle", {}, 246),  # samples until 6.15 s, twice
         ("vehicle", {"claim": Window(0.0, 99.0)}, 1980),
     ],
 )
