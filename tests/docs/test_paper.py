@@ -21,8 +21,3 @@ def test_what_is_cited_is_in_the_bibliography_and_the_other_way_round() -> None:
     text, bibliography = ((PAPER / name).read_text(encoding="utf-8") for name in ("paper.md", "paper.bib"))
     cited, listed = re.findall(r"@(\w+)", text), re.findall(r"^@\w+\{(\w+),", bibliography, re.MULTILINE)
     assert {*cited} == {*listed}
-
-
-def test_the_figure_is_there() -> None:
-    for path in re.findall(r"!\[.*?\]\((.*?)\)", (PAPER / "paper.md").read_text(encoding="utf-8")):
-        assert (PAPER / path).exists()

@@ -14,10 +14,3 @@ def test_the_newest_version_of_the_changelog_is_that_of_the_package_and_of_the_c
     assert released[0][0] == trackably.__version__ == re.search(r"^version: (\S+)$", cited, re.MULTILINE)[1]
     assert released[0][1] == re.search(r"^date-released: (\S+)$", cited, re.MULTILINE)[1]
     assert [date for _, date in released] == sorted((date for _, date in released), reverse=True)
-
-
-def test_hooks_are_the_checks_of_make_lint() -> None:
-    hooks = re.findall(r"entry: \.venv/bin/(.+)$", (ROOT / ".pre-commit-config.yaml").read_text(), re.MULTILINE)
-    lint = (ROOT / "Makefile").read_text().split("\nstyle:")[1].split("\nforce:")[0]
-    commands = re.findall(r"^\t(.+?)(?: \.)?$", lint, re.MULTILINE)
-    assert sorted(hooks) == sorted(commands)

@@ -43,7 +43,6 @@ def call(*arguments: str, folder: Path = ROOT) -> Done:
             code = ended.code or 0
         else:
             code = 0
-    assert isinstance(code, int)
     return subprocess.CompletedProcess(arguments, code, out.getvalue(), errors.getvalue())
 
 

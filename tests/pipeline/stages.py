@@ -25,14 +25,14 @@ STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}
 
 
-def run(stage: str, folder: Path, experiment: str = "example1", **environment: str) -> Done:
-    """One stage with the parameters in `folder`, warnings being errors; its results go to the folder too."""
-    return _python("-m", "pipeline", stage, *_arguments(folder, experiment), **environment)
+def run(stage: str, folder: Path, **environment: str) -> Done:
+    """One stage of Example 1 with the parameters in `folder`, where its results go too; warnings are errors."""
+    return _python("pipeline", stage, *_arguments(folder, "example1"), **environment)
 
 
-def run_all(folder: Path, stages: tuple[str, ...], experiment: str = "example1", **environment: str) -> Done:
+def run_all(folder: Path, stages: tuple[str, ...], **environment: str) -> Done:
     """Stages one after the other in one new process, as `run_all_here` runs them: with few periods to begin from."""
-    return _python("-m", "tests.pipeline.command", ",".join(stages), *_arguments(folder, experiment), **environment)
+    return _python("tests.pipeline.command", ",".join(stages), *_arguments(folder, "example1"), **environment)
 
 
 def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
@@ -90,7 +90,7 @@ def _arguments(folder: Path, experiment: str) -> tuple[str, ...]:
 
 def _python(*arguments: str, **environment: str) -> Done:
     return subprocess.run(
-        [sys.executable, "-W", "error", *arguments],
+        [sys.executable, "-W", "error", "-m", *arguments],
         cwd=ROOT,
         env={**os.environ, **environment},
         capture_output=True,

@@ -1,12 +1,12 @@
-"""The generate stage: what samples it refuses, and what the command line lists."""
+"""The generate stage: what samples it refuses."""
 
 from pathlib import Path
 
 import pytest
 
-from tests.pipeline.command import call, refused
+from tests.pipeline.command import refused
 from tests.pipeline.params import alone, written_to
-from tests.pipeline.stages import STAGES, run_here
+from tests.pipeline.stages import run_here
 
 BAD_SAMPLES = {
     "not finite": ("k,y\n0,1\n10,inf\n20,0\n", "line 3"),
@@ -21,10 +21,3 @@ def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path
     written_to(tmp_path, alone("example1").replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv")))
     refused(run_here("generate", tmp_path), names)
     assert not (tmp_path / "results").exists()
-
-
-def test_help_lists_every_stage() -> None:
-    done = call("--help")
-    assert done.returncode == 0
-    for stage in (*STAGES, "notebook"):
-        assert stage in done.stdout

@@ -7,11 +7,7 @@ from pipeline.margins import margin_profile, smallest_defect
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
-from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.library import kinematic_bicycle
-from trackably.systems.pieces import PolynomialPieces
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 
@@ -39,12 +35,3 @@ def test_smallest_defect_is_what_the_input_bound_is_broken_by(plant):
         margins = input_set.margin(reference.input(np.arange(41)))
         expected = abs(coefficients(plant)[1]) * max(0.0, -float(np.min(margins)))
         assert smallest_defect(reference, 40) == pytest.approx(expected, abs=1e-6)
-
-
-def test_a_defect_is_refused_where_no_convex_program_decides_it():
-    plant = ConstrainedSystem(
-        kinematic_bicycle(0.1, 0.5), Polytope([], [], [], 3), Polytope.box([0.1, -1.0], [3.0, 1.0])
-    )
-    curve = (PolynomialPieces([0.0, 9.0], [[0.0, 1.0, 0.0]]), PolynomialPieces([0.0, 9.0], [[0.0, 0.2, 0.05]]))
-    with pytest.raises(ValueError, match="must be affine in its inputs"):
-        smallest_defect(Reference(curve, plant), 40)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackably import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential, tank
+from trackably import ConstrainedSystem, LinearSystem, Polytope, Samples, SquaredExponential
 
 AXIS = ConstrainedSystem(
     LinearSystem.discretised([[0, 1], [0, 0]], [[0], [1]], 0.05, states=("position", "velocity"), inputs=("force",)),
@@ -43,4 +43,3 @@ MIXED = ConstrainedSystem(
     Polytope.box([-9] * 3, [9] * 3),
     Polytope.box([-9] * 2, [9] * 2),
 )
-TANK = ConstrainedSystem(tank(0.1, 1.0, 0.1), Polytope.box([0.5], [1.4]), Polytope.box([0.0], [1.0]))

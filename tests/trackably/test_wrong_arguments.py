@@ -192,20 +192,20 @@ def test_impossible_systems_are_refused(name, wrong):
         system(**{"A": A, "B": B, name: wrong})
 
 
-def test_what_is_given_is_copied_and_cannot_be_changed():
-    arrays = {"A": A, "lower": [-1.0], "times": [0.0, 1.0], "values": [0.1, 0.2], "noise": [1.0, 2.0]}
-    given = {name: np.array(of) for name, of in arrays.items()}
-    samples = Samples(given["times"], given["values"], given["noise"])
-    held = {
-        "A": system(given["A"], B).A,
-        "lower": Polytope.box(given["lower"], [1.0]).lower,
-        "times": samples.times,
-        "values": samples.values,
-        "noise": samples.relative_noise,
-    }
-    for name, array in held.items():
-        before = array.copy()
-        given[name].flat[0] = -9.0
-        np.testing.assert_array_equal(array, before)
-        with pytest.raises(ValueError, match="read-only"):
-            array.flat[0] = 1.0
+HELD = {
+    "A": (A, lambda given: system(given, B).A),
+    "lower": ([-1.0], lambda given: Polytope.box(given, [1.0]).lower),
+    "times": ([0.0, 1.0], lambda given: Samples(given, [0.1, 0.2]).times),
+    "values": ([0.1, 0.2], lambda given: Samples([0, 1], given).values),
+    "noise": ([1.0, 2.0], lambda given: Samples([0, 1], [0, 0], given).relative_noise),
+}
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_what_is_given_is_copied_and_cannot_be_changed(name):
+    of, held_by = HELD[name]
+    held = held_by(given := np.array(of))
+    given[:] = -9.0
+    np.testing.assert_array_equal(held, of)
+    with pytest.raises(ValueError, match="read-only"):
+        held.flat[0] = 1.0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.trackably.exports.c_programs import CC, compiled, run
+from tests.trackably.exports.certified import require_within_certified_errors
 from tests.trackably.exports.references import KERNEL, SWING
 from tests.trackably.plants import AXIS, SAMPLES
 from trackably import (
@@ -15,9 +16,8 @@ from trackably import (
     learn_reference,
 )
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.draft import LATEST, Draft
+from trackably.certificates.draft import LATEST
 from trackably.checker.certificate import AllPhases, Cover
-from trackably.checker.intervals import exactly
 from trackably.gp.signal import KernelSum
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
@@ -34,21 +34,13 @@ def irregular():
     return learn_reference(samples, SWING, Periodic(1.0, 1.0, period=4.19), "all_phases", noise_std=0.05, starts=1)
 
 
-def in_period(t, period):
-    """t, moved by whole periods to the nearest to 0."""
-    return t - round(t / Fraction(period)) * Fraction(period)
-
-
 def require_near(proved, steps, values):
     """Each value is within the certified error of the one in intervals, at the exact time without whole periods."""
-    reference = proved.reference
-    system, draft = reference.plant.system, Draft.of(reference, 1.0, np.zeros(1))
     assert isinstance(proved.certificate.claim, AllPhases)
-    for k, row in zip(steps.tolist(), values.tolist(), strict=True):
-        s = in_period(int(k) * Fraction(reference.plant.sampling_time), proved.certificate.proof.end)
-        for name, value in zip((*system.states, *system.inputs), row, strict=True):
-            error = exactly(proved.certificate.evaluation_error[name])
-            assert abs(draft.value(name, s) - exactly(value)) <= error, (k, name)
+    T, period = Fraction(proved.reference.plant.sampling_time), Fraction(proved.certificate.proof.end)
+    require_within_certified_errors(
+        proved, (t - round(t / period) * period for t in (T * int(k) for k in steps)), values
+    )
 
 
 FAST = ("-O3", "-march=native", "-ffp-contract=fast")

@@ -39,25 +39,18 @@ def test_a_run_asks_every_rival_and_ours_is_never_violated():
         assert (found[name].answer, found[name].violation) == ("found", 0.0)
 
 
-def test_a_study_that_was_stopped_goes_on_where_it_was(tmp_path):
+def test_a_study_writes_the_same_bytes_at_once_or_where_it_was_stopped_with_two_workers_or_on_a_cluster(tmp_path):
     stopped = run(tmp_path / "stopped", 50, measure=fake)
-    assert next(stopped) == 0
-    assert next(stopped) == 20
+    assert [next(stopped), next(stopped)] == [0, 20]
     stopped.close()
-    assert len(list((tmp_path / "stopped").iterdir())) == 1
-    assert next(run(tmp_path / "stopped", 50, measure=fake)) == 20
-    assert list(run(tmp_path / "stopped", 50, measure=fake))[-1] == 50
-    assert list(run(tmp_path / "whole", 50, measure=fake))[-1] == 50
-    assert written(tmp_path / "stopped") == written(tmp_path / "whole")
-    assert [of.index for of in collected(tmp_path / "stopped", 50)] == sorted(list(range(50)) * len(outcome.SOLVERS))
-
-
-def test_two_workers_and_a_cluster_write_the_same_bytes_as_one(tmp_path):
-    assert list(run(tmp_path / "one", 50, 1, measure=fake))[-1] == 50
-    assert list(run(tmp_path / "two", 50, 2, measure=fake))[-1] == 50
     with LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster:
-        assert list(run(tmp_path / "dask", 50, cluster=cluster.scheduler_address, measure=fake))[-1] == 50
-    assert written(tmp_path / "one") == written(tmp_path / "two") == written(tmp_path / "dask")
+        ways = {"whole": {}, "stopped": {}, "two": {"workers": 2}, "cluster": {"cluster": cluster.scheduler_address}}
+        done = {way: list(run(tmp_path / way, 50, measure=fake, **options)) for way, options in ways.items()}
+    assert done["stopped"] == [20, 40, 50]
+    for way in ways:
+        assert done[way][-1] == 50
+        assert written(tmp_path / way) == written(tmp_path / "whole"), way
+    assert [of.index for of in collected(tmp_path / "whole", 50)] == sorted([*range(50)] * len(outcome.SOLVERS))
 
 
 def test_the_summary_counts_and_compares_the_same_runs_and_is_reproduced(tmp_path, capsys, monkeypatch):
@@ -75,8 +68,7 @@ def test_the_summary_counts_and_compares_the_same_runs_and_is_reproduced(tmp_pat
         assert reproduced.value.code == 0
 
 
-def test_the_committed_summary_is_small_and_of_these_rivals_and_ours_broke_nothing():
-    assert STUDY.stat().st_size < 500_000
+def test_the_committed_summary_is_of_these_rivals_and_ours_broke_nothing():
     for entries in read(STUDY):
         assert {(e.system, e.rival) for e in entries} == {(c.name, r) for c in CASES for r in outcome.SOLVERS}
         assert all(entry.violated == 0 for entry in entries if entry.rival.startswith("ours"))

@@ -129,28 +129,40 @@ def write(path: Path, content: object) -> None:
     path.write_text(json.dumps(content, indent=1))
 
 
-def edit_json(path: Path, change: Callable[[Any], object]) -> None:
-    content = json.loads(path.read_text())
-    change(content)
-    write(path, content)
+Plant = Callable[[Path], object]
+"""A change in the project in a folder."""
 
 
-def edit_text(path: Path, old: str, new: str) -> None:
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
+def edit_json(path: Path, change: Callable[[Any], object]) -> Plant:
+    def plant(root: Path) -> None:
+        content = json.loads((root / path).read_text())
+        change(content)
+        write(root / path, content)
+
+    return plant
 
 
-def edit_log(path: Path, change: Callable[[Series], Series | None]) -> None:
+def metric(**values: object) -> Plant:
+    return edit_json(RESULTS / "metrics.json", lambda metrics: metrics["sound"].update(values))
+
+
+def edit_text(path: Path, old: str, new: str) -> Plant:
+    def plant(root: Path) -> None:
+        text = (root / path).read_text()
+        assert old in text
+        (root / path).write_text(text.replace(old, new))
+
+    return plant
+
+
+def edit_log(path: Path, change: Callable[[Series], Series | None]) -> Plant:
     """Each series replaced by what `change` makes of it, or dropped."""
-    log = read_log(path)
-    write_log(path, replace(log, series=tuple(new for series in log.series if (new := change(series)))))
 
+    def plant(root: Path) -> None:
+        log = read_log(root / path)
+        write_log(root / path, replace(log, series=tuple(new for series in log.series if (new := change(series)))))
 
-def with_sample(series: Series, field: str, row: int, value: float) -> Series:
-    values = series.fields[field].copy()
-    values[row] = value
-    return replace(series, fields={**series.fields, field: values})
+    return plant
 
 
 def compared(base: Path, new: Path) -> Comparison:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.pipeline.command import Done, call, refused
-from tests.pipeline.compare.project import CLAIMS, edit_json, edit_text
+from tests.pipeline.compare.project import CLAIMS, RESULTS, edit_text, metric
 from tests.project import ROOT
 
 OPTIONS = ("--tolerances", str(ROOT / "tolerances.yaml"))
@@ -25,17 +25,9 @@ def git(folder: Path, *arguments: str) -> None:
     subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
 
 
-def test_identical_folders_exit_with_0(base: Path, new: Path) -> None:
-    done = run(new, str(base), str(new), *OPTIONS)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.splitlines()[-1].endswith(
-        "0 within tolerance, 0 DIFFERENT, 0 missing, 0 extra; of 3 claims 3 hold in BASE and 3 in NEW: within tolerance"
-    )
-
-
 def test_every_format_says_what_moved(base: Path, new: Path, tmp_path: Path) -> None:
-    edit_json(new / "data/results/example1/metrics.json", lambda m: m["sound"].update(nlml=-3.7160132, final_step=None))
-    edit_text(new / "data/results/example1/figures/margins.svg", "#d55e00", "#0072b2")
+    metric(nlml=-3.7160132, final_step=None)(new)
+    edit_text(RESULTS / "figures/margins.svg", "#d55e00", "#0072b2")(new)
     out = tmp_path / "out"
     done = run(new, str(base), ".", *OPTIONS, "--markdown", str(out / "c.md"))
     assert (done.returncode, done.stderr) == (1, "")
@@ -53,7 +45,7 @@ def test_base_may_be_a_revision(new: Path) -> None:
     git(new, "add", "--all")
     git(new, "commit", "--quiet", "--message", "results")
     assert run(new, "HEAD", *OPTIONS).returncode == 0
-    edit_json(new / "data/results/example1/metrics.json", lambda m: m["sound"].update(final_step=131))
+    metric(final_step=131)(new)
     done = run(new, "HEAD", *OPTIONS)
     assert done.returncode == 1
     assert "sound.final_step: 130 → 131" in done.stdout

@@ -1,10 +1,8 @@
 """One change is planted in an artifact: the comparison says in which one, where, and what stands there now."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,16 +12,16 @@ from pipeline.compare.model import Status
 from pipeline.storage.logs import Series
 from tests.pipeline.compare.project import (
     RESULTS,
+    Plant,
     compared,
     edit_json,
     edit_log,
     edit_text,
+    metric,
     moved,
     only,
-    with_sample,
 )
 
-Plant = Callable[[Path], object]
 METRICS, TABLE, LOG, FIGURE, CERTIFICATE, NOTEBOOK = (
     *(RESULTS / name for name in ("metrics.json", "iterations.csv", "fit.mcap", "figures/margins.svg")),
     RESULTS / "certificates/sound.json",
@@ -31,31 +29,21 @@ METRICS, TABLE, LOG, FIGURE, CERTIFICATE, NOTEBOOK = (
 )
 
 
-def text(path: Path, old: str, new: str) -> Plant:
-    return lambda root: edit_text(root / path, old, new)
-
-
-def json_of(path: Path, change: Callable[[Any], object]) -> Plant:
-    return lambda root: edit_json(root / path, change)
-
-
-def metric(**values: object) -> Plant:
-    return json_of(METRICS, lambda metrics: metrics["sound"].update(values))
-
-
 def sample(topic: str, field: str, row: int, value: float) -> Plant:
-    return lambda root: edit_log(root / LOG, lambda s: with_sample(s, field, row, value) if s.topic == topic else s)
+    def change(series: Series) -> Series:
+        if series.topic != topic:
+            return series
+        values = np.where(np.arange(len(series.times)) == row, value, series.fields[field])
+        return replace(series, fields={**series.fields, field: values})
 
-
-def cut(path: Path) -> Plant:
-    return lambda root: (root / path).write_bytes((root / path).read_bytes()[:-100])
+    return edit_log(LOG, change)
 
 
 MOVED: dict[str, tuple[Plant, str, str]] = {
     "a metric": (metric(nlml=-3.7160332 + 2e-5), "example1/metrics.json", "sound.nlml"),
     "a metric is no number": (metric(nlml=math.nan), "example1/metrics.json", "sound.nlml"),
-    "a cell of a table": (text(TABLE, "82,0.5", "82,0.51"), "example1/iterations.csv", "column bound, line 4"),
-    "a row of a table": (text(TABLE, "83,0.4\n", ""), "example1/iterations.csv", "column k_bar, line 5"),
+    "a cell of a table": (edit_text(TABLE, "82,0.5", "82,0.51"), "example1/iterations.csv", "column bound, line 4"),
+    "a row of a table": (edit_text(TABLE, "83,0.4\n", ""), "example1/iterations.csv", "column k_bar, line 5"),
     "a sample": (
         sample("/references/sound", "mean", 7, 0.7001),
         "example1/fit.mcap /references/sound mean",
@@ -63,32 +51,32 @@ MOVED: dict[str, tuple[Plant, str, str]] = {
     ),
     "a sample is lost": (sample("/samples", "value", 3, math.nan), "example1/fit.mcap /samples value", "t = 0.03 s"),
     "a colour": (
-        text(FIGURE, "#d55e00", "#0072b2"),
+        edit_text(FIGURE, "#d55e00", "#0072b2"),
         "example1/figures/margins.svg",
         "axes_1/line2d_1/path[1]: style",
     ),
     "a point": (
-        text(FIGURE, "L 3 1", "L 3 1.9"),
+        edit_text(FIGURE, "L 3 1", "L 3 1.9"),
         "example1/figures/margins.svg",
         "axes_1/line2d_1/path[1]: d: centre y",
     ),
     "a word on a figure": (
-        text(FIGURE, "step $k$", "time"),
+        edit_text(FIGURE, "step $k$", "time"),
         "example1/figures/margins.svg",
         "axes_1/text_1/comment[1]: text",
     ),
     "a curve": (
-        text(FIGURE, "L 4 2", "L 4 2 L 9 2"),
+        edit_text(FIGURE, "L 4 2", "L 4 2 L 9 2"),
         "example1/figures/margins.svg",
         "axes_1/line2d_1/path[1]: d: right",
     ),
     "a number in a notebook": (
-        text(NOTEBOOK, "0.659325", "0.659345"),
+        edit_text(NOTEBOOK, "0.659325", "0.659345"),
         "notebooks/example1.ipynb",
         "cell 'table', output 1, stdout, line 2, number 1",
     ),
     "a word in a notebook": (
-        text(NOTEBOOK, "learned", "failed"),
+        edit_text(NOTEBOOK, "learned", "failed"),
         "notebooks/example1.ipynb",
         "cell 'table', output 1, stdout, line 1",
     ),
@@ -124,28 +112,22 @@ def drawn_in_other_outlines(root: Path) -> None:
     """Other digits of a number within tolerance have other outlines."""
     digits = {"base": "4.480001", "new": "4.480002"}[root.name]
     glyphs = "".join(f'<use xlink:href="#DejaVuSans-{ord(digit):x}"/>' for digit in digits)
-    edit_text(root / FIGURE, "<!-- step $k$ -->", f"<!-- worst {digits} --><g><defs/>{glyphs}</g>")
-
-
-def told(base: str, new: str) -> Plant:
-    return lambda root: metric(said={"base": base, "new": new}[root.name])(root)
+    edit_text(FIGURE, "<!-- step $k$ -->", f"<!-- worst {digits} --><g><defs/>{glyphs}</g>")(root)
 
 
 UNMOVED: dict[str, Plant] = {
     "rounding in a metric": metric(nlml=-3.7160332 * (1 + 1e-12)),
-    "rounding in a table": text(TABLE, "0.7", "0.70000000001"),
-    "rounding in a notebook": text(NOTEBOOK, "0.659325", "0.65932500001"),
-    "rounding in a log": lambda root: edit_log(
-        root / LOG, lambda s: replace(s, fields={n: v * (1 + 1e-13) for n, v in s.fields.items()})
-    ),
-    "rounding in a figure": text(FIGURE, "L 2 2", "L 2.001 2"),
-    "a point on a line": text(FIGURE, "M 1 1 L 2 2", "M 1 1 L 1.5 1.5 L 2 2"),
-    "a line from its other end": text(FIGURE, "M 1 1 L 2 2 L 3 1 L 4 2", "M 4 2 L 3 1 L 2 2 L 1 1"),
-    "a name by its hash": text(FIGURE, "m0772998e1b", "mffffffffff"),
+    "rounding in a table": edit_text(TABLE, "0.7", "0.70000000001"),
+    "rounding in a notebook": edit_text(NOTEBOOK, "0.659325", "0.65932500001"),
+    "rounding in a log": edit_log(LOG, lambda s: replace(s, fields={n: v * (1 + 1e-13) for n, v in s.fields.items()})),
+    "rounding in a figure": edit_text(FIGURE, "L 2 2", "L 2.001 2"),
+    "a point on a line": edit_text(FIGURE, "M 1 1 L 2 2", "M 1 1 L 1.5 1.5 L 2 2"),
+    "a line from its other end": edit_text(FIGURE, "M 1 1 L 2 2 L 3 1 L 4 2", "M 4 2 L 3 1 L 2 2 L 1 1"),
+    "a name by its hash": edit_text(FIGURE, "m0772998e1b", "mffffffffff"),
     "wall clock": metric(seconds=99.0),
-    "other bytes": text(METRICS, "-3.7160332", "-3.71603320"),
-    "boxes of a proof": json_of(CERTIFICATE, lambda c: c["claim"]["covers"]["x"].update(ends=[0.0, 0.5, 1.0])),
-    "a cell of prose": json_of(
+    "other bytes": edit_text(METRICS, "-3.7160332", "-3.71603320"),
+    "boxes of a proof": edit_json(CERTIFICATE, lambda c: c["claim"]["covers"]["x"].update(ends=[0.0, 0.5, 1.0])),
+    "a cell of prose": edit_json(
         NOTEBOOK,
         lambda n: n["cells"].insert(0, {"cell_type": "markdown", "id": "c", "metadata": {}, "source": "More"}),
     ),
@@ -163,7 +145,7 @@ def test_what_says_the_same_is_within_tolerance(base: Path, new: Path, plant: Pl
 def test_numbers_of_a_sentence_and_outlines_of_digits_are_numbers(base: Path, new: Path) -> None:
     for root in (base, new):
         drawn_in_other_outlines(root)
-        told("at 0.2812170167227962 s", "at 0.2812170167239515 s")(root)
+        metric(said={"base": "at 0.2812170167227962 s", "new": "at 0.2812170167239515 s"}[root.name])(root)
     assert compared(base, new).within
     metric(said="at 0.2813 s")(new)
     assert only(compared(base, new)).worst.place == "sound.said, number 1"
@@ -172,8 +154,8 @@ def test_numbers_of_a_sentence_and_outlines_of_digits_are_numbers(base: Path, ne
 def test_what_is_missing_or_added_is_named(base: Path, new: Path) -> None:
     (new / TABLE).unlink()
     (new / RESULTS / "more.txt").write_text("more")
-    edit_log(base / LOG, lambda s: None if s.topic == "/samples" else s)
-    edit_log(new / LOG, lambda s: replace(s, fields={n: s.fields[n] for n in s.fields if n != "std"}))
+    edit_log(LOG, lambda s: None if s.topic == "/samples" else s)(base)
+    edit_log(LOG, lambda s: replace(s, fields={n: s.fields[n] for n in s.fields if n != "std"}))(new)
     assert [(row.name, row.status) for row in moved(compared(base, new))] == [
         ("example1/fit.mcap /references/sound std", Status.MISSING),
         ("example1/fit.mcap /samples t", Status.EXTRA),
@@ -189,17 +171,20 @@ def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
     def shorter(s: Series) -> Series:
         return replace(s, times=s.times[keep], fields={name: values[keep] for name, values in s.fields.items()})
 
-    edit_log(new / LOG, lambda s: shorter(s) if s.topic == "/samples" else s)
+    edit_log(LOG, lambda s: shorter(s) if s.topic == "/samples" else s)(new)
     rows = moved(compared(base, new))
     assert {(row.worst.place, row.worst.new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
 
 
 def test_a_damaged_log_is_different_even_where_both_are_damaged(base: Path, new: Path) -> None:
-    cut(LOG)(new)
+    def cut(root: Path) -> None:
+        (root / LOG).write_bytes((root / LOG).read_bytes()[:-100])
+
+    cut(new)
     log = only(compared(base, new))
     assert (log.name, log.status) == ("example1/fit.mcap", Status.DIFFERENT)
     assert log.notes[0].startswith("cannot be read in NEW: ")
-    cut(LOG)(base)
+    cut(base)
     assert len(moved(compared(base, new))[0].notes) == 2
 
 
@@ -207,5 +192,5 @@ def test_what_coq_has_proved_of_other_bits_is_not_compared(base: Path, new: Path
     for root, said in ((base, "theorem of 7 samples, checked by Coq"), (new, "theorem of 9 samples")):
         output = {"output_type": "stream", "name": "stdout", "text": said}
         cell = {"cell_type": "code", "id": "cell-9", "metadata": {}, "source": "theorem", "outputs": [output]}
-        edit_json(root / NOTEBOOK, lambda notebook, cell=cell: notebook["cells"].append(cell))
+        edit_json(NOTEBOOK, lambda notebook, cell=cell: notebook["cells"].append(cell))(root)
     assert compared(base, new).within

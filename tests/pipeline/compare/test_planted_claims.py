@@ -11,7 +11,7 @@ from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import JudgedClaim
 from pipeline.storage.results import read_columns, to_csv
-from tests.pipeline.compare.project import LEARNED, RESULTS, TOLERANCES, compared, edit_json, edit_text, moved
+from tests.pipeline.compare.project import LEARNED, RESULTS, TOLERANCES, compared, edit_text, metric, moved
 
 BOUND = {"file": "example1/iterations.csv", "column": "bound"}
 
@@ -23,7 +23,7 @@ def judged(base: Path, new: Path, **claim: Any) -> JudgedClaim:
 
 
 def test_a_failed_claim_is_not_within_tolerance_though_its_number_is(base: Path, new: Path) -> None:
-    edit_json(new / RESULTS / "metrics.json", lambda m: m["sound"].update(worst_state_margin_at_steps=-1e-9))
+    metric(worst_state_margin_at_steps=-1e-9)(new)
     comparison = compared(base, new)
     assert not moved(comparison)
     assert [(claim.base.holds, claim.new.found) for claim in comparison.claims if not claim.new.holds] == [
@@ -33,7 +33,7 @@ def test_a_failed_claim_is_not_within_tolerance_though_its_number_is(base: Path,
 
 
 def test_claims_about_tables_and_logs(base: Path, new: Path) -> None:
-    edit_text(new / RESULTS / "iterations.csv", "81,0.7", "81,")
+    edit_text(RESULTS / "iterations.csv", "81,0.7", "81,")(new)
     (new / RESULTS / "fit.mcap").unlink()
     verdicts = [claim.new for claim in compared(base, new).claims]
     assert [verdict.holds for verdict in verdicts] == [True, False, False]
@@ -63,7 +63,7 @@ def test_claims_may_be_about_a_whole_curve(base: Path, tmp_path: Path) -> None:
 def test_claims_may_be_about_two_values_of_the_same_results(base: Path, new: Path) -> None:
     """The mean's last value against the table's last bound: 0.9 and 0.4."""
     mean = {"file": "example1/fit.mcap", "topic": "/references/sound", "column": "mean"}
-    edit_text(new / RESULTS / "iterations.csv", "83,0.4", "83,0.95")
+    edit_text(RESULTS / "iterations.csv", "83,0.4", "83,0.95")(new)
     claim = judged(base, new, value=mean, at_least=BOUND)
     assert (claim.base.holds, claim.new.holds) == (True, False)
     assert claim.expected == "≥ iterations.csv bound (last)"

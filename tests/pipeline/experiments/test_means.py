@@ -9,7 +9,7 @@ from pipeline.experiments.model import with_learned_means
 from pipeline.generate import sampled_by
 from tests.pipeline.params import alone, changed, written_to
 from trackably.gp.samples import Samples
-from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 
 
@@ -21,9 +21,7 @@ def tank(folder: Path, mean: str):
 
 def least(experiment, samples: tuple[Samples, ...]) -> float:
     task = experiment.task(samples)
-    found = best_solution(ConstrainedProblem(samples, task.prior, task.space))
-    assert isinstance(found, Solution)
-    return found.objective
+    return best_solution(ConstrainedProblem(samples, task.prior, task.space)).objective
 
 
 def test_the_mean_is_learned_and_then_known(tmp_path: Path) -> None:

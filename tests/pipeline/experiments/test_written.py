@@ -2,29 +2,16 @@
 
 import numpy as np
 import pytest
-import yaml
-from pydantic import TypeAdapter
 
-from pipeline.experiments.plants import SetField
-from trackably.systems.polytopes import Polytope
+from trackably.systems.written import set_of
 
 BOX, ROWS = {"lower": [-1, -2], "upper": [1, 2]}, {"rows": [[1, 1], [1, -1]], "lower": [-1, -2], "upper": [3, 4]}
 SETS = {
-    "a box": (BOX, [[1, 0], [0, 1]], [-1, -2], [1, 2]),
-    "a box with a free coordinate": ({"lower": [-1, None], "upper": [1, None]}, [[1, 0]], [-1], [1]),
-    "half-spaces": (
-        {"H": [[1, 1], [-1, 0], [0, -1]], "h": [1, 2, 3]},
-        [[1, 1], [-1, 0], [0, -1]],
-        [-5, -4, -3],  # as far as the others let it go
-        [1, 2, 3],
-    ),
-    "a box and half-spaces": (
-        BOX | {"H": [[1, 1]], "h": [1]},
-        [[1, 0], [0, 1], [1, 1]],
-        [-1, -2, -3],
-        [1, 2, 1],
-    ),
-    "rows": (ROWS, ROWS["rows"], ROWS["lower"], ROWS["upper"]),
+    "a box": BOX,
+    "a box with a free coordinate": {"lower": [-1, None], "upper": [1, None]},
+    "half-spaces": {"H": [[1, 1], [-1, 0], [0, -1]], "h": [1, 2, 3]},
+    "a box and half-spaces": BOX | {"H": [[1, 1]], "h": [1]},
+    "rows": ROWS,
 }
 WRONG = {
     "rows beside H": (ROWS | {"H": [[1, 1]], "h": [1]}, "or rows with lower and upper"),
@@ -36,18 +23,23 @@ WRONG = {
 }
 
 
-def by_parameters(written: object) -> Polytope:
-    return TypeAdapter(SetField).validate_python(yaml.safe_load(yaml.safe_dump(written)))
+def keeps(written, x):
+    """Whether a point keeps each bound that is written."""
+    values = np.array(written.get("rows", np.eye(2))) @ x
+    lower, upper = (np.array(written.get(end, [None, None]), dtype=float) for end in ("lower", "upper"))
+    within = not np.any((values < lower) | (values > upper))  # where there is no bound, it is NaN
+    return within and np.all(np.array(written.get("H", [[0, 0]])) @ x <= written.get("h", [0]))
 
 
-@pytest.mark.parametrize(("written", "rows", "lower", "upper"), SETS.values(), ids=SETS)
-def test_bounds_of_sums_of_coordinates_are_read(written, rows, lower, upper):
-    found = by_parameters(written)
-    for mine, expected in zip((found.rows, found.lower, found.upper), (rows, lower, upper), strict=True):
-        np.testing.assert_allclose(mine, expected, rtol=1e-5)
+@pytest.mark.parametrize("written", SETS.values(), ids=SETS)
+def test_a_set_holds_the_points_that_keep_what_is_written(written):
+    points = np.random.default_rng(0).uniform(-6, 6, (400, 2))
+    kept = [keeps(written, x) for x in points]
+    assert 5 < sum(kept) < 395
+    assert (set_of(written).margin(points) >= 0).tolist() == kept
 
 
 @pytest.mark.parametrize(("written", "why"), WRONG.values(), ids=WRONG)
 def test_what_is_no_set_is_refused(written, why):
     with pytest.raises(ValueError, match=why):
-        by_parameters(written)
+        set_of(written)

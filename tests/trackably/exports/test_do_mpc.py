@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.trackably.exports.references import all_times
+from tests.trackably.exports.references import all_times, robot
 
 with warnings.catch_warnings():  # of parts of do-mpc that are not installed
     warnings.simplefilter("ignore")
@@ -15,26 +15,33 @@ with warnings.catch_warnings():  # of parts of do-mpc that are not installed
     from do_mpc.simulator import Simulator
 
 pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning")  # what do-mpc does with CasADi's matrices
-HORIZON, NAMES = 15, ("position", "velocity", "force")
+HORIZON, K = 15, np.arange(300)
 
 
 @pytest.mark.parametrize("kind", [MPC, Simulator])
-def test_each_stage_holds_states_and_inputs_of_its_step(kind: Any) -> None:
-    reference, model = all_times(), Model("discrete", "SX")
+@pytest.mark.parametrize("of", [all_times, robot])
+def test_each_stage_holds_states_and_inputs_of_its_step(of: Any, kind: Any) -> None:
+    """And a heading that passes π, from step 44 to 74, does not jump, whatever the order of the calls."""
+    reference, model = of(), Model("discrete", "SX")
+    plant, T = reference.reference.plant, reference.reference.plant.sampling_time
     x, _ = model.set_variable("_x", "x"), model.set_variable("_u", "u")
-    for name in NAMES:
-        model.set_variable("_tvp", f"{name}_ref")
+    names = [f"{name}_ref" for name in plant.names]
+    for name in names:
+        model.set_variable("_tvp", name)
     model.set_variable("_tvp", "both", (2, 1))
     model.set_rhs("x", x)
     model.setup()
     user, stages = kind(model), HORIZON + 1 if kind is MPC else 1
-    user.set_param(t_step=0.05, **{"n_horizon": HORIZON} if kind is MPC else {})
-    tvp, of_both = reference.to_do_mpc(user), reference.to_do_mpc(user, {"both": ["velocity", "position"]})
-    for t_now in (0.0, np.array([0.35]), sum([0.05] * 40)):
-        k = round(float(np.asarray(t_now).item()) / 0.05)
+    user.set_param(t_step=T, **{"n_horizon": HORIZON} if kind is MPC else {})
+    tvp, of_both = reference.to_do_mpc(user), reference.to_do_mpc(user, {"both": [*plant.names[1::-1]]})
+    wanted = np.hstack([np.unwrap(reference.state(K), axis=0), reference.input(K)])
+    for t_now in (0.0, np.array([180 * T]), sum([T] * 40), 60 * T):
+        k = round(np.asarray(t_now).item() / T)
         found, both = tvp(t_now), of_both(t_now)
         for j in range(stages):
-            got = [float(found["_tvp", j, f"{name}_ref"] if kind is MPC else found[f"{name}_ref"]) for name in NAMES]
-            np.testing.assert_allclose(got, [*reference.state(k + j), *reference.input(k + j)], atol=1e-12)
+            got = [
+                float(found["_tvp", j, f"{name}_ref"] if kind is MPC else found[f"{name}_ref"]) for name in plant.names
+            ]
+            np.testing.assert_allclose(got, wanted[k + j], atol=1e-9)
             several = both["_tvp", j, "both"] if kind is MPC else both["both"]
             np.testing.assert_allclose(several.full().ravel(), got[1::-1], atol=1e-12)

@@ -13,8 +13,8 @@ import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from tests.trackably.exports.references import EVERY, SWING, all_times, on_window
-from trackably import ConstrainedSystem, JointTrajectory, LinearSystem, certify, write_joint_trajectory
+from tests.trackably.exports.references import EVERY, all_times, on_window
+from trackably import JointTrajectory, write_joint_trajectory
 from trackably.arrays import Array
 
 FIRST, COUNT = 2, 9
@@ -106,10 +106,3 @@ def test_small_numbers_are_numbers_in_every_yaml(tmp_path: Path) -> None:
     found = yaml.safe_load(write_joint_trajectory(given, tmp_path / "r.yaml").read_text())
     assert found["points"][0]["positions"] == values
     assert found["joint_names"] == [*given.names]
-
-
-def test_a_name_that_ends_as_a_unit_is_none(tmp_path: Path) -> None:
-    system = LinearSystem([[0.9]], [[0.5]], 0.1, states=["q[1]"], inputs=["u"])
-    plant = ConstrainedSystem(system, SWING.state_set, SWING.input_set)
-    found: Any = certify(np.zeros(9), plant, interpolation="linear")
-    assert pyarrow.parquet.read_schema(found.to_parquet(tmp_path / "r.parquet")).field(1).metadata is None

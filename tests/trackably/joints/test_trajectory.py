@@ -102,7 +102,7 @@ WRONG = {
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
         "limits of the velocity of a must have 0 inside",
     ),
-    "now before what runs": (lambda: GATE(CURVE, GATE.at_rest([0.0, 0.0], 0.0), -1.0), "has begun by -1 s, got one from "),
+    "now before what runs": (lambda: GATE(CURVE, GATE.at_rest([0.0, 0.0], 0.0), -1.0), "has begun by -1 s, got one "),
 }
 
 

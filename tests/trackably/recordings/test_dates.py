@@ -50,11 +50,8 @@ def test_dates(text):
 
 @pytest.mark.parametrize("text", NO_DATES)
 def test_no_dates(text):
-    with pytest.raises(
-        ValueError, match=re.escape(f"expected a stamp like 2024-05-01T12:00:00.25Z, got {text!r}")
-    ) as no:
+    with pytest.raises(ValueError, match=re.escape(f"expected a stamp like 2024-05-01T12:00:00.25Z, got {text!r}")):
         DateTimes().seconds(text)
-    assert "(trackably.recordings.DateTimes(" in str(no.value)
 
 
 @pytest.mark.parametrize(("clock", "text", "seconds"), OTHERS)

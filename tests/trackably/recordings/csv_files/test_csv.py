@@ -1,5 +1,7 @@
 """What was written in a CSV file is read back, in every layout, unit and time zone."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -51,16 +53,19 @@ def test_layouts(path, name):
     steps=st.lists(st.floats(1e-3, 1e3), min_size=20, max_size=20),
     layout=st.sampled_from([(";", ","), ("\t", ","), (",", "."), (";", "."), (",", ",")]),
     unit=st.sampled_from([("s", 0), ("ms", 3), ("ns", 9)]),
+    scale=st.sampled_from([("1", "0"), ("1e-3", "273.15"), ("0.1", "0"), ("-0.3", "-0.012")]),
 )
-def test_round_trip(path, values, steps, layout, unit):
+def test_what_is_written_is_read_and_rounded_once(path, values, steps, layout, unit, scale):
     separator, mark = layout
     times = np.cumsum(steps[: len(values)]).tolist()
     # A tick of another length moves the point, and loses nothing: 0.1 s are 0.1e3 ms.
     rows = [(f"{t!r}e{unit[1]}", repr(x)) for t, x in zip(times, values, strict=True)]
     text = "\n".join(separator.join(f'"{cell.replace(".", mark)}"' for cell in row) for row in [("t", "x"), *rows])
-    recording = read(path, text, unit[0], layout=CsvLayout(decimal=mark))
+    signals = {"x": Column("x", float(scale[0]), offset=float(scale[1]))}
+    recording = read(path, text, unit[0], signals=signals, layout=CsvLayout(decimal=mark))
     assert recording["x"].times.tobytes() == np.array(times).tobytes()
-    assert recording["x"].values.tobytes() == np.array(values).tobytes()
+    factor, offset = map(Fraction, scale)
+    assert recording["x"].values.tolist() == [float(Fraction(repr(x)) * factor + offset) for x in values]
 
 
 @pytest.mark.parametrize("cell", ["", " ", "NaN", "n/a", "-", "null", '""'])

@@ -6,7 +6,7 @@ import pytest
 
 from tests.trackably.recordings.csv_files.files import COMMAS, read
 from trackably.errors import InputError
-from trackably.recordings import CsvLayout
+from trackably.recordings import Column, CsvLayout
 
 REFUSALS = {
     "empty": ("", {}, ": expected a header that names the columns, got an empty file"),
@@ -65,6 +65,28 @@ REFUSALS = {
         {"layout": CsvLayout(encoding="latin-one")},
         ": expected an encoding like 'utf-8' or 'latin-1', got 'latin-one'",
     ),
+    "out of order": (
+        "t,x\n0,0\n12.70,1\n0.0256,2\n0.03,3\n12.8,4\n",
+        {},
+        ", line 4: times must not decrease, got 0.0256 s after 12.7 s; 1 row is out of order ",
+    ),
+    "repeated": (
+        "t,x\n0,9\n1,1\n1,2\n1,6\n2,8\n",
+        {},
+        ", line 4: 'x' has a second value at 1 s, the first is in line 3; 2 rows are repeated ",
+    ),
+    "no value at all": ("t,x\n0,\n1,\n", {}, ": 'x' has no value in any of the 2 rows left"),
+    "noise of zero": (
+        "t,x,s\n0,1,0.1\n1,2,0\n",
+        {"signals": {"x": Column("x", noise_std="s")}},
+        ", line 3: expected a positive standard dev",
+    ),
+    "closer than a float64 can tell": (
+        "t,x\n1,1\n1.00000000000000000001,2\n",
+        {},
+        ", line 3: this time and that of line 2 are one and the same float64",
+    ),
+    "no float64": ("t,x\n0,1\n1e400,2\n", {}, ", line 3: expected a time that fits a float64, got 1E+400 s"),
 }
 
 
@@ -74,6 +96,13 @@ def test_refused(tmp_path, name):
     with pytest.raises(InputError) as caught:
         read(path, text, **options)
     assert str(caught.value).startswith(f"{path}{message}")
+
+
+@pytest.mark.parametrize("cell", ["1 000", "1_000", "-Infinity", "0x10", "1e", "1.2.3", "٣", "1e99999"])
+@pytest.mark.parametrize("layout", [CsvLayout(), COMMAS])
+def test_only_a_number_is_taken_for_one(tmp_path, cell, layout):
+    with pytest.raises(InputError, match=f"line 2, column 'x': expected a finite number, got '{cell}'"):
+        read(tmp_path / "some.csv", f"t;x\n0;{cell}\n", layout=layout)
 
 
 def test_gzip_is_unpacked(tmp_path):

@@ -26,7 +26,7 @@ def path(tmp_path):
 @pytest.mark.parametrize("of", HOW)
 def test_every_encoding_compression_and_time(path, write, of):
     time, compression = HOW[of]
-    write(path, STATES, compression)
+    write(path, compression)
     recording = read_mcap(
         path,
         {
@@ -78,6 +78,15 @@ def test_stamps(path, name):
     recording = read(written(path, *({"t": stamp, "x": k} for k, stamp in enumerate(stamps))), "x", time)
     assert recording.origin == origin
     assert recording["x"].times.tolist() == times
+
+
+def test_signals_with_stamps_of_their_own_have_one_origin(path):
+    now = START // 10**9
+    written(path, *({"x": 1, "y": 7, "t": now + 1 + k, "s": now + 3 * k} for k in range(2)))
+    stamps = {"x": Stamp("t", "epoch s"), "y": Stamp("s", "epoch s")}
+    recording = read_mcap(path, {name: Field(TOPIC, name, time=stamp) for name, stamp in stamps.items()})
+    assert recording.origin == now * 10**9
+    assert {name: of.times.tolist() for name, of in recording.signals.items()} == {"x": [1.0, 2.0], "y": [0.0, 3.0]}
 
 
 def test_stamps_in_json_keep_every_digit(path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType
 
-from tests.trackably.recordings.mcap_files.writers import STATES, TOPIC, WRITERS, refusal, write_plain
+from tests.trackably.recordings.mcap_files.writers import TOPIC, WRITERS, refusal, write_plain
 from trackably.errors import InputError
 from trackably.recordings.mcap_file import Field, Stamp, read_mcap
 
@@ -47,7 +47,7 @@ def test_undecodable(path, name):
 
 @pytest.mark.parametrize(("name", "compression"), [("json", CompressionType.NONE), ("ros2", CompressionType.ZSTD)])
 def test_truncated_anywhere(path, name, compression):
-    WRITERS[name](path, STATES, compression)
+    WRITERS[name](path, compression)
     data = path.read_bytes()
     for end in [*range(0, len(data), 61), len(data) - 1]:
         path.write_bytes(data[:end])
@@ -58,7 +58,7 @@ def test_truncated_anywhere(path, name, compression):
 @pytest.mark.parametrize("name", WRITERS)
 def test_flipped_bits(path, name):
     """A flipped bit may go unseen only in what is not read."""
-    WRITERS[name](path, STATES, CompressionType.NONE)
+    WRITERS[name](path, CompressionType.NONE)
     data, honest = path.read_bytes(), values_of(path)
     rng, refused = np.random.default_rng(3), []
     for at in rng.integers(8, len(data), 40).tolist():
@@ -74,7 +74,7 @@ def test_flipped_bits(path, name):
 
 
 def test_unknown_topic(path):
-    WRITERS["protobuf"](path, STATES, CompressionType.ZSTD)
+    WRITERS["protobuf"](path, CompressionType.ZSTD)
     assert (
         refusal(path, topic="/robot")
         == ": there is no topic '/robot'; there are /robot/state (protobuf robot.State, 6 messages)"
@@ -84,7 +84,7 @@ def test_unknown_topic(path):
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("field", ["position.z", "joints[2].angle", "joints.angle", "joints[x]", "position[0]", ".."])
 def test_unknown_field(path, name, field):
-    WRITERS[name](path, STATES, CompressionType.ZSTD)
+    WRITERS[name](path, CompressionType.ZSTD)
     for said in (
         refusal(path, field),
         refusal(path, "position.x", Stamp(field)),

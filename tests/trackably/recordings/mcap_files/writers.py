@@ -45,7 +45,7 @@ def _state(k: int) -> State:
 
 STATES = tuple(_state(k) for k in range(6))
 
-WriteFile = Callable[[Path, Sequence[State], CompressionType], None]
+WriteFile = Callable[[Path, CompressionType], None]
 
 
 def fields(s: State, nanoseconds: str) -> dict[str, Any]:
@@ -59,16 +59,15 @@ def fields(s: State, nanoseconds: str) -> dict[str, Any]:
     }
 
 
-def write_json(path: Path, states: Sequence[State], compression: CompressionType) -> None:
+def write_json(path: Path, compression: CompressionType) -> None:
     """As Foxglove writes JSON, with a key that is absent where there is no value."""
-    messages = [fields(s, "nsec") | ({} if s.effort is None else {"effort": s.effort}) for s in states]
-    write_plain(path, [json.dumps(message).encode() for message in messages], states, compression=compression)
+    messages = [fields(s, "nsec") | ({} if s.effort is None else {"effort": s.effort}) for s in STATES]
+    write_plain(path, [json.dumps(message).encode() for message in messages], compression=compression)
 
 
 def write_plain(
     path: Path,
     messages: Sequence[bytes],
-    states: Sequence[State] = STATES,
     encodings: tuple[str, str | None] = ("json", None),
     schema: bytes = b"",
     compression: CompressionType = CompressionType.NONE,
@@ -81,7 +80,7 @@ def write_plain(
         schema_id = 0 if schema_encoding is None else writer.register_schema("robot/msg/State", schema_encoding, schema)
         channel = writer.register_channel(TOPIC, message_encoding, schema_id)
         writer.register_channel("/silent", message_encoding, schema_id)
-        for data, state in zip(messages, states, strict=False):
+        for data, state in zip(messages, STATES, strict=False):
             writer.add_message(channel, state.log_time, data, state.publish_time)
         writer.finish()  # type: ignore[no-untyped-call]
 
@@ -141,10 +140,10 @@ def protobuf_state(s: State) -> Any:
     return message
 
 
-def write_protobuf(path: Path, states: Sequence[State], compression: CompressionType) -> None:
+def write_protobuf(path: Path, compression: CompressionType) -> None:
     """With the Protobuf writer of the MCAP project."""
     with path.open("wb") as file, ProtobufWriter(file, chunk_size=200, compression=compression) as writer:
-        for s in states:
+        for s in STATES:
             writer.write_message(TOPIC, protobuf_state(s), s.log_time, s.publish_time)
 
 
@@ -165,11 +164,11 @@ float32 angle
 """
 
 
-def write_ros2(path: Path, states: Sequence[State], compression: CompressionType) -> None:
+def write_ros2(path: Path, compression: CompressionType) -> None:
     """With the ROS 2 writer of the MCAP project; what has no value is NaN, as ROS has nothing else for it."""
     with path.open("wb") as file, Ros2Writer(file, chunk_size=200, compression=compression) as writer:
         schema = writer.register_msgdef("robot/msg/State", ROS2)
-        for s in states:
+        for s in STATES:
             message = fields(s, "nanosec") | {"effort": float("nan") if s.effort is None else s.effort}
             writer.write_message(TOPIC, schema, message, s.log_time, s.publish_time)
 
