@@ -60,10 +60,9 @@ def test_one_file_checks_every_kind_on_a_bare_python_and_a_refusal_has_its_exit_
     assert run("-I", "-S", bundle).returncode == 2
 
 
-def test_its_bytes_are_the_same_each_time_and_few(bundle, tmp_path):
+def test_its_bytes_are_the_same_each_time(bundle, tmp_path):
     write_bundle(tmp_path / "again.pyz")
     assert (tmp_path / "again.pyz").read_bytes() == bundle.read_bytes()
-    assert bundle.stat().st_size < 1_000_000
 
 
 def test_its_folder_is_enough(tmp_path):
@@ -73,10 +72,3 @@ def test_its_folder_is_enough(tmp_path):
     file = written(file_of("scalar"), tmp_path / "certificate.json")
     found = run("-S", "-m", "trackably.checker", file, cwd=tmp_path, env={"PYTHONPATH": str(tmp_path)})
     assert (found.returncode, found.stderr) == (0, "")
-
-
-def test_a_file_that_cannot_be_written_is_named(tmp_path):
-    found = run("-m", "trackably.bundle", tmp_path)
-    assert found.returncode == 1
-    assert found.stderr.startswith(f"error: {tmp_path}: cannot be written (")
-    assert "Traceback" not in found.stderr

@@ -4,11 +4,9 @@ from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 
-from tests.trackably.checker.changes import changed
 from tests.trackably.checker.redundant import as_read, learned
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.redundant_instances import CASES
-from trackably.checker import Failed, check
 from trackably.checker.form import read_certificate
 from trackably.checker.redundancy import why_not_attainable
 from trackably.checker.subject import Row
@@ -24,36 +22,6 @@ def test_the_same_row_in_another_size_or_direction_says_the_same():
         assert why_not_attainable(certificate.system, rows, (turned,)) is None
         for wider in (replace(turned, low=lower - 1e-12), replace(turned, high=upper + 1e-12)):
             assert why_not_attainable(certificate.system, rows, (wider,)) is not None
-
-
-EMPTY = {
-    "nothing in between": [([0.0, 0.0], 1.0, 2.0)],
-    "apart": [([1.0, 0.0], 1.0, 2.0), ([1.0, 0.0], -5.0, -0.2)],
-    "apart in other units": [([1.0, 0.0], 1.0, 2.0), ([-3.0, 0.0], 1.0, 2.0)],
-    "apart beside another": [([1.0, 0.0], -0.1, 5.0), ([1.0, 0.0], -5.0, -0.2), ([0.0, 1.0], -9.0, 9.0)],
-}
-
-
-@over(EMPTY, "rows")
-def test_an_empty_set_holds_no_input(rows):
-    """Each has no inequality left that says anything of u; those that say nothing of it must hold."""
-    certificate = read_certificate(as_read(learned().certificate)).subject
-    sides = tuple(row_of(*row) for row in rows)
-    reason = why_not_attainable(certificate.system, sides, certificate.attainable)
-    assert reason is not None
-    assert reason.startswith("input_set: no input keeps its rows")
-    columns = zip(("rows", "lower", "upper"), map(list, zip(*rows, strict=True)), strict=True)
-    other = {**dict(columns), "dimension": 2}
-    assert isinstance(
-        check(changed(as_read(learned().certificate), ("reference", "plant", "input_set"), other)), Failed
-    )
-
-
-def test_a_set_turned_inside_out_holds_no_input():
-    certificate = read_certificate(as_read(learned().certificate)).subject
-    side, bound = row_of([0.0, 1.0], 0.2, -0.2), row_of([1.0, 1.0], -0.5, 0.5)
-    reason = why_not_attainable(certificate.system, (certificate.input_set.rows[0], side), (bound,))
-    assert reason == "input_set: every row needs a number for each input, and lower ≤ upper"
 
 
 def row_of(row, lower: float, upper: float) -> Row:

@@ -9,7 +9,6 @@ from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plan
 from tests.trackably.systems.instances import controllable
 from tests.trackably.systems.redundant_instances import excess
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
@@ -57,37 +56,23 @@ def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
     np.testing.assert_allclose(std[at_bound, 0], single[:, 0], rtol=1e-9)
 
 
-def test_a_scalar_input_needs_no_set_of_its_own():
-    scalar = replace(
-        PLANT,
-        system=LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
-        input_set=Polytope.box([-1.2], [1.2]),
-    )
-    found = prove(Reference(learned().reference.signals, scalar))
-    assert isinstance(found, Certificate)
-    assert "attainable" not in encode_certificate(found)
-
-
 def nearly(seed: int) -> tuple[Reference, float]:
     """A random reference of a system with an input too many, and the part of U by which some need is kept or broken."""
     rng = np.random.default_rng(seed)
     system = controllable(3 * seed, states=2)
     n, m = system.A.shape[0], min(system.B.shape[1], len(system.A)) + 1
-    system = LinearSystem(
-        system.A, np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]]), sampling_time=0.1
-    )
+    B = np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]])
     lower, upper = -rng.uniform(0.1, 2, m), rng.uniform(0.1, 2, m)
-    free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
+    free = Polytope.box([-np.inf] * n, [np.inf] * n)
     kernels = (SquaredExponential(1.0, 0.7), Matern52(1.0, 1.0))
-    plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
+    plant = ConstrainedSystem(LinearSystem(system.A, B, sampling_time=0.1), free, Polytope.box(lower, upper))
     signals = tuple(
         KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
         for _ in range(plant.signal_count)
     )
-    reference = Reference(signals, plant)
     used = max(
-        float(np.max(np.abs(values / np.where(values < 0, quantity.bounds.lower, quantity.bounds.upper))))
-        for quantity in reference.quantities
+        np.max(values / np.where(values < 0, quantity.bounds.lower, quantity.bounds.upper))
+        for quantity in Reference(signals, plant).quantities
         for values in [quantity(signals, FINE)]
     )
     off = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-6, -2))

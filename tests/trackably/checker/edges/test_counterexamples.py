@@ -5,13 +5,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pytest
 
 from tests.trackably.certificates.nonlinear.instances import tight
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.changes import changed
 from tests.trackably.checker.redundant import learned
-from trackably import NotTrackableError
 from trackably.certificates.form import encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
@@ -56,14 +54,6 @@ KINDS = (  # without `by_claim`, which takes a second
 )
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_checker_verifies_it(kind: str) -> None:
-    verdict = check(by_claim()[kind])
-    assert isinstance(verdict, Refuted), verdict
-    assert verdict.statement.startswith("NOT TRACKABLE: at t = ")
-    assert "SHA-256" in verdict.statement
-
-
 def test_redundant_inputs_are_judged_by_what_the_set_demands_not_by_the_rows_of_the_file() -> None:
     """Narrower rows prove nothing."""
     data = by_claim()["redundant inputs"]
@@ -71,13 +61,6 @@ def test_redundant_inputs_are_judged_by_what_the_set_demands_not_by_the_rows_of_
     assert isinstance(check({**data, "attainable": rows}), Refuted)
     wide = changed({**data, "attainable": rows}, "reference.plant.input_set.lower", [-9.0, -9.0])
     assert isinstance(check(changed(wide, "reference.plant.input_set.upper", [9.0, 9.0])), Failed)
-
-
-def test_a_reference_that_is_refused_with_a_counterexample_leaves_it_as_a_file(tmp_path) -> None:
-    few = narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))
-    error = NotTrackableError(prove(few))
-    error.save_counterexample(tmp_path / "why.json")
-    assert isinstance(check(json.loads((tmp_path / "why.json").read_text())), Refuted)
 
 
 def test_a_redundant_input_that_breaks_its_bound_alone_refutes_nothing() -> None:

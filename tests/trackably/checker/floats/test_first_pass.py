@@ -6,7 +6,6 @@ from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
 from platform import machine
 
 import pytest
@@ -18,7 +17,7 @@ from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
-from trackably.checker.boxes import around_instant, stays_inside
+from trackably.checker.boxes import around_instant
 from trackably.checker.floats import boxes
 from trackably.checker.floats.intervals import stay_between
 from trackably.checker.intervals import INFINITE, ZERO
@@ -37,14 +36,6 @@ def left_by_first_pass(data: dict, monkeypatch) -> tuple[int, int]:
     monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, boxes=counting))
     assert isinstance(check(data), Proved)
     return sum(every for every, _ in counted), sum(rest for _, rest in counted)
-
-
-def test_a_broken_bound_is_found_before_later_boxes_are_decided(monkeypatch):
-    """A file whose bounds are broken everywhere takes no longer than up to its first box."""
-    asked = []
-    monkeypatch.setattr(boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
-    assert check(changed(data_of("instants"), "reference.plant.state_set.upper.0", -0.6)).reason.endswith("at step 0")
-    assert len(asked) <= 2  # a state and an input
 
 
 @pytest.mark.parametrize("kind", [*VALID, "tank", "pendulum"])
@@ -110,23 +101,20 @@ def test_a_processor_that_takes_subnormal_numbers_for_zero_is_found_out(tmp_path
 FILES = ROOT / "data" / "results" / "example1" / "certificates"
 
 
-def said_alone(path: Path, before: str = "pass") -> list[str]:
-    """The verdict's last sentence, and whether NumPy is loaded, in a process of its own."""
+@pytest.mark.parametrize(
+    ("name", "before", "said", "is_loaded"),
+    [
+        ("sound.json", "sys.modules['numpy'] = None", "exact arithmetic", True),
+        ("unconstrained.counterexample.json", "pass", "exact arithmetic", False),
+        ("joint.json", "pass", "float64 intervals", True),
+    ],
+)
+def test_numpy_is_loaded_only_where_it_is_asked_and_may_be_missing(name, before, said, is_loaded):
+    """Loading it takes longer than most checks; without it everything is left to mpmath."""
     script = (
         f"import json, sys; {before}; from trackably.checker import check; "
-        "said = str(check(json.load(open(sys.argv[1])))); "
-        "print(said.split(' This was checked in ')[1]); print('numpy' in sys.modules)"
+        "print(check(json.load(open(sys.argv[1]))).statement, 'numpy' in sys.modules)"
     )
-    done = subprocess.run([sys.executable, "-c", script, path], capture_output=True, text=True, check=True)
-    return done.stdout.splitlines()
-
-
-def test_without_numpy_everything_is_left_to_mpmath():
-    said, _ = said_alone(FILES / "sound.json", "sys.modules['numpy'] = None")
-    assert said.startswith("exact arithmetic")
-
-
-def test_numpy_is_loaded_only_where_it_is_asked():
-    """Loading it takes longer than most checks."""
-    assert said_alone(FILES / "unconstrained.counterexample.json")[1] == "False"
-    assert said_alone(FILES / "joint.json")[1] == "True"
+    done = subprocess.run([sys.executable, "-c", script, FILES / name], capture_output=True, text=True, check=True)
+    assert f"This was checked in {said}" in done.stdout
+    assert done.stdout.split()[-1] == str(is_loaded)

@@ -9,7 +9,6 @@ from mpmath import mp
 from trackably.checker import intervals as single
 from trackably.checker.floats import intervals
 from trackably.checker.floats.intervals import Floats, bernstein_on_box, stay_between, sums
-from trackably.checker.intervals import exactly
 
 COUNT = 400
 OPERATIONS = {
@@ -102,14 +101,6 @@ def test_sums_of_runs_hold_the_true_sums():
         assert high - low <= 1e-11 * np.sum(np.abs(run))
 
 
-def test_numbers_of_mpmath_mix_with_arrays_from_both_sides():
-    third, x = exactly(1) / 3, Floats.exact(np.array([1.0, -2.0]))
-    for found, true in ((third * x, (1, -2)), (x * third, (1, -2)), (third - x, (-2, 7)), (x - third, (2, -7))):
-        for low, high, number in zip(found.low, found.high, true, strict=True):
-            assert low < Fraction(number, 3) < high
-    assert np.array_equal(exactly(0) < x, [True, False])
-
-
 def test_what_is_not_known_is_never_certain():
     with np.errstate(all="ignore"):
         unknown = Floats.exact(np.array([np.nan, 1.0])) * Floats(np.array([1.0, -np.inf]), np.array([1.0, np.inf]))
@@ -150,13 +141,6 @@ def test_sums_of_products_of_any_sizes_are_contained(seed):
             for ends in (("low", "low"), ("low", "high"), ("high", "high")):
                 exact = exact_dot(x, y, j, ends)
                 assert is_inside(exact, found.low[j], found.high[j])
-
-
-def test_a_sum_of_products_that_overflows_is_not_positive():
-    huge, signs = Floats.exact(np.full((4, 1), 1.7e308)), Floats.exact(np.array([[1.0], [1.0], [-1.0], [-1.0]]))
-    with np.errstate(all="ignore"):  # the sum is 0
-        each = Floats.dot([huge.at(k) for k in range(4)], [signs.at(k) for k in range(4)])
-        assert not np.any(each > 0)
 
 
 def kept_below(above: float) -> float:
