@@ -25,6 +25,7 @@ SHORT = {"ends": [0.0, 0.1], "radii": [0.5]}
 EARLY = {"kind": "all_times", "tail_start": 0.1, "covers": {"state": SHORT, "input": SHORT}, "terms": 16}
 LAW = ["+", "level", ["*", 0.05, ["-", "inflow", ["*", 0.6, ["sqrt", "level"]]]]]
 NO_ROWS = {"rows": [], "lower": [], "upper": [], "dimension": 1}
+APART = {"rows": [[1.0, 0.0], [-3.0, 0.0]], "lower": [1.0, 1.0], "upper": [2.0, 2.0], "dimension": 2}
 KERNEL_SIGNAL = {"kernel": KERNEL | {"type": "SquaredExponential"}, "mean": 0.0, "centres": [0.0], "weights": [1.0]}
 
 
@@ -35,11 +36,6 @@ def times(factor: float) -> Any:
 def hair(text: str) -> str:
     """Return a rational number that is larger by a hair."""
     return str(Fraction(text) * (1 + Fraction(1, 2**50)))
-
-
-def between_1_and_2(*rows: list[float]) -> dict:
-    """Return a set of two inputs, in which there is none."""
-    return {"rows": [*rows], "lower": [1.0] * len(rows), "upper": [2.0] * len(rows), "dimension": 2}
 
 
 HAIR_LESS = times(1 - 2.0**-52)
@@ -110,8 +106,7 @@ FAILED: Rows = {
         ("reference.plant.input_set.lower.0", -0.99, "input_set"),
         ("reference.plant.input_set.rows.1", [0.0, 1.5], "input_set"),
         ("reference.plant.input_set.lower.1", 0.3, "input_set"),
-        ("reference.plant.input_set", between_1_and_2([0.0, 0.0]), "input_set: no input keeps its rows"),
-        ("reference.plant.input_set", between_1_and_2([1.0, 0.0], [-3.0, 0.0]), "input_set: no input keeps its rows"),
+        ("reference.plant.input_set", APART, "input_set: no input keeps its rows"),
         ("attainable.0.upper", 1.21, "input_set"),
         ("attainable.0.row", ["1", "2"], "names"),
         ("attainable", [], "names"),
