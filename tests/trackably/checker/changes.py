@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import reduce
-from itertools import combinations, pairwise
+from itertools import combinations
 from operator import getitem
 from typing import Any
 
@@ -81,28 +81,6 @@ def without(data: dict, path: Path) -> dict:
     copied, (*above, last) = copy.deepcopy(data), place(path)
     del part_at(copied, tuple(above))[last]
     return copied
-
-
-def tampered(data: dict) -> Iterator[tuple[str, dict]]:
-    for path in leaves(data):
-        yield f"without {path}", without(data, path)
-        news = replacements(part_at(data, path))
-        # No box can make a statement false, only leave it without a proof: a nudge, a sign, and what is no number. That
-        # is enough too for what scalar systems have as well.
-        shared = "signals" in path or path[0] in {"claim", "evaluation"}
-        few = "covers" in path[:-1] or (shared and len(data["reference"]["plant"]["system"]["states"]) > 1)
-        for new in [*news[:3], *news[-5:]] if few else news:
-            yield f"{path} = {new!r}", changed(data, path, new)
-    if "evaluation" in data and "attainable" not in data:
-        yield from combined_changes(data)
-    if covers := data["claim"].get("covers"):
-        for one, other in pairwise(covers):
-            swapped = exchanged(data, ("claim", "covers", one), ("claim", "covers", other))
-            yield f"covers of {one} and {other} swapped", swapped
-        for name, boxes in covers.items():
-            for i in range(1, len(boxes["ends"]) - 1):
-                merged = {key: numbers[:i] + numbers[i + 1 :] for key, numbers in boxes.items()}
-                yield f"boxes of {name} merged at {i}", changed(data, ("claim", "covers", name), merged)
 
 
 def combined_changes(data: dict) -> Iterator[tuple[str, dict]]:

@@ -38,8 +38,27 @@ def hair(text: str) -> str:
     return str(Fraction(text) * (1 + Fraction(1, 2**50)))
 
 
+def longer_than(most: int) -> Any:
+    return lambda value: value[:1] * (most + 1)
+
+
+LONGEST = {
+    "reference.signals": limits.SIGNALS,
+    "reference.signals.0.centres": limits.CENTRES,
+    "reference.signals.0.weights": limits.CENTRES,
+    "reference.plant.system.states": limits.COORDINATES,
+    "reference.plant.system.inputs": limits.COORDINATES,
+    "reference.plant.system.A": limits.COORDINATES,
+    "reference.plant.system.A.0": limits.COORDINATES,
+    "reference.plant.state_set.rows": limits.ROWS,
+    "trajectories.states.0.weights.0": limits.SHIFTS,
+    "trajectories.states.0.offset": limits.DIGITS,
+    "claim.covers.state.ends": limits.BOXES + 1,
+    "claim.covers.state.radii": limits.BOXES,
+}
 HAIR_LESS = times(1 - 2.0**-52)
 ROOM = "leaves less room"
+ROOMS = ("disturbance.state_set.upper.0", "disturbance.input_set.lower.0")
 WITH_NOISE = "leaves less room|not inside of P|an entry for each state"
 
 UPPER = "reference.plant.state_set.upper.0"
@@ -136,7 +155,11 @@ FAILED: Rows = {
         ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
         ("disturbance.noise.centre", ["0"], WITH_NOISE),
     ],
-    "triangle": [("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1")],
+    **{kind: [(path, HAIR_LESS, ROOM) for path in ROOMS] for kind in ("example1", "three states")},
+    "triangle": [
+        ("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1"),
+        *((path, HAIR_LESS, ROOM) for path in ROOMS),
+    ],
     "two pushers": [("disturbance.input_set.upper.0", times(0.999))],
     "moving bounds, a window": [
         (UPPER + ".breakpoints.1", 1.4),
@@ -247,23 +270,10 @@ UNREADABLE: Rows = {
         ("evaluation.errors.state", 0.0),
         *(("trajectories.states.0.offset", other)
           for other in (0, "0.0", "1e3", " 0", "0\n", "+1", "1/0", "1/00", "1/-2", "½", "١")),
-        *((*row, "no more than|at most") for row in (
-            ("reference.signals", [SIGNAL] * (limits.SIGNALS + 1)),
-            ("reference.signals.0.centres", [0.0] * (limits.CENTRES + 1)),
-            ("reference.signals.0.weights", [0.0] * (limits.CENTRES + 1)),
-            ("reference.plant.system.states", ["x"] * (limits.COORDINATES + 1)),
-            ("reference.plant.system.inputs", ["x"] * (limits.COORDINATES + 1)),
-            ("reference.plant.system.A", [[0.0]] * (limits.COORDINATES + 1)),
-            ("reference.plant.system.A", [[0.0] * (limits.COORDINATES + 1)]),
-            ("reference.plant.state_set.rows", [[1.0]] * (limits.ROWS + 1)),
-            ("reference.plant.state_set.dimension", limits.COORDINATES + 1),
-            ("trajectories.states.0.weights.0", ["0"] * (limits.SHIFTS + 1)),
-            ("trajectories.states.0.offset", "1" * (limits.DIGITS + 1)),
-            ("claim.terms", limits.TERMS + 1),
-            ("claim.covers.state.ends", [0.0] * (limits.BOXES + 2)),
-            ("claim.covers.state.radii", [1.0] * (limits.BOXES + 1)),
-            ("claim", {"kind": "instants", "last_step": limits.INSTANTS + 1}),
-        )),
+        *((path, longer_than(most), "no more than|at most") for path, most in LONGEST.items()),
+        ("reference.plant.state_set.dimension", limits.COORDINATES + 1, "no more than|at most"),
+        ("claim.terms", limits.TERMS + 1, "no more than|at most"),
+        ("claim", {"kind": "instants", "last_step": limits.INSTANTS + 1}, "no more than|at most"),
     ],
     "tank": [
         ("reference.plant.system.f.0", ["+", "inflow", "level⁺"], "must be a name"),

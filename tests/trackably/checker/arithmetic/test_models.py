@@ -108,14 +108,6 @@ def test_they_hold_every_value(name, evaluated):
     assert escapes(name, evaluated) == 0
 
 
-@pytest.mark.parametrize("name", FORMED)
-def test_many_are_as_narrow_as_single_ones(name):
-    draw = random.Random(0)
-    a, b = ([drawn(draw, draw.uniform(1, 3), 0.2, 1e-9) for _ in range(COUNT)] for _ in range(2))
-    for one, of_many in zip(single(FORMED[name][0], a, b), many(FORMED[name][0], a, b), strict=True):
-        assert of_many.missed.b <= 1.5 * one.missed.b + 1e-12
-
-
 @pytest.mark.parametrize("formed", [formed for formed, _ in SERIES.values()], ids=SERIES)
 def test_series_miss_what_is_of_the_order_of_the_next_term(formed):
     missed = []

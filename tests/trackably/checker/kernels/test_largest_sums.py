@@ -4,22 +4,11 @@ import numpy as np
 import pytest
 
 from tests.trackably.checker.kernels.instances import checked
-from tests.trackably.gp.instances import over
+from tests.trackably.gp.instances import REPRESENTATIVE, over
 from trackably.checker.rounding import largest_sums
 from trackably.checker.subject import Signal
-from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern52
-from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 
-KERNELS: dict[str, Kernel] = {
-    "Matern52": Matern52(1.3, 1.6),
-    "short": SquaredExponential(1.3, 0.01),
-    "long": SquaredExponential(1.3, 90.0),
-    "periodic": Periodic(1.3, 0.8, 5.0),
-    "sum": Sum(Matern52(1.0, 0.2), SquaredExponential(0.5, 4.0)),
-    "product": Product(Matern52(1.0, 3.0), Periodic(1.0, 0.8, 5.0)),
-}
 TIMES = {
     "one": lambda rng: np.array([2.5]),
     "the same": lambda rng: np.full(3, -1e3),
@@ -29,7 +18,7 @@ TIMES = {
 }
 
 
-@over(KERNELS)
+@over(REPRESENTATIVE)
 @pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
 def test_no_time_has_a_larger_sum(kernel, times) -> None:
     rng, own = np.random.default_rng(4), checked(kernel)

@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 
 from tests.splines.draws import from_scipy
 from tests.splines.naive import extremes
@@ -16,10 +15,9 @@ from trackably.checker.form import subject_of
 from trackably.checker.piecewise import keeps, row_of, values_at
 from trackably.checker.quantities import functionals
 from trackably.checker.subject import Subject
+from trackably.given.conversion import interpolate
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-
-KINDS = {"rest": "clamped", "period": "periodic", "end": "natural"}
 
 
 @cache
@@ -28,11 +26,11 @@ def drawn(beyond: str, seed: int) -> Reference:
     draw = np.random.default_rng(seed)
     times, values = np.cumsum(draw.integers(7, 64, 8)) / 64, draw.uniform(-1.0, 1.0, 8)
     values[-1] = values[0]
-    return Reference((from_scipy(CubicSpline(times, values, bc_type=KINDS[beyond]), beyond),), AXIS)
+    return Reference((from_scipy(interpolate(times, values, "cubic", beyond), beyond),), AXIS)
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("beyond", KINDS)
+@pytest.mark.parametrize("beyond", ["rest", "period", "end"])
 def test_bounds_next_to_the_extremes_are_kept_and_bounds_inside_of_them_never(beyond: str, seed: int) -> None:
     reference = drawn(beyond, seed)
     first, last = (Fraction(float(t)) for t in reference.pieces[0].breakpoints[[0, -1]])

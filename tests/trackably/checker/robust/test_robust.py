@@ -1,20 +1,12 @@
 """Certificates of disturbed systems: what is proved and said."""
 
-from fractions import Fraction
-
 import pytest
 
-from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.certificates.nonlinear.instances import proved as nonlinear
 from tests.trackably.checker.changes import with_changes
 from tests.trackably.checker.robust.instances import KINDS, robust_certificate, robust_data
-from tests.trackably.systems.disturbance.naive import naive_support
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Failed, NotACertificate, Proved, check
-from trackably.checker import disturbances as step
-from trackably.checker.disturbances import of_measured_state
-from trackably.checker.form import read_certificate
-from trackably.systems.disturbances import of_measured_state as of_library
 
 SAID = {
     "pushed cart": (
@@ -41,20 +33,6 @@ def test_the_answer_names_disturbances_bounds_and_feedback(kind):
         assert words in verdict.statement
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_support_is_that_of_the_definition(kind):
-    """The checker's own arithmetic against powers of rational matrices, and against the library's."""
-    data, Z = robust_data(kind), robust_certificate(kind).robust.invariant
-    read = read_certificate(data)
-    errors = step._errors_of(read.subject.system, read.robust)
-    n = len(Z.box)
-    for row in ([Fraction(1)] * n, [Fraction(-3, 7), Fraction(2), Fraction(1, 9)][:n]):
-        support = naive_support(Z, row)
-        assert support == Z.support(row)
-        assert errors.fits(row, support)
-        assert not errors.fits(row, support * (1 - Fraction(1, 10**30)))
-
-
 def test_nonlinear_systems_have_no_disturbances():
     data = {**encode_certificate(nonlinear("tank")), "disturbance": robust_data("pushed cart")["disturbance"]}
     verdict = check(data)
@@ -67,12 +45,3 @@ def test_powers_that_would_take_hours_are_refused():
     verdict = check(with_changes(robust_data("example1"), {f"disturbance.{part}": put for part, put in hours.items()}))
     assert isinstance(verdict, Failed)
     assert "too many powers" in verdict.reason
-
-
-def test_both_sums_of_sets_are_the_same():
-    """The checker's W ⊕ (−A V) ⊕ V against that of the library, by support functions."""
-    read, robust = read_certificate(robust_data("noisy cart")), decode_certificate(robust_data("noisy cart")).robust
-    ours = of_measured_state(read.robust.disturbance, read.robust.noise, read.subject.system.A)
-    library = of_library(robust.disturbance, robust.noise, robust.given.system.A)
-    assert ours.centre == library.centre
-    assert sorted(ours.generators) == sorted(library.generators)
