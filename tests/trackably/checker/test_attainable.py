@@ -4,24 +4,11 @@ from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 
-from tests.trackably.checker.redundant import as_read, learned
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.redundant_instances import CASES
-from trackably.checker.form import read_certificate
 from trackably.checker.redundancy import why_not_attainable
 from trackably.checker.subject import Row
 from trackably.systems.allocation import Allocation
-
-
-def test_the_same_row_in_another_size_or_direction_says_the_same():
-    certificate = read_certificate(as_read(learned().certificate)).subject
-    rows, (bound,) = certificate.input_set.rows, certificate.attainable
-    for factor in (2, -1, -4):
-        lower, upper = sorted(factor * end for end in (bound.lower, bound.upper))
-        turned = Row(tuple(factor * r for r in bound.row), lower, upper)
-        assert why_not_attainable(certificate.system, rows, (turned,)) is None
-        for wider in (replace(turned, low=lower - 1e-12), replace(turned, high=upper + 1e-12)):
-            assert why_not_attainable(certificate.system, rows, (wider,)) is not None
 
 
 def row_of(row, lower: float, upper: float) -> Row:
