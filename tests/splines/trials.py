@@ -38,7 +38,8 @@ def try_one(counts: dict[str, Counts], seed: int, number: int) -> None:
     quantities = given.reference.quantities
     quantity = quantities[rng.integers(len(quantities))]
     assert quantity.functional is not None
-    start, end = map(Fraction, given.window or (0.0, _last(given.reference)))
+    last = max(float(signal.breakpoints[-1]) for signal in given.reference.pieces)
+    start, end = map(Fraction, given.window or (0.0, last))
     low, high = extremes(quantity.functional, given.reference.pieces, start, end)
     side, margin = int(rng.choice([-1, 1])), float(MARGINS[number // 7 % len(MARGINS)])
     spread = max(float(high - low), 1e-3 * float(abs(high)))
@@ -67,10 +68,6 @@ def _judge(
         counts.undecided += [f"{what}: {outcome.explanation}"] if margin >= DECIDED else []
         return
     counts.false += [] if is_true else [f"{what}, {room}: {verdict}"]
-
-
-def _last(reference: Reference) -> float:
-    return max(float(signal.breakpoints[-1]) for signal in reference.pieces)
 
 
 def _bounded(given: Drawn, name: str, lower: float, upper: float) -> Reference:

@@ -1,4 +1,4 @@
-"""The checker runs by itself: as one file on a bare Python, and as a folder beside mpmath."""
+"""The checker runs by itself, as one file on a bare Python."""
 
 import json
 import subprocess

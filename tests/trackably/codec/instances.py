@@ -19,14 +19,14 @@ GENERAL = Reference(
     (SIGNAL, KernelSum(Matern32(1.0, 1 / 3), 0.1, np.array([0.5]), np.array([-0.0]))),
     ConstrainedSystem(
         LinearSystem(
-            np.array([[1.0, 0.1, 0.0], [0.0, 1 / 3, 0.0], [1e-300, 0.0, -0.9]]),
-            np.array([[0.0, 0.0], [1.0, 0.2], [0.0, 0.7]]),
-            np.array([0.1, -0.0, 0.3]),
+            [[1.0, 0.1, 0.0], [0.0, 1 / 3, 0.0], [1e-300, 0.0, -0.9]],
+            [[0.0, 0.0], [1.0, 0.2], [0.0, 0.7]],
+            [0.1, -0.0, 0.3],
             ("position", "velocity", "level"),
             ("force", "flow"),
             sampling_time=0.05,
         ),
-        Polytope(np.array([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]]), [-1.0, -2.0], [{0.0: 0.1, 1.0: 1 / 3}, 2.0]),
-        Polytope.box(np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])),
+        Polytope([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]], [-1.0, -2.0], [{0.0: 0.1, 1.0: 1 / 3}, 2.0]),
+        Polytope.box([-np.inf, -np.inf], [np.inf, np.inf]),
     ),
 )

@@ -5,8 +5,6 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from tests.splines.draws import from_scipy
 from tests.splines.naive import extremes
 from tests.trackably.plants import AXIS
@@ -43,10 +41,3 @@ def certificate(beyond: str) -> dict[str, Any]:
     assert isinstance(found, Certificate)
     data: dict[str, Any] = json.loads(json.dumps(encode_certificate(found)))
     return data
-
-
-def moved(data: dict[str, Any], by: float) -> dict[str, Any]:
-    """The same certificate with all breakpoints moved."""
-    (signal,) = data["reference"]["signals"]
-    later = {**signal, "breakpoints": (np.array(signal["breakpoints"]) + by).tolist()}
-    return {**data, "reference": {**data["reference"], "signals": [later]}}
