@@ -21,19 +21,25 @@ runpy.run_module(sys.argv[1], run_name="__main__")
 """
 
 
-@pytest.mark.parametrize(("package", "loaded"), [("trackably", "trackably.checking"), ("pipeline", "click")])
+COMMANDS = pytest.mark.parametrize(("package", "loaded"), [("trackably", "trackably.checking"), ("pipeline", "click")])
+
+
+def run(code, *arguments):
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+@COMMANDS
 def test_an_interrupt_while_modules_are_loaded_says_nothing(package, loaded):
     """Ended by the signal, which shells report as 130."""
-    command = [sys.executable, "-c", INTERRUPTED_BY_IMPORT, package, loaded]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = run(INTERRUPTED_BY_IMPORT, package, loaded)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
-@pytest.mark.parametrize(("package", "loaded"), [("trackably", "trackably.checking"), ("pipeline", "click")])
+@COMMANDS
 def test_an_interrupt_that_is_ignored_stays_ignored(package, loaded):
     """As of what a shell script starts in the background: it goes on to say what is wrong with its arguments."""
-    ignored = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n" + INTERRUPTED_BY_IMPORT
-    command = [sys.executable, "-c", ignored, package, loaded]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    ignored = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+    done = run(ignored + INTERRUPTED_BY_IMPORT, package, loaded)
     assert done.returncode == 2
     assert "interrupted" not in done.stderr.lower()

@@ -1,25 +1,18 @@
 """Random steps of a scalar nonlinear system: the controller's answer beside what exact reachable intervals say."""
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 from tests.local_search.reachability import Sine
 from trackably.control.controller import Controller
-from trackably.control.stepping import Plan, StepResult
+from trackably.control.stepping import StepResult
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-
-ALPHAS = tuple(i / 10 for i in range(1, 9))
-HORIZONS = (3, 10)
-
-_EDGE = 1e-6
-"""Ends nearer than this to the edge of what is reached count neither as reached nor as missed."""
 
 
 @dataclass(frozen=True)
@@ -65,14 +58,3 @@ def _case(sine: Sine, controller: Controller, moving: bool, rng: np.random.Gener
     height = rng.uniform(-0.5, 0.5) if moving else 0.0
     signal = KernelSum(SquaredExponential(1.0, 1.0), level, np.array([centre]), np.array([height]))
     return Case(sine, controller, Reference((signal,), controller.plant), state)
-
-
-def outcome(case: Case) -> str:
-    """Return the name of the answer beside what is true: "possible", "impossible", or at the "edge" of both."""
-    answer, slack = case.answer, case.slack
-    truth = "edge" if abs(slack) <= _EDGE else "possible" if slack > 0 else "impossible"
-    return f"{truth}: {'Plan' if isinstance(answer, Plan) else type(answer).__name__}"
-
-
-def count(alpha: float, horizon: int, moving: bool, states: int) -> Counter[str]:
-    return Counter(outcome(case) for case in cases(alpha, horizon, moving, states))

@@ -7,14 +7,14 @@ import numpy as np
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
 from trackably.checker.subject import Beyond
-from trackably.given.conversion import as_pieces, interpolate
+from trackably.given.conversion import as_pieces as from_scipy
+from trackably.given.conversion import interpolate
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-from_scipy = as_pieces
 FAMILIES = ("cubic", "pchip", "akima", "quintic", "linear", "steps", "b-spline")
 
 
@@ -32,7 +32,8 @@ def drawn(seed: int, number: int) -> Drawn:
     system = _system(rng)
     family = FAMILIES[number % len(FAMILIES)]
     beyond: Beyond = ("rest", "period", "end")[rng.integers(3)]
-    wide = ConstrainedSystem(system, *(_wide(len(side)) for side in (system.states, system.inputs)))
+    sizes = len(system.states), len(system.inputs)
+    wide = ConstrainedSystem(system, *(Polytope.box([-1e6] * size, [1e6] * size) for size in sizes))
     last = float(rng.integers(2, 7)) + (float(rng.uniform()) if beyond != "period" else 0.0)
     signals = tuple(_signal(rng, family, beyond, last) for _ in wide.flatness.orders)
     window = None
@@ -52,10 +53,6 @@ def _system(rng: np.random.Generator) -> LinearSystem:
         return LinearSystem.discretised(A, np.eye(n)[:, n - 1 :], step)
     A = np.round(rng.uniform(-1, 1, (n, n)), 2) + 0.3 * np.eye(n, k=1)
     return LinearSystem(A, np.round(rng.uniform(0.3, 1, (n, m)) * rng.choice([-1, 1], (n, m)), 2), sampling_time=step)
-
-
-def _wide(n: int) -> Polytope:
-    return Polytope.box([-1e6] * n, [1e6] * n)
 
 
 def _signal(rng: np.random.Generator, family: str, beyond: Beyond, last: float) -> PolynomialPieces:

@@ -38,40 +38,36 @@ def try_one(counts: dict[str, Counts], seed: int, number: int) -> None:
     quantities = given.reference.quantities
     quantity = quantities[rng.integers(len(quantities))]
     assert quantity.functional is not None
-    start, end = map(Fraction, given.window or (0.0, _last(given.reference)))
+    last = max(float(signal.breakpoints[-1]) for signal in given.reference.pieces)
+    start, end = map(Fraction, given.window or (0.0, last))
     low, high = extremes(quantity.functional, given.reference.pieces, start, end)
     side, margin = int(rng.choice([-1, 1])), float(MARGINS[number // 7 % len(MARGINS)])
     spread = max(float(high - low), 1e-3 * float(abs(high)))
+    extreme, opposite = (high, low) if side > 0 else (low, high)
     for outside in (True, False):
-        at = float(high if side > 0 else low) + side * (1 if outside else -1) * margin * spread
-        kept = bool(arb(at) > high) if side > 0 else bool(arb(at) < low)
-        broken = bool(arb(at) < high) if side > 0 else bool(arb(at) > low)
-        far = float(low) - spread if side > 0 else float(high) + spread
-        bounded = _bounded(given, quantity.name, *sorted((at, far)))
+        at = float(extreme) + side * (1 if outside else -1) * margin * spread
+        bounded = _bounded(given, quantity.name, *sorted((at, float(opposite) - side * spread)))
         found = counts.setdefault(given.family, Counts())
-        _judge(found, bounded, given, f"{seed} {number} {outside} {margin}", kept, broken, margin)
+        _judge(found, bounded, given.window, f"{seed} {number} {outside} {margin}", side * (arb(at) - extreme), margin)
 
 
 def _judge(
-    counts: Counts, bounded: Reference, given: Drawn, what: str, kept: bool, broken: bool, margin: float
+    counts: Counts, bounded: Reference, window: tuple[float, float] | None, what: str, room: arb, margin: float
 ) -> None:
-    outcome = prove_on_window(bounded, *given.window) if given.window else prove(bounded)
+    """Count what is said of a bound that leaves this room, negative where it is broken."""
+    outcome = prove_on_window(bounded, *window) if window else prove(bounded)
     if isinstance(outcome, Certificate):
         counts.certificates += 1
         verdict = check(json.loads(json.dumps(encode_certificate(outcome))))
-        if not (kept and isinstance(verdict, Proved)):
-            counts.false.append(f"{what}: certificate, {kept}, {verdict}")
+        is_true = room > 0 and isinstance(verdict, Proved)
     elif isinstance(outcome, Counterexample):
         counts.counterexamples += 1
         verdict = check(json.loads(json.dumps(encode_counterexample(outcome))))
-        if not (broken and isinstance(verdict, Refuted)):
-            counts.false.append(f"{what}: counterexample, {broken}, {verdict}")
-    elif margin >= DECIDED:
-        counts.undecided.append(f"{what}: {outcome.explanation}")
-
-
-def _last(reference: Reference) -> float:
-    return max(float(signal.breakpoints[-1]) for signal in reference.pieces)
+        is_true = room < 0 and isinstance(verdict, Refuted)
+    else:
+        counts.undecided += [f"{what}: {outcome.explanation}"] if margin >= DECIDED else []
+        return
+    counts.false += [] if is_true else [f"{what}, {room}: {verdict}"]
 
 
 def _bounded(given: Drawn, name: str, lower: float, upper: float) -> Reference:

@@ -3,10 +3,10 @@
 import copy
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import reduce
-from itertools import combinations, pairwise
+from itertools import combinations
 from operator import getitem
 from typing import Any
 
@@ -36,20 +36,8 @@ def replacements(value: Any) -> list[Any]:
         nudged = [math.nextafter(value, math.inf), math.nextafter(value, -math.inf)]
         scaled = [value * f for f in (-1, 0.5, 0.99, 1.0001, 1.01, 2, 1e6, 1e-6)]
         shifted = [value + s for s in (-1, -0.01, 0.01, 1)]
-        return [
-            *nudged,
-            *scaled,
-            *shifted,
-            int(value) + 1,
-            0.0,
-            1e308,
-            math.inf,
-            math.nan,
-            str(value),
-            True,
-            None,
-            [value],
-        ]
+        others = [int(value) + 1, 0.0, 1e308, math.inf, math.nan, str(value), True, None, [value]]
+        return [*nudged, *scaled, *shifted, *others]
     if isinstance(value, list):
         more = value[-1] + 1.0 if isinstance(value[-1], float) else 1.0
         return [[], value[::-1], value[1:], value[:-1], [*value, value[-1]], [*value, more], "list", None]
@@ -78,6 +66,11 @@ def changed(data: dict, path: Path, put: Any) -> dict:
     return copied
 
 
+def exchanged(data: dict, one: Path, other: Path) -> dict:
+    """Return a copy in which two parts have changed places."""
+    return with_changes(data, {one: part_at(data, other), other: part_at(data, one)})
+
+
 def with_changes(data: dict, changes: dict[Path, Any]) -> dict:
     """Return a copy with several changes, one after the other."""
     return reduce(lambda found, change: changed(found, *change), changes.items(), data)
@@ -90,28 +83,6 @@ def without(data: dict, path: Path) -> dict:
     return copied
 
 
-def tampered(data: dict) -> Iterator[tuple[str, dict]]:
-    for path in leaves(data):
-        yield f"without {path}", without(data, path)
-        news = replacements(part_at(data, path))
-        # No box can make a statement false, only leave it without a proof: a nudge, a sign, and what is no number. That
-        # is enough too for what scalar systems have as well.
-        shared = "signals" in path or path[0] in {"claim", "evaluation"}
-        few = "covers" in path[:-1] or (shared and len(data["reference"]["plant"]["system"]["states"]) > 1)
-        for new in [*news[:3], *news[-5:]] if few else news:
-            yield f"{path} = {new!r}", changed(data, path, new)
-    if "evaluation" in data and "attainable" not in data:
-        yield from combined_changes(data)
-    if covers := data["claim"].get("covers"):
-        for one, other in pairwise(covers):
-            swapped = {**covers, one: covers[other], other: covers[one]}
-            yield f"covers of {one} and {other} swapped", changed(data, ("claim", "covers"), swapped)
-        for name, boxes in covers.items():
-            for i in range(1, len(boxes["ends"]) - 1):
-                merged = {key: numbers[:i] + numbers[i + 1 :] for key, numbers in boxes.items()}
-                yield f"boxes of {name} merged at {i}", changed(data, ("claim", "covers", name), merged)
-
-
 def combined_changes(data: dict) -> Iterator[tuple[str, dict]]:
     """Several numbers changed at once, so that they still fit each other in part."""
     yield from changes_of_sets(data)
@@ -121,27 +92,22 @@ def combined_changes(data: dict) -> Iterator[tuple[str, dict]]:
     names = [*system["states"], *system["inputs"]]
     same = {**system, "states": names[:1] * len(system["states"]), "inputs": names[:1]}
     yield "all names the same", changed(data, SYSTEM, same)
-    faster = {**system, "sampling_time": 0.9 * system["sampling_time"]}
-    yield "another sampling time", changed(data, SYSTEM, faster)
+    yield "another sampling time", changed(data, (*SYSTEM, "sampling_time"), lambda step: 0.9 * step)
 
 
 def changes_of_sets(data: dict) -> Iterator[tuple[str, dict]]:
     plant = data["reference"]["plant"]
     rows = [(side, i) for side in ("state_set", "input_set") for i in range(len(plant[side]["rows"]))]
 
-    def put(which: tuple[str, int], *fields: str, of: tuple[str, int], into: dict) -> dict:
-        for field in fields:
-            into = changed(into, (*PLANT, which[0], field, which[1]), plant[of[0]][field][of[1]])
-        return into
+    def exchanged_rows(one: tuple[str, int], other: tuple[str, int], *fields: str) -> dict:
+        places = ([(*PLANT, side, field, i) for field in fields] for side, i in (one, other))
+        return reduce(lambda found, pair: exchanged(found, *pair), zip(*places, strict=True), data)
 
     for one, other in combinations(rows, 2):
-        swapped = put(one, "lower", "upper", of=other, into=data)
-        yield f"bounds {one} and {other} swapped", put(other, "lower", "upper", of=one, into=swapped)
-        yield f"row {other} for row {one}", put(one, "rows", of=other, into=data)
+        yield f"bounds {one} and {other} swapped", exchanged_rows(one, other, "lower", "upper")
         if one[0] == other[0]:
-            moved = put(one, "rows", "lower", "upper", of=other, into=data)
-            moved = put(other, "rows", "lower", "upper", of=one, into=moved)
-            yield f"bounds {one} and {other} in another order", moved
+            yield f"rows {one} and {other} swapped", exchanged_rows(one, other, "rows")
+            yield f"bounds {one} and {other} in another order", exchanged_rows(one, other, "rows", "lower", "upper")
     for which in rows:
         yield f"bound {which} forgotten", without_quantity(data, which)
 
@@ -149,35 +115,31 @@ def changes_of_sets(data: dict) -> Iterator[tuple[str, dict]]:
 def changes_of_signals(data: dict) -> Iterator[tuple[str, dict]]:
     signals = data["reference"]["signals"]
     for i, signal in enumerate(signals if "weights" in signals[0] else ()):
-        other = {**signal, "centres": signal["weights"], "weights": signal["centres"]}
-        yield f"centres for weights {i}", changed(data, ("reference", "signals", i), other)
-        loud = {**signal, "weights": [1.01 * c for c in signal["weights"]]}
-        yield f"signal {i} louder", changed(data, ("reference", "signals", i), loud)
-    yield "signals in another order", changed(data, ("reference", "signals"), signals[::-1])
+        place = ("reference", "signals", i)
+        yield f"centres for weights {i}", exchanged(data, (*place, "centres"), (*place, "weights"))
+        yield f"signal {i} louder", changed(data, (*place, "weights"), [1.01 * c for c in signal["weights"]])
+    yield "signals in another order", changed(data, "reference.signals", signals[::-1])
 
 
 def changes_of_trajectories(data: dict) -> Iterator[tuple[str, dict]]:
-    parts = data["trajectories"]
-    yield "states and inputs swapped", {**data, "trajectories": {"states": parts["inputs"], "inputs": parts["states"]}}
-    for factor in (Fraction(101, 100), Fraction(-1), Fraction(0)):
-        scaled = {
-            kind: [{**q, "weights": [[str(factor * Fraction(w)) for w in ws] for ws in q["weights"]]} for q in of_kind]
-            for kind, of_kind in parts.items()
+    def with_weights(change: Callable[[list[str]], list[str]]) -> dict:
+        parts = {
+            kind: [{**q, "weights": list(map(change, q["weights"]))} for q in of_kind]
+            for kind, of_kind in data["trajectories"].items()
         }
-        yield f"all looks times {factor}", {**data, "trajectories": scaled}
-    later = {
-        kind: [{**q, "weights": [["0", *ws] for ws in q["weights"]]} for q in of_kind]
-        for kind, of_kind in parts.items()
-    }
-    yield "all looks a step later", {**data, "trajectories": later}
+        return {**data, "trajectories": parts}
+
+    yield "states and inputs swapped", exchanged(data, "trajectories.states", "trajectories.inputs")
+    for factor in (Fraction(101, 100), -1, 0):
+        yield f"all looks times {factor}", with_weights(lambda ws, by=factor: [str(by * Fraction(w)) for w in ws])
+    yield "all looks a step later", with_weights(lambda ws: ["0", *ws])
 
 
 def without_quantity(data: dict, which: tuple[str, int]) -> dict:
     """Return the certificate without a row of a set, and without what belongs to it."""
     side, i = which
-    name = list(data["evaluation"]["errors"])[
-        i + len(data["reference"]["plant"]["state_set"]["rows"]) * (side == "input_set")
-    ]
+    before = len(data["reference"]["plant"]["state_set"]["rows"]) if side == "input_set" else 0
+    name = list(data["evaluation"]["errors"])[before + i]
     copied = copy.deepcopy(data)
     for field in ("rows", "lower", "upper"):
         del copied["reference"]["plant"][side][field][i]

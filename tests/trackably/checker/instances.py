@@ -8,13 +8,6 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
-SIGNAL = {
-    "kernel": {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3},
-    "mean": 0.0,
-    "centres": [0.0],
-    "weights": [1.0],
-}
-
 
 @cache
 def scalar_certificate() -> dict:

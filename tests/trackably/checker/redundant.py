@@ -1,6 +1,7 @@
 """References of systems with redundant inputs, and their certificates."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -26,16 +27,9 @@ AXES = LinearSystem.discretised(
     np.kron(np.eye(2), np.array([[0.0, 1.0], [0.0, -0.5]])), np.eye(4)[:, 1::2], 0.1, states=("x", "vx", "y", "vy")
 )
 PLANE = ConstrainedSystem(
-    LinearSystem(
-        AXES.A,
-        AXES.B @ np.array([[1.0, 0, 1, -1], [0, 1, 1, 1]]),
-        AXES.c,
-        AXES.states,
-        ("east", "north", "ne", "nw"),
-        sampling_time=0.1,
-    ),
-    Polytope.box(-2 * np.ones(4), 2 * np.ones(4)),
-    Polytope.box(np.array([-0.2, -0.1, -0.3, -0.15]), np.array([0.2, 0.1, 0.3, 0.15])),
+    replace(AXES, B=AXES.B @ np.array([[1.0, 0, 1, -1], [0, 1, 1, 1]]), inputs=("east", "north", "ne", "nw")),
+    Polytope.box([-2.0] * 4, [2.0] * 4),
+    Polytope.box([-0.2, -0.1, -0.3, -0.15], [0.2, 0.1, 0.3, 0.15]),
 )
 
 

@@ -13,9 +13,23 @@ from trackably.checker import Contradicted, Failed, check
 STATES, INPUTS = ("x", "v", "w"), ("u", "f")
 
 
-def _polytope(rows: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> dict:
-    found = {"rows": rows.tolist(), "lower": lower.tolist(), "upper": upper.tolist()}
-    return found | {"dimension": rows.shape[1]}
+def _file(system: dict, X: dict, U: dict, start: float, steps: int, values: list[tuple], **others: Any) -> dict:
+    """Return a contradiction's file; a value is a step, a name, and its least and largest value."""
+    keys = ("step", "name", "lower", "upper")
+    return {
+        "format": "trackably contradiction",
+        "version": 1,
+        "plant": {"system": system, "state_set": X, "input_set": U},
+        "start": start,
+        "steps": steps,
+        "values": [dict(zip(keys, value, strict=True)) for value in values],
+        **others,
+    }
+
+
+def _polytope(rows: np.ndarray, lower: float, upper: float) -> dict:
+    count, dimension = rows.shape
+    return {"rows": rows.tolist(), "lower": [lower] * count, "upper": [upper] * count, "dimension": dimension}
 
 
 def problem(seed: int) -> dict:
@@ -33,25 +47,15 @@ def problem(seed: int) -> dict:
         at = [(k, name, draw.normal()) for k in range(n) for name in STATES[:n]]
         at = at if free else at[:n]
         at += [(steps - 1, STATES[0], 50.0 * draw.normal())]
-        values = [{"step": k, "name": name, "lower": v - 0.1, "upper": v + 0.1} for k, name, v in at]
+        values = [(k, name, v - 0.1, v + 0.1) for k, name, v in at]
     centre = 0.0 if values else 30.0 * draw.normal()
-    sets = {
-        "state_set": _polytope(X, np.full(len(X), centre - 1.0), np.full(len(X), centre + 3.0)),
-        "input_set": _polytope(U, np.full(len(U), -0.01), np.full(len(U), 0.02)),
-    }
+    sets = _polytope(X, centre - 1.0, centre + 3.0), _polytope(U, -0.01, 0.02)
     if seed % 4 == 0:  # ends that move with each step
-        for bounded, by in zip(sets.values(), (0.5, 0.004), strict=True):
+        for bounded, by in zip(sets, (0.5, 0.004), strict=True):
             for row in range(len(bounded["rows"])):
                 side = ("lower", "upper")[row % 2]
                 bounded[side][row] = _moving(bounded[side][row], by, steps, draw)
-    return {
-        "format": "trackably contradiction",
-        "version": 1,
-        "plant": {"system": {**system, **names}, **sets},
-        "start": 0.5,
-        "steps": steps,
-        "values": values,
-    }
+    return _file({**system, **names}, *sets, 0.5, steps, values)
 
 
 def _moving(end: float, by: float, steps: int, draw: np.random.Generator) -> dict:
@@ -70,48 +74,38 @@ def _end_at(end: float | dict, k: int) -> float:
 
 
 def relaxed(data: dict) -> tuple[float | None, dict]:
-    """Return the least d of a linear program in HiGHS, written anew here, and its multipliers."""
-    plant, N = data["plant"], data["steps"]
+    """Return the least d of a linear program in HiGHS, written anew here, and its multipliers.
+
+    Its variables are states and inputs of step 0, of step 1, …, and d.
+    """
+    plant, N, values = data["plant"], data["steps"], data["values"]
     A, B, c = (np.array(plant["system"][name]) for name in "ABc")
     (n, m), names = B.shape, (*plant["system"]["states"], *plant["system"]["inputs"])
-    rows, lower, upper, by = [], [], [], []
-    for key, columns in (("state_set", slice(0, n)), ("input_set", slice(n, n + m))):
-        bounded = plant[key]
-        for k in range(N):
-            for row, low, high in zip(bounded["rows"], bounded["lower"], bounded["upper"], strict=True):
-                rows.append(np.zeros((N, n + m)))
-                rows[-1][k, columns] = row
-                lower, upper = [*lower, _end_at(low, k)], [*upper, _end_at(high, k)]
-                by.append(0.0 if data["values"] else upper[-1] - lower[-1])
-    for value in data["values"]:
-        rows.append(np.zeros((N, n + m)))
-        rows[-1][value["step"], names.index(value["name"])] = 1.0
-        lower, upper, by = [*lower, value["lower"]], [*upper, value["upper"]], [*by, 0.0]
-    by[-1] = by[-1] or 1.0
-    R, low, high, w = np.array(rows).reshape(len(rows), -1), np.array(lower), np.array(upper), np.array(by)[:, None]
-    E = np.zeros((n * (N - 1), N * (n + m) + 1))
-    for k in range(N - 1):
-        at, here = slice(k * n, k * n + n), k * (n + m)
-        E[at, here : here + n], E[at, here + n : here + n + m] = -A, -B
-        E[at, here + n + m : here + 2 * n + m] = np.eye(n)
+    sets = plant["state_set"], plant["input_set"]
+    X, U = (np.reshape(side["rows"], (-1, d)) for side, d in zip(sets, (n, m), strict=True))
+    valued = [value["step"] * (n + m) + names.index(value["name"]) for value in values]
+    R = np.vstack([np.kron(np.eye(N), scipy.linalg.block_diag(X, U)), np.eye(N * (n + m))[valued]])
+    low, high = (
+        np.array([_end_at(end, k) for k in range(N) for side in sets for end in side[of]] + [v[of] for v in values])
+        for of in ("lower", "upper")
+    )
+    w = (np.eye(len(R))[-1] if values else high - low)[:, None]
+    following = np.kron(np.eye(N - 1, N, 1), np.eye(n, n + m)) - np.kron(np.eye(N - 1, N), np.hstack([A, B]))
     found = scipy.optimize.linprog(
         np.append(np.zeros(N * (n + m)), 1.0),
         A_ub=np.block([[R, -w], [-R, -w]]),
         b_ub=np.concatenate([high, -low]),
-        A_eq=E,
+        A_eq=np.pad(following, ((0, 0), (0, 1))),
         b_eq=np.tile(c, N - 1),
         bounds=[(None, None)] * (N * (n + m)) + [(0.0, None)],
     )
     if found.fun is None:
         return None, {}
     at_upper, at_lower = np.split(-found.ineqlin.marginals, 2)
-    mu, r, s = at_upper - at_lower, len(plant["state_set"]["rows"]), len(plant["input_set"]["rows"])
-    return found.fun, {
-        "kind": "multipliers",
-        "states": mu[: N * r].reshape(N, r).tolist(),
-        "inputs": mu[N * r : N * (r + s)].reshape(N, s).tolist(),
-        "values": mu[N * (r + s) :].tolist(),
-    }
+    of_steps, of_values = np.split(at_upper - at_lower, [len(R) - len(values)])
+    states, inputs = np.split(of_steps.reshape(N, -1), [len(X)], axis=1)
+    proof = {"states": states.tolist(), "inputs": inputs.tolist(), "values": of_values.tolist()}
+    return found.fun, {"kind": "multipliers", **proof}
 
 
 @cache
@@ -147,17 +141,13 @@ def test_it_is_accepted_below_the_least_relaxation_and_refused_above_whatever_th
         assert not _accepted(data, least * (1 + 1e-6))
         assert not _accepted({**data, "proof": _changed(data["proof"], lambda mu: -mu)}, least * (1 - 1e-6))
         for size in (1e-9, 1e-3, 0.1, 10.0):
-            proof = _changed(
-                data["proof"], lambda mu, by=size: mu * (1 + by * draw.normal()) + 1e-3 * by * draw.normal()
-            )
+            proof = _changed(data["proof"], lambda mu, by=size: draw.normal(mu, by * (abs(mu) + 1e-3)))
             assert not _accepted({**data, "proof": proof}, least * (1 + 1e-6))
 
 
-def _changed(of: Any, change: Callable[[float], float]) -> Any:
-    """Return the same lists with all numbers changed."""
-    if isinstance(of, dict):
-        return {name: part if name == "kind" else _changed(part, change) for name, part in of.items()}
-    return [_changed(part, change) for part in of] if isinstance(of, list) else float(change(of))
+def _changed(proof: dict, change: Callable[[np.ndarray], np.ndarray]) -> dict:
+    """Return a proof with all its multipliers changed."""
+    return proof | {name: change(np.array(proof[name])).tolist() for name in ("states", "inputs", "values")}
 
 
 @pytest.mark.parametrize("stored", [0.0, 0.3, 1.0])
@@ -165,19 +155,15 @@ def test_multipliers_of_inputs_that_are_left_out_cost_what_their_ends_are_at_eac
     """x⁺ = x + u with u ≤ 0.1, and u ≤ 0.3 after 0.25 s: from 0, x is 0.9 at most after 5 steps."""
     upper = {"breakpoints": [0.0, 0.25, 1.0], "coefficients": [[0.1], [0.3]], "beyond": "rest"}
     system = {"A": [[1.0]], "B": [[1.0]], "c": [0.0], "states": ["x"], "inputs": ["u"], "sampling_time": 0.1}
-    data = {
-        "format": "trackably contradiction",
-        "version": 1,
-        "plant": {
-            "system": system,
-            "state_set": {"rows": [], "lower": [], "upper": [], "dimension": 1},
-            "input_set": {"rows": [[1.0]], "lower": [-1.0], "upper": [upper], "dimension": 1},
-        },
-        "start": 0.0,
-        "steps": 6,
-        "values": [{"step": k, "name": "x", "lower": x, "upper": x} for k, x in ((0, 0.0), (5, 2.0))],
-        "proof": {"kind": "multipliers", "states": [[]] * 6, "inputs": [[stored]] * 5 + [[0.0]], "values": [1.0, -1.0]},
-    }
+    data = _file(
+        system,
+        {"rows": [], "lower": [], "upper": [], "dimension": 1},
+        {"rows": [[1.0]], "lower": [-1.0], "upper": [upper], "dimension": 1},
+        start=0.0,
+        steps=6,
+        values=[(0, "x", 0.0, 0.0), (5, "x", 2.0, 2.0)],
+        proof={"kind": "multipliers", "states": [[]] * 6, "inputs": [[stored]] * 5 + [[0.0]], "values": [1.0, -1.0]},
+    )
     assert _accepted(data, 1.1 - 1e-9)
     assert not _accepted(data, 1.1 + 1e-9)
 
@@ -186,21 +172,16 @@ def tank(steps: int, missing: float) -> dict:
     """A level that falls by at most 0.1 √x, or rises by at most 0.2, in a step; it is to rise by 1 in two."""
     f = ["+", ["-", "level", ["*", 0.1, ["sqrt", "level"]]], ["*", 0.2, "pump"]]
     system = {"f": [f], "states": ["level"], "inputs": ["pump"], "sampling_time": 1.0}
-    values = [(0, 0.99, 1.0), (2, 2.0, 2.1)]
-    return {
-        "format": "trackably contradiction",
-        "version": 1,
-        "plant": {
-            "system": system,
-            "state_set": _polytope(np.eye(1), np.array([0.1]), np.array([4.0])),
-            "input_set": _polytope(np.eye(1), np.array([0.0]), np.array([1.0])),
-        },
-        "start": 0.0,
-        "steps": 3,
-        "values": [{"step": k, "name": "level", "lower": low, "upper": high} for k, low, high in values],
-        "missing": missing,
-        "proof": {"kind": "boxes", "step": steps, "name": "level"},
-    }
+    return _file(
+        system,
+        _polytope(np.eye(1), 0.1, 4.0),
+        _polytope(np.eye(1), 0.0, 1.0),
+        start=0.0,
+        steps=3,
+        values=[(0, "level", 0.99, 1.0), (2, "level", 2.0, 2.1)],
+        missing=missing,
+        proof={"kind": "boxes", "step": steps, "name": "level"},
+    )
 
 
 def test_a_nonlinear_system_cannot_reach_what_is_outside_of_its_boxes() -> None:

@@ -60,13 +60,11 @@ def test_rationals_are_read_exactly():
     """However many digits they have, and whether or not they are reduced."""
     long = 3**8000
     for text, value in (
-        ("-3/4", Fraction(-3, 4)),
-        ("12/8", Fraction(3, 2)),
+        ("-12/8", Fraction(-3, 2)),
         ("007", Fraction(7)),
         ("-0", Fraction(0)),
-        (f"-1/{'1' + '0' * 3000}", Fraction(-1, 10**3000)),
         ("9" * DIGITS, Fraction(10**DIGITS - 1)),
-        (str(long), Fraction(long)),
         (f"-{long}/7", Fraction(-long, 7)),
+        (f"-1/{'1' + '0' * 3000}", Fraction(-1, 10**3000)),
     ):
         assert rational_number(text, "here") == value

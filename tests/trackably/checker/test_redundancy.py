@@ -1,21 +1,26 @@
 """Certificates of systems with redundant inputs: proved, read again, and refused where a bound leaves too much."""
 
 from dataclasses import replace
+from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plane, learned
+from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import controllable
-from tests.trackably.systems.redundant_instances import excess
+from tests.trackably.systems.redundant_instances import CASES, excess
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
+from trackably.checker.redundancy import why_not_attainable
+from trackably.checker.subject import Row
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
+from trackably.systems.allocation import Allocation
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -36,7 +41,6 @@ def test_the_checker_proves_that_inputs_exist():
         verdict = check(as_read(certificate))
         assert isinstance(verdict, Proved), verdict
         assert "inputs that push alike" in verdict.statement
-    assert '-1.0 ≤ "u1" ≤ 1.0, -0.2 ≤ "u2" ≤ 0.2' in check(as_read(learned().certificate)).statement
     assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
 
 
@@ -57,37 +61,23 @@ def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
     np.testing.assert_allclose(std[at_bound, 0], single[:, 0], rtol=1e-9)
 
 
-def test_a_scalar_input_needs_no_set_of_its_own():
-    scalar = replace(
-        PLANT,
-        system=LinearSystem(np.array([[0.5]]), np.array([[1.0]]), sampling_time=0.1),
-        input_set=Polytope.box([-1.2], [1.2]),
-    )
-    found = prove(Reference(learned().reference.signals, scalar))
-    assert isinstance(found, Certificate)
-    assert "attainable" not in encode_certificate(found)
-
-
 def nearly(seed: int) -> tuple[Reference, float]:
     """A random reference of a system with an input too many, and the part of U by which some need is kept or broken."""
     rng = np.random.default_rng(seed)
     system = controllable(3 * seed, states=2)
     n, m = system.A.shape[0], min(system.B.shape[1], len(system.A)) + 1
-    system = LinearSystem(
-        system.A, np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]]), sampling_time=0.1
-    )
+    B = np.column_stack([system.B[:, : m - 1], rng.choice([-1, 0.5, 2]) * system.B[:, 0]])
     lower, upper = -rng.uniform(0.1, 2, m), rng.uniform(0.1, 2, m)
-    free = Polytope(np.empty((0, n)), np.empty(0), np.empty(0), n)
+    free = Polytope.box([-np.inf] * n, [np.inf] * n)
     kernels = (SquaredExponential(1.0, 0.7), Matern52(1.0, 1.0))
-    plant = ConstrainedSystem(system, free, Polytope.box(lower, upper))
+    plant = ConstrainedSystem(LinearSystem(system.A, B, sampling_time=0.1), free, Polytope.box(lower, upper))
     signals = tuple(
         KernelSum(kernels[int(rng.integers(2))], 0.0, np.sort(rng.uniform(0, 2, 3)), rng.normal(size=3))
         for _ in range(plant.signal_count)
     )
-    reference = Reference(signals, plant)
     used = max(
-        float(np.max(np.abs(values / np.where(values < 0, quantity.bounds.lower, quantity.bounds.upper))))
-        for quantity in reference.quantities
+        np.max(values / np.where(values < 0, quantity.bounds.lower, quantity.bounds.upper))
+        for quantity in Reference(signals, plant).quantities
         for values in [quantity(signals, FINE)]
     )
     off = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-6, -2))
@@ -115,3 +105,22 @@ def test_what_is_proved_can_be_done_and_what_is_denied_cannot(seed):
         assert isinstance(outcome, Counterexample)
         assert off < 0
         assert max(excesses) > 0
+
+
+def row_of(row, lower: float, upper: float) -> Row:
+    return Row(tuple(map(Fraction, row)), lower, upper)
+
+
+@over(CASES, "case")
+def test_both_implementations_find_the_same_rows(case):
+    """The checker wants every row that the prover bounds, to the last bit, and no more."""
+    system, wanted = case
+    attainable = tuple(row_of(r, b.lower, b.upper) for r, b in Allocation.of(system, wanted).attainable)
+    rows = tuple(row_of(r.tolist(), b.lower, b.upper) for r, b in wanted.intervals)
+    checked = SimpleNamespace(inputs=system.inputs, B=system.B.tolist())
+    assert why_not_attainable(checked, rows, attainable) is None
+    for i, bound in enumerate(attainable):
+        others = attainable[:i] + attainable[i + 1 :]
+        higher = replace(bound, high=bound.upper * (1 + 1e-15) + 1e-15)
+        for instead in ((higher,), (replace(bound, low=bound.lower - 1e-12),), ()):
+            assert why_not_attainable(checked, rows, (*others, *instead)) is not None

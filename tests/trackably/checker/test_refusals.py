@@ -11,20 +11,21 @@ import pytest
 from tests.trackably.certificates.test_moving import STEPPED
 from tests.trackably.checker.changes import changed
 from tests.trackably.checker.files import FILES, file_of
-from tests.trackably.checker.instances import SIGNAL
 from trackably.certificates.form import as_written
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Verdict, check, limits
 from trackably.checker.floats import boxes
+from trackably.checker.joints import BROKEN
 
 Rows = dict[str, list[tuple]]
 """For each kind of file the path of a part, what is put there, and where it matters what the reason matches."""
 
-KERNEL = SIGNAL["kernel"]
 SHORT = {"ends": [0.0, 0.1], "radii": [0.5]}
 EARLY = {"kind": "all_times", "tail_start": 0.1, "covers": {"state": SHORT, "input": SHORT}, "terms": 16}
 LAW = ["+", "level", ["*", 0.05, ["-", "inflow", ["*", 0.6, ["sqrt", "level"]]]]]
 NO_ROWS = {"rows": [], "lower": [], "upper": [], "dimension": 1}
-KERNEL_SIGNAL = {"kernel": KERNEL | {"type": "SquaredExponential"}, "mean": 0.0, "centres": [0.0], "weights": [1.0]}
+APART = {"rows": [[1.0, 0.0], [-3.0, 0.0]], "lower": [1.0, 1.0], "upper": [2.0, 2.0], "dimension": 2}
+KERNEL = {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3}
+KERNEL_SIGNAL = {"kernel": KERNEL, "mean": 0.0, "centres": [0.0], "weights": [1.0]}
 
 
 def times(factor: float) -> Any:
@@ -36,6 +37,24 @@ def hair(text: str) -> str:
     return str(Fraction(text) * (1 + Fraction(1, 2**50)))
 
 
+def longer_than(most: int) -> Any:
+    return lambda value: value[:1] * (most + 1)
+
+
+LONGEST = {
+    "reference.signals": limits.SIGNALS,
+    "reference.signals.0.centres": limits.CENTRES,
+    "reference.signals.0.weights": limits.CENTRES,
+    "reference.plant.system.states": limits.COORDINATES,
+    "reference.plant.system.inputs": limits.COORDINATES,
+    "reference.plant.system.A": limits.COORDINATES,
+    "reference.plant.system.A.0": limits.COORDINATES,
+    "reference.plant.state_set.rows": limits.ROWS,
+    "trajectories.states.0.weights.0": limits.SHIFTS,
+    "trajectories.states.0.offset": limits.DIGITS,
+    "claim.covers.state.ends": limits.BOXES + 1,
+    "claim.covers.state.radii": limits.BOXES,
+}
 HAIR_LESS = times(1 - 2.0**-52)
 ROOM = "leaves less room"
 WITH_NOISE = "leaves less room|not inside of P|an entry for each state"
@@ -58,9 +77,7 @@ FAILED: Rows = {
         ("reference.signals", times(2), "shapes: every state"),
         ("reference.plant.input_set.rows.0", [0.0], "shapes: every bound needs a row with"),
         ("reference.plant.system.states", ["input"], "names: states and inputs"),
-        ("reference.plant.system.inputs", ["entry"], "names: evaluation errors and covers"),
         ("reference.plant.input_set.dimension", 2, "shapes: the sets"),
-        ("reference.plant.input_set", NO_ROWS, "names: evaluation errors"),
         ("claim.covers.output", SHORT, "names"),
         ("evaluation.errors.output", 1.0, "names"),
         ("evaluation.errors", {"state": 1.0}, "names"),
@@ -71,7 +88,6 @@ FAILED: Rows = {
         ("trajectories.states.0.weights.0.0", "2", "trajectories: the system does not follow signal 0"),
         ("trajectories.inputs.0.offset", "1/1000000000000", "trajectories: the system does not stay where"),
         ("trajectories.inputs.0.weights.0.1", "0", "trajectories: the system does not follow signal 0"),
-        ("trajectories.inputs.0.weights.0", ["0"], "trajectories: the system does not follow signal 0"),
         ("reference.signals.0.mean", 1e300, "sizes"),
         ("reference.plant.system.sampling_time", 1e-300, "sizes"),
         ("evaluation.until", 1e200, "sizes"),
@@ -85,15 +101,12 @@ FAILED: Rows = {
     ],
     "all_times": [("claim", EARLY, "tail|box")],
     "window": [
-        ("reference.plant.state_set.upper.0", 0.1, "box"),
-        ("reference.signals.0.weights.0", 0.6),
         ("claim.terms", 2, "box"),
         ("claim.covers.state.radii.0", 1e-3, "box"),
     ],
-    "instants": [("reference.plant.state_set.upper.0", 0.1), ("reference.signals.0.weights.0", 0.6)],
+    "instants": [("reference.plant.state_set.upper.0", 0.1, "instants"), ("claim.last_step", 1, "tail")],
     "tank": [
         ("reference.plant.system.f.0.2.2.2.2.0", "log", "(box|evaluation): the inflow"),
-        ("reference.plant.system.f.0", ["+", "level", "inflow"], "evaluation|box"),
         ("reference.plant.system.f.0", ["^", "inflow", 2.0], "system: f is not affine in inflow"),
         ("reference.plant.system.f.0", ["exp", "inflow"], "system: f is not affine"),
         ("reference.plant.system.f.0", ["/", "level", "inflow"], "system: f is not affine"),
@@ -101,7 +114,6 @@ FAILED: Rows = {
         ("reference.plant.system.f.0", ["-", ["+", "level", "inflow"], "inflow"], "box: .* may be zero"),
         ("reference.plant.system.f.0", ["+", "inflow", "speed"], "names: f must hold states and inputs"),
         ("reference.plant.system.f", [LAW, LAW], "shapes: as many formulas"),
-        ("reference.plant.system.inputs", ["level"], "names: states and inputs must"),
         ("reference.plant.input_set", NO_ROWS, "bounds: every input .* inflow is not"),
         ("evaluation.errors.inflow", 1e-16, "inflow .* can be off by more"),
         ("claim", EARLY | {"covers": {"level": SHORT, "inflow": SHORT}}, "tail"),
@@ -110,14 +122,11 @@ FAILED: Rows = {
         ("reference.plant.input_set.upper.1", 0.19, "input_set"),
         ("reference.plant.input_set.lower.0", -0.99, "input_set"),
         ("reference.plant.input_set.rows.1", [0.0, 1.5], "input_set"),
-        ("reference.plant.input_set.rows.1", [1.0, 1.0], "input_set"),
-        ("reference.plant.input_set.lower.1", 0.3, "input_set"),
-        ("reference.plant.input_set.rows.0", [1.0, 0.0, 0.0], "shapes"),
+        ("reference.plant.input_set.lower.1", 0.3, "input_set: every row needs"),
+        ("reference.plant.input_set", APART, "input_set: no input keeps its rows"),
         ("attainable.0.upper", 1.21, "input_set"),
         ("attainable.0.row", ["1", "2"], "names"),
-        ("attainable.0.row", ["1"], "shapes"),
         ("attainable", [], "names"),
-        ("reference.plant.system.B", [[1.0, 1.5]], "trajectories"),
     ],
     "pushed cart": [
         ("disturbance.feedback.0.0", times(0.5), "leaves less room|does not contract"),
@@ -136,15 +145,12 @@ FAILED: Rows = {
         ("disturbance.state_set.dimension", 1, "dimensions of state and input"),
         ("disturbance.feedback", [[1.0]], "a column for each state"),
         ("disturbance.set.centre", ["0"], "an entry for each state"),
-        ("reference.plant.system.A.0.1", times(1.001), "trajectories"),
     ],
     "noisy cart": [
         ("disturbance.noise.generators.1.1", hair, WITH_NOISE),
         ("disturbance.noise.centre.0", "-1/100", WITH_NOISE),
         ("disturbance.set.generators.0.1", hair, WITH_NOISE),
         ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
-        ("disturbance.state_set.lower.1", HAIR_LESS, ROOM),
-        ("disturbance.input_set.upper.0", HAIR_LESS, ROOM),
         ("disturbance.noise.centre", ["0"], WITH_NOISE),
     ],
     "triangle": [("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1")],
@@ -197,10 +203,8 @@ FAILED: Rows = {
         ("violation", 1.0),
         ("quantity", "input"),
         ("quantity", "output"),
-        ("at", {"time": 100.0}),
         ("reference.plant.state_set.lower.0", -3.0),
         ("reference.plant.system.A.0.0", 0.8),
-        ("trajectories.states.0.weights.0.0", "2"),
     ],
     "counterexample, window": [
         ("at", {"time": float(np.nextafter(1.3, 2))}),
@@ -238,27 +242,15 @@ FAILED: Rows = {
 UNREADABLE: Rows = {
     "scalar": [
         ("version", 4, "version 4; this checker reads version 3: prove the reference again to get one"),
-        ("version", 2, "version 2"),
         ("format", "certificate"),
-        ("format", "traceable certificate"),
         ("reference.signals.0.mean", 10**400),
         ("reference.signals.0.mean", 2**53 + 1),
         ("reference.signals.0.weights", []),
         ("reference.signals.0.kernel.type", "cosine"),
         ("reference.signals.0.kernel.lengthscale", -1.0),
         ("reference.signals.0.kernel", {"type": ["sum"], "left": {}, "right": {}}),
-        ("reference.signals", []),
         ("reference.plant.system.sampling_time", 0.0),
-        ("reference.plant.system.A", [[]]),
-        ("reference.plant.system.states", [""]),
-        ("reference.plant.system.states", ["x" * 201]),
-        ("trajectories.states", []),
-        ("trajectories.states.0.weights.0", []),
-        ("trajectories.states.0.weights", []),
-        ("reference.plant.state_set.rows", [[]]),
-        ("reference.plant.state_set.rows", []),
         ("reference.plant.state_set.lower", [-2.0, -2.0]),
-        ("reference.plant.state_set.upper", []),
         ("reference.plant.state_set.dimension", 0),
         ("reference.plant.state_set.dimension", 1.0),
         ("attainable", [{"row": [1.0], "lower": -1.0, "upper": 1.0}]),
@@ -266,29 +258,14 @@ UNREADABLE: Rows = {
         ("claim", {"kind": "instants", "last_step": 1.5}),
         ("claim", {"kind": "instants", "last_step": -1}),
         ("claim.terms", 0),
-        ("claim.terms", 16.0),
         ("claim.covers.", {"ends": [0.0, 1.0], "radii": [1.0]}),
         ("evaluation.errors.state", 0.0),
-        ("evaluation.errors.", 1.0),
         *(("trajectories.states.0.offset", other)
           for other in (0, "0.0", "1e3", " 0", "0\n", "+1", "1/0", "1/00", "1/-2", "½", "١")),
-        *((*row, "no more than|at most") for row in (
-            ("reference.signals", [SIGNAL] * (limits.SIGNALS + 1)),
-            ("reference.signals.0.centres", [0.0] * (limits.CENTRES + 1)),
-            ("reference.signals.0.weights", [0.0] * (limits.CENTRES + 1)),
-            ("reference.plant.system.states", ["x"] * (limits.COORDINATES + 1)),
-            ("reference.plant.system.inputs", ["x"] * (limits.COORDINATES + 1)),
-            ("reference.plant.system.A", [[0.0]] * (limits.COORDINATES + 1)),
-            ("reference.plant.system.A", [[0.0] * (limits.COORDINATES + 1)]),
-            ("reference.plant.state_set.rows", [[1.0]] * (limits.ROWS + 1)),
-            ("reference.plant.state_set.dimension", limits.COORDINATES + 1),
-            ("trajectories.states.0.weights.0", ["0"] * (limits.SHIFTS + 1)),
-            ("trajectories.states.0.offset", "1" * (limits.DIGITS + 1)),
-            ("claim.terms", limits.TERMS + 1),
-            ("claim.covers.state.ends", [0.0] * (limits.BOXES + 2)),
-            ("claim.covers.state.radii", [1.0] * (limits.BOXES + 1)),
-            ("claim", {"kind": "instants", "last_step": limits.INSTANTS + 1}),
-        )),
+        *((path, longer_than(most), "no more than|at most") for path, most in LONGEST.items()),
+        ("reference.plant.state_set.dimension", limits.COORDINATES + 1, "no more than|at most"),
+        ("claim.terms", limits.TERMS + 1, "no more than|at most"),
+        ("claim", {"kind": "instants", "last_step": limits.INSTANTS + 1}, "no more than|at most"),
     ],
     "tank": [
         ("reference.plant.system.f.0", ["+", "inflow", "level⁺"], "must be a name"),
@@ -322,7 +299,6 @@ UNREADABLE: Rows = {
     "counterexample, all_times": [
         ("at", {"step": 3}),
         ("violation", 0.0),
-        ("claim", {"kind": "some_times"}),
         ("version", 2),
     ],
     "counterexample, instants": [("at", {"time": 0.1}), ("at", {"step": 2.5}), ("at", {"step": -1})],
@@ -379,8 +355,9 @@ def both(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict], Verdict]:
 
 @pytest.mark.parametrize("kind", FILES)
 def test_files_are_accepted_and_so_is_what_says_less(kind, both) -> None:
+    wanted = {"trackably contradiction": Contradicted, "trackably counterexample": Refuted, BROKEN: Refuted}
     for data in (file_of(kind), *(changed(file_of(kind), *row) for row in ACCEPTED.get(kind, ()))):
-        assert isinstance(both(data), Proved | Refuted | Contradicted)
+        assert isinstance(both(data), wanted.get(file_of(kind)["format"], Proved))
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,7 @@
-"""Values to write as JSON, and their JSON with one thing changed."""
-
-from typing import Any
+"""Values to write as JSON."""
 
 import numpy as np
 
-from pipeline.published.scalar import scalar
-from trackably.codec import encode
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
@@ -13,41 +9,24 @@ from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 KERNEL = Sum(Product(SquaredExponential(0.1 + 0.2, 1 / 3), Periodic(1.0, 2.0, 3.0)), RationalQuadratic(1.0, 2.0, 0.7))
-PLANT = scalar(0.9, -0.1, state_set=Interval(-1.0, 1.0), input_set=Interval(-2.0, 2.0), sampling_time=0.1)
 SIGNAL = KernelSum(KERNEL, -0.0, np.array([0.0, 0.1]), np.array([5e-324, -1e300]))
-REFERENCE = Reference((SIGNAL,), PLANT)
 GENERAL = Reference(
     (SIGNAL, KernelSum(Matern32(1.0, 1 / 3), 0.1, np.array([0.5]), np.array([-0.0]))),
     ConstrainedSystem(
         LinearSystem(
-            np.array([[1.0, 0.1, 0.0], [0.0, 1 / 3, 0.0], [1e-300, 0.0, -0.9]]),
-            np.array([[0.0, 0.0], [1.0, 0.2], [0.0, 0.7]]),
-            np.array([0.1, -0.0, 0.3]),
+            [[1.0, 0.1, 0.0], [0.0, 1 / 3, 0.0], [1e-300, 0.0, -0.9]],
+            [[0.0, 0.0], [1.0, 0.2], [0.0, 0.7]],
+            [0.1, -0.0, 0.3],
             ("position", "velocity", "level"),
             ("force", "flow"),
             sampling_time=0.05,
         ),
-        Polytope(np.array([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]]), [-1.0, -2.0], [{0.0: 0.1, 1.0: 1 / 3}, 2.0]),
-        Polytope.box(np.array([-np.inf, -np.inf]), np.array([np.inf, np.inf])),
+        Polytope([[1.0, 0.0, 0.0], [0.0, 1 / 3, -1.0]], [-1.0, -2.0], [{0.0: 0.1, 1.0: 1 / 3}, 2.0]),
+        Polytope.box([-np.inf, -np.inf], [np.inf, np.inf]),
     ),
 )
-
-
-def edited(value: object, *path: str | int, to: Any) -> Any:
-    """The JSON of a value with one thing changed; what is set to KeyError is removed."""
-    data = encode(value)
-    *way, last = path
-    inner = data
-    for step in way:
-        inner = inner[step]
-    if to is KeyError:
-        del inner[last]
-    else:
-        inner[last] = to
-    return data

@@ -1,47 +1,30 @@
-from dataclasses import fields, replace
+"""What the codec writes, it reads again, bit for bit."""
+
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.published.scalar import scalar
 from tests.trackably.codec.instances import GENERAL
+from tests.trackably.gp.instances import kernels
 from trackably.arrays import Array
 from trackably.codec import dumps, loads
 from trackably.gp.hyperparameter import Learned
-from trackably.gp.kernels.base import Kernel, Product, Sum
-from trackably.gp.kernels.elementary import Elementary
-from trackably.gp.kernels.matern import Matern32, Matern52, Matern72
-from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
-from trackably.gp.kernels.rational_quadratic import RationalQuadratic
-from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-ELEMENTARY: tuple[type[Elementary], ...] = (
-    *(SquaredExponential, Matern32, Matern52, Matern72, RationalQuadratic, Periodic),
-    *(PiecewisePolynomial2, PiecewisePolynomial3),
-)
 positive = st.floats(1e-3, 1e3)
 any_float = st.floats(allow_nan=False, allow_infinity=False)
-elementary = st.one_of([st.builds(kernel, **{f.name: positive for f in fields(kernel)}) for kernel in ELEMENTARY])
-kernels = st.recursive(
-    elementary, lambda part: st.builds(Sum, part, part) | st.builds(Product, part, part), max_leaves=5
-)
 large = st.floats(-1e300, 1e300)  # a quotient of any floats may overflow
-plants = st.builds(
-    scalar,
-    large,
-    positive,
-    large,
-    state_set=st.builds(Interval, st.floats(-9, -1), st.floats(1, 9)),
-    input_set=st.builds(Interval, st.floats(-9, -1), st.floats(1, 9)),
-    sampling_time=positive,
-)
+boxes = st.builds(lambda low, high: Polytope.box([low], [high]), st.floats(-9, -1), st.floats(1, 9))
+systems = st.builds(LinearSystem.scalar, large, positive, large, sampling_time=positive)
+plants = st.builds(ConstrainedSystem, systems, boxes, boxes)
 vectors = st.lists(any_float, min_size=1, max_size=6).map(np.array)
 
 
@@ -49,9 +32,8 @@ vectors = st.lists(any_float, min_size=1, max_size=6).map(np.array)
 def test_references_return_bit_for_bit(
     kernel: Kernel, plant: ConstrainedSystem, mean: float, terms: list[tuple[float, float]], t: Array
 ) -> None:
-    centres, weights = np.array([c for c, _ in terms]), np.array([w for _, w in terms])
-    reference = Reference((KernelSum(kernel, mean, centres, weights),), plant)
-    assert_returns(reference, t)
+    centres, weights = np.array(terms).reshape(-1, 2).T
+    assert_returns(Reference((KernelSum(kernel, mean, centres, weights),), plant), t)
 
 
 def test_references_of_general_systems_return() -> None:
@@ -59,7 +41,6 @@ def test_references_of_general_systems_return() -> None:
 
 
 def assert_returns(reference: Reference, t: Array) -> None:
-    """Bit for bit."""
     again = loads(Reference, dumps(reference))
     assert dumps(again) == dumps(reference)
     with np.errstate(all="ignore"):

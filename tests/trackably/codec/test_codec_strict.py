@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.trackably.codec.instances import GENERAL, REFERENCE, SIGNAL, edited
+from tests.trackably.checker.changes import changed, without
+from tests.trackably.codec.instances import GENERAL, SIGNAL
 from trackably.codec import CodecError, decode, encode
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -18,7 +19,8 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.reference import Reference
 
 SE = SquaredExponential(1.0, 2.0)
-PRIOR = Prior(SE.as_learned(), 0.1)
+PRIOR = encode(Prior(SE.as_learned(), 0.1))
+SYSTEM = encode(GENERAL.plant.system)
 
 
 @pytest.mark.parametrize(
@@ -31,12 +33,12 @@ PRIOR = Prior(SE.as_learned(), 0.1)
         (Interval, {"lower": 0.0, "upper": math.nan}, "must be finite, and exact in float64, got nan @ $.upper"),
         (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),
         (Interval, {"lower": 2.0, "upper": 1.0}, "interval: expected finite bounds"),
-        (Prior, edited(PRIOR, "noise_std", to={"learned": 1, "interval": [1]}), "must have 2 entries, got [1] @ $.noi"),
-        (Prior, edited(PRIOR, "kernel", "type", to=KeyError), "an object with a type"),
+        (Prior, changed(PRIOR, "noise_std", {"learned": 1, "interval": [1]}), "must have 2 entries, got [1] @ $"),
+        (Prior, without(PRIOR, "kernel.type"), "an object with a type"),
         (Periodic, encode(SE), "must be one of periodic, got 'squared_exponential' @ $"),
-        (Reference, edited(REFERENCE, "signals", 0, "kernel", "left", "right", "period", to="1"), "left.right.period"),
-        (LinearSystem, edited(GENERAL.plant.system, "A", 1, to=[1.0, 2.0]), "must be lists of one length, got [[1.0, "),
-        (LinearSystem, edited(GENERAL.plant.system, "states", 1, to=2), "must be of type str, got 2 @ $.states"),
+        (Reference, changed(encode(GENERAL), "signals.0.kernel.left.right.period", "1"), "left.right.period"),
+        (LinearSystem, changed(SYSTEM, "A.1", [1.0, 2.0]), "must be lists of one length, got [[1.0, "),
+        (LinearSystem, changed(SYSTEM, "states.1", 2), "must be of type str, got 2 @ $.states"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, complaint: str) -> None:

@@ -1,7 +1,7 @@
 """Small files that take a checker long, or deep."""
 
 import copy
-from functools import cache
+from functools import cache, reduce
 
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import proved
@@ -57,7 +57,7 @@ def chain(states: int) -> dict:
     names = [f"x{i}" for i in range(states)]
     inputs = [f"u{i}" for i in range(states)]
     system |= {"states": names, "inputs": inputs}
-    system["f"] = [_law(names[i], inputs[: i + 1]) for i in range(states)]
+    system["f"] = [reduce(lambda law, name: ["+", law, name], inputs[: i + 1], names[i]) for i in range(states)]
     data["reference"]["signals"] *= states
     for side, of in (("state_set", names), ("input_set", inputs)):
         row = plant[side]
@@ -71,10 +71,3 @@ def chain(states: int) -> dict:
             first = held.pop({"state_set": "level", "input_set": "inflow"}[side])
             held.update(dict.fromkeys(of, first))
     return data
-
-
-def _law(state: str, inputs: list[str]) -> object:
-    law: object = state
-    for name in inputs:
-        law = ["+", law, name]
-    return law

@@ -5,23 +5,12 @@ import re
 import pytest
 
 from tests.trackably.checker.edges import hostile
-from tests.trackably.checker.instances import SIGNAL
 from tests.trackably.checker.tight import data_of
 from trackably import checker
 from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
 from trackably.checker.formulas import Name, Number, Operation, names, numbers, parts
 from trackably.checker.intervals import exactly
 from trackably.checker.models import enclose
-
-KERNEL = SIGNAL["kernel"]
-
-
-def summed(kernels: list[dict]) -> dict:
-    """A balanced sum of kernels."""
-    while len(kernels) > 1:
-        pairs = [kernels[i : i + 2] for i in range(0, len(kernels), 2)]
-        kernels = [{"type": "sum", "left": p[0], "right": p[1]} if len(p) > 1 else p[0] for p in pairs]
-    return kernels[0]
 
 
 @pytest.mark.parametrize(

@@ -22,10 +22,9 @@ from tests.trackably.checker.tight import VALID
 from trackably import checker
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, Refuted, check
-from trackably.checker.boxes import NO_FIRST_PASS
 from trackably.checker.floats import boxes
 from trackably.checker.formulas import Number, Operation, Power, text
-from trackably.checker.intervals import ZERO, between, exactly
+from trackably.checker.intervals import ZERO, between
 from trackably.checker.models import Model
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
@@ -57,8 +56,7 @@ def test_a_learned_reference_shows_the_same() -> None:
     statement = said(encode_certificate(found.certificate))
     assert found.fingerprint == sha(statement)
     assert found.identity in repr(found)
-    assert found.identity.replace("x1 =", '"x1" =').split(", ", 1)[1].startswith("25 kernels centred from 0 s to 8 s")
-    assert f"SHA-256 {found.fingerprint}, 25 kernels" in found.identity
+    assert f"SHA-256 {found.fingerprint}, 25 kernels centred from 0 s to 8 s" in found.identity
 
 
 def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,18 +65,15 @@ def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch:
     for model in ({}, {(0, 0): Model([between(-1, 1)], ZERO)}):
         monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, models=lambda *_, model=model: [model]))
         assert said(data) == known
-    believed = {(0, 0): Model([exactly(0.5)], ZERO)}
-    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, models=lambda *_: [believed]))
-    assert f'"state" = {data["reference"]["signals"][0]["mean"] + 0.5:.6g} at t = 0 s' in said(data) != known
 
 
 def test_all_zero_weights_are_seen() -> None:
     """Once the same sentence came for a reference that rests at its mean."""
     data = file_of("scalar")
-    rests = changed(data, "reference.signals.0.weights", [0.0] * len(data["reference"]["signals"][0]["weights"]))
-    assert "no kernel at all" in said(rests)
-    assert f'"state" = {data["reference"]["signals"][0]["mean"]:.6g} at t = 0 s' in said(rests)
-    assert sha(said(rests)) != sha(said(data))
+    rests = said(changed(data, "reference.signals.0.weights", lambda weights: [0.0] * len(weights)))
+    assert "no kernel at all" in rests
+    assert f'"state" = {data["reference"]["signals"][0]["mean"]:.6g} at t = 0 s' in rests
+    assert sha(rests) != sha(said(data))
 
 
 CHANGES = {
@@ -121,17 +116,13 @@ def test_every_formula_of_a_flat_form_counts() -> None:
 
 
 def test_an_answer_says_which_arithmetic_it_trusted(monkeypatch: pytest.MonkeyPatch) -> None:
-    floats, exact = (
-        "trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan and arctan2.",
-        "This was checked in exact arithmetic:",
-    )
-    assert floats in check(file_of("scalar")).statement
+    exact = "This was checked in exact arithmetic:"
+    assert "trusts IEEE arithmetic and NumPy's exp" in check(file_of("scalar")).statement
     assert exact in check(file_of("scalar"), exact=True).statement
     for data in (file_of("rest"), by_claim()["all_times"]):  # whole numbers alone, and a single time
         assert exact in check(data).statement
-    for other in (NO_FIRST_PASS, replace(boxes.FIRST_PASS, is_sound=lambda: False)):  # as without subnormal numbers
-        monkeypatch.setattr(boxes, "FIRST_PASS", other)
-        assert exact in said(file_of("scalar"))
+    monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, is_sound=lambda: False))  # no subnormal numbers
+    assert exact in said(file_of("scalar"))
 
 
 def test_times_are_printed_as_they_are() -> None:

@@ -5,15 +5,13 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-from scipy.interpolate import CubicSpline
-
 from tests.splines.draws import from_scipy
 from tests.splines.naive import extremes
 from tests.trackably.plants import AXIS
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove, prove_on_window
+from trackably.given.conversion import interpolate
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
@@ -23,8 +21,7 @@ ROOM = 1e-7
 
 def reference(beyond: str) -> Reference:
     """The axis follows a cubic spline, with bounds that leave a hair of room at each extreme."""
-    kind = {"rest": "clamped", "period": "periodic", "end": "natural"}[beyond]
-    spline = CubicSpline([0.0, 1.0, 2.0, 3.0], [-0.5, -0.25, -0.75, -0.5], bc_type=kind)
+    spline = interpolate([0.0, 1.0, 2.0, 3.0], [-0.5, -0.25, -0.75, -0.5], "cubic", beyond)
     free = Reference((from_scipy(spline, beyond),), AXIS)
     ends = [extremes(q.functional, free.pieces, *map(Fraction, times(beyond))) for q in free.quantities]
     low, high = (
@@ -44,10 +41,3 @@ def certificate(beyond: str) -> dict[str, Any]:
     assert isinstance(found, Certificate)
     data: dict[str, Any] = json.loads(json.dumps(encode_certificate(found)))
     return data
-
-
-def moved(data: dict[str, Any], by: float) -> dict[str, Any]:
-    """The same certificate with all breakpoints moved."""
-    (signal,) = data["reference"]["signals"]
-    later = {**signal, "breakpoints": (np.array(signal["breakpoints"]) + by).tolist()}
-    return {**data, "reference": {**data["reference"], "signals": [later]}}
