@@ -87,7 +87,7 @@ def _misfit(table: Table) -> str | None:
 
 
 def _rows(table: Table) -> dict[Part, int]:
-    """Return the number of steps of each part: one for each state, input, or pair of successive states."""
+    """Return how many states, inputs, and pairs of a state and its successor the table has."""
     return {"states": len(table.states), "inputs": len(table.inputs), "dynamics": len(table.states) - 1}
 
 

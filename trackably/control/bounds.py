@@ -32,7 +32,10 @@ class Scales:
         return cls(states, inputs, float(np.max(costs)))
 
     def weights(self, Q: Array, R: Array) -> tuple[Array, Array]:
-        """Return Q and R of the scaled errors e / s_x and v / s_u, for a cost in its scale."""
+        """Convert the weights Q of e = x − x_r and R of v = u − u_r to those of the scaled errors e / s_x and v / s_u.
+
+        The cost is the same, divided by its scale.
+        """
         x, u = self.states, self.inputs
         return Q * x[:, None] * x / self.cost, R * u[:, None] * u / self.cost
 

@@ -129,7 +129,10 @@ def as_pieces(
         given = interpolate(times, values, interpolation, beyond)
     ends, c = pieces_of_spline(given)
     if c.ndim != 2:
-        raise ValueError(f"trajectory: expected one value at a time, got shape {c.shape[2:]}; give one curve for each")
+        raise ValueError(
+            f"trajectory: expected one number at each time, got arrays of shape {c.shape[2:]}; "
+            "give one curve for each number"
+        )
     return PolynomialPieces(ends, c.T, beyond)
 
 

@@ -190,7 +190,10 @@ class Direct:
         return self._form_gradient(*own, *own)
 
     def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of νᵀ (L κ(·, t)) w for weights w at times t [s], both of shape (n,)."""
+        """Return ∂/∂ln θ_j of νᵀ (L κ(·, t)) w, for the rows' functionals L and all hyperparameters of the kernel.
+
+        ν are the `multipliers` (count,), and w the `weights` at times t [s], both of shape (n,).
+        """
         return self._form_gradient(*self._weigh(multipliers), t, weights)
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:

@@ -19,7 +19,7 @@ _NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that th
 
 # Evaluate functions of many times block by block, in bounded memory.
 
-_WHOLE = 2**16  # numbers in all: up to this many, one call is faster than several
+_WHOLE = 2**16  # numbers (times × width): up to this many, one call is faster than several
 _BLOCK = 2**15  # numbers in a block, which stay in the cache: larger arrays are fetched from memory for each operation
 
 

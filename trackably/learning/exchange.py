@@ -107,7 +107,7 @@ def _distances(places: Array, place: Array) -> Array:
 
 
 _MAX_ROUNDS = 60  # most programs of a search, which ends then even if bounds are still violated
-_MAX_HALVINGS = 60  # most amplitudes that are tried for a point, each half of the one before
+_MAX_HALVINGS = 60  # the largest number of times that the amplitudes of a start are halved
 _SAME_POINT = 1e-3  # in each ln θ: a minimiser this close to another one of the same round is dropped
 _SAME_BASIN = 1e-2  # in each ln θ: searches from points closer than this end at the same minimum
 _NEARBY = 0.1  # largest first step in each ln θ from a promising start: the search has to stay in its basin

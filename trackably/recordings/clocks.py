@@ -72,7 +72,7 @@ def scale_once(number: Decimal, scale: float, offset: float = 0.0) -> float:
     product = number if scale == 1 else EXACT.multiply(number, _shortest(scale))
     result = float(EXACT.add(product, _shortest(offset)) if offset else product)
     if math.isinf(result):
-        raise ValueError(f"expected a number that fits a float64, got {number:.3e} (times {scale!r})")
+        raise ValueError(f"expected a number that fits a float64, got {number:.3e} multiplied by {scale!r}")
     return result
 
 

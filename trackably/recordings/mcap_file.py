@@ -70,7 +70,9 @@ def locate(node: object, path: str, around: Mapping[str, object] | None = None) 
         name_of = partial(_name_of_entry, node, around or {})
         found = [int(number)] if number else [i for i in range(len(node)) if name_of(i, field) == wanted]
         if len(found) > 1:
-            raise ValueError(f"expected one entry with {field} = {wanted!r}, got {len(found)}")
+            raise ValueError(
+                f"expected one entry of a list with {field} = {wanted!r}, got {len(found)} entries with it"
+            )
         if found:
             i, labels = found[0], [field] if field else _LABELS
             shown = next((f"[{of}={name}]" for of in labels if (name := name_of(i, of))), f"[{i}]")

@@ -286,7 +286,9 @@ def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Clea
 def _refuse_empty(rows: Rows) -> None:
     for name in rows.values:
         if not rows.present(name).any():
-            raise InputError(f"{rows.source}: {name!r} has no value in any of the {len(rows)} rows left")
+            raise InputError(
+                f"{rows.source}: {name!r} has no value in any of the {len(rows)} rows that were not left out"
+            )
 
 
 def _refuse_disorder(rows: Rows) -> None:

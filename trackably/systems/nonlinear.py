@@ -103,7 +103,10 @@ class NonlinearSystem(subject.NonlinearSystem):
         return form
 
     def heading_in(self, bounds: Mapping[str, Interval]) -> Self:
-        """Return the system with headings that do not jump inside their `bounds` [rad] (by name), if possible."""
+        """Return the system with headings that do not jump inside their `bounds` [rad], given by name.
+
+        Headings for which this is not possible, and those without bounds, stay as they are.
+        """
         if self.flat is None:
             return self
         form = self.flat

@@ -47,7 +47,7 @@ class Functional(subject.Functional):
 
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
-        """Pairs (c, w_c) of index and weights (in float64) of each signal that has a nonzero weight."""
+        """Pairs (c, w_c) for each signal c with a nonzero weight; w_c[j] is the float64 weight of z_c(t + j T_s)."""
         found = (np.array([float(w) for w in weights]) for weights in self.weights)
         return [(c, w) for c, w in enumerate(found) if w.any()]
 

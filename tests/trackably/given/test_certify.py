@@ -118,7 +118,7 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
         (CURVES["cubic"], (0.0, 4.0), None, "given from 0 s to 3 s"),
         (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
         ({"pos": CURVES["cubic"]}, None, None, "^trajectory: pos is neither a state"),
-        (CubicSpline(X, np.zeros((4, 2))), None, None, "one value at a time"),
+        (CubicSpline(X, np.zeros((4, 2))), None, None, "one number at each time"),
     ],
 )
 def test_what_does_not_fit_is_refused(curve, claim, interpolation, reason):

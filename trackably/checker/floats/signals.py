@@ -6,9 +6,10 @@ of the box, where d is less than their distances. Whether a kink is inside a box
 
 For a Matérn kernel, only centres inside a box are expanded one by one. The kernel of a centre before the box is a
 polynomial times e^(−λt), and so is the sum over all of these centres; likewise after the box. Such a sum takes a few
-moments m_k (`kernels`) instead of all centres, and is expanded in their place; Σ |c_i| M bounds it on the disc. The
-moments at b ≥ a follow from those at a: with d = λ (b − a), they are e^(−d) Σ_j m_j d^(k−j)/(k−j)!, plus those of the
-centres between a and b. Nothing cancels here that does not cancel in the sum over centres: only c_i may be negative.
+moments m_k (`kernels`) instead of all centres, and is expanded in their place; on the disc of Cauchy's estimate, where
+|κ| ≤ M, it is bounded by Σ |c_i| M. The moments at b ≥ a follow from those at a: with d = λ (b − a), they are e^(−d)
+Σ_j m_j d^(k−j)/(k−j)!, plus those of the centres between a and b. Nothing cancels here that does not cancel in the sum
+over centres: only c_i may be negative.
 """
 
 from collections.abc import Sequence

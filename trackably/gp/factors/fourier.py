@@ -164,7 +164,8 @@ class Fourier(Factorisation):
         inverse, _ = scipy.linalg.lapack.dpftri(len(self.root), self.factor, uplo=LOWER)
         lost, scaled = inverse[diagonal(len(self.root))], self.ladder.relative_noise * c
         by_kernel = self.slope.dot(1 - lost - self.noise_variance * self._along(scaled) ** 2)
-        # tr(A⁻¹ V) = tr((I + M Mᵀ)⁻¹) = n − m + tr(B⁻¹)
+        # With noise V, A = V^½ (I + M Mᵀ) V^½ (n, n) and B = I + Mᵀ M (m, m): tr(A⁻¹ V) = n − m + tr(B⁻¹). The diagonal
+        # of B⁻¹ is `lost`.
         by_noise = len(c) - len(lost) + np.add.reduce(lost) - self.noise_variance * scaled.dot(scaled)
         return by_kernel, float(by_noise)
 

@@ -176,7 +176,7 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)
 
 
-_MISSED = 1e-9  # part of a width: a row that misses its limit by more joins the working set
+_MISSED = 1e-9  # relative to the bounds' width: a row that violates its bound by more joins the working set
 _MAX_ROUNDS = 30  # most programs with the working set's rows only; then follows one with all rows
 
 

@@ -75,7 +75,7 @@ REFUSALS = {
         {},
         ", line 4: 'x' has a second value at 1 s, the first is in line 3; 2 rows are repeated ",
     ),
-    "no value at all": ("t,x\n0,\n1,\n", {}, ": 'x' has no value in any of the 2 rows left"),
+    "no value at all": ("t,x\n0,\n1,\n", {}, ": 'x' has no value in any of the 2 rows that were not left out"),
     "noise of zero": (
         "t,x,s\n0,1,0.1\n1,2,0\n",
         {"signals": {"x": Column("x", noise_std="s")}},
