@@ -456,8 +456,8 @@ _LAUGHS = "l0: &l0 [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n" + "".join(
 
 RECORDINGS: dict[str, Packed] = {
     "gzip": Packed("x.csv.gz", _gzip, "unpacks to more than"),
-    "a zstd chunk": Packed("x.mcap", _mcap(b"1", 200_000_000, _ZSTD), "a chunk of 20"),
-    "an lz4 chunk": Packed("x.mcap", _mcap(b"1", 120_000_000, _LZ4), "a chunk of 12"),
+    "a zstd chunk": Packed("x.mcap", _mcap(b"1", 200_000_000, _ZSTD), "a chunk has 20"),
+    "an lz4 chunk": Packed("x.mcap", _mcap(b"1", 120_000_000, _LZ4), "a chunk has 12"),
     "a zstd chunk that lies": Packed(
         "x.mcap", _mcap(b"1", 200_000_000, _ZSTD, say=1000), "not unpack to the 1000 bytes"
     ),

@@ -115,7 +115,7 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
 @pytest.mark.parametrize(
     ("curve", "claim", "interpolation", "reason"),
     [
-        (CURVES["cubic"], (0.0, 4.0), None, "given from 0 s to 3 s"),
+        (CURVES["cubic"], (0.0, 4.0), None, "all curves are given, from 0 s to 3 s"),
         (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
         ({"pos": CURVES["cubic"]}, None, None, "^trajectory: pos is neither a state"),
         (CubicSpline(X, np.zeros((4, 2))), None, None, "one number at each time"),
