@@ -9,9 +9,9 @@ ArrayLike = npt.ArrayLike
 
 
 def subdivide(ends: Array, parts: ArrayLike) -> Array:
-    """Divide each of the K intervals between the increasing `ends` into equal parts; return the ends of all parts.
+    """Divide each of the K intervals between K + 1 increasing `ends` into equal parts; return the ends of all parts.
 
-    `parts` is their number in every interval, or has shape (K,).
+    `parts` is the number of parts of an interval: one number for all intervals, or shape (K,).
     """
     counts = np.broadcast_to(parts, len(ends) - 1)
     inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]

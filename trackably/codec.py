@@ -176,7 +176,10 @@ def _read_array(data: Any, where: str) -> Array:
 
 
 def _best(kinds: tuple[Any, ...], data: Any) -> Any:
-    """Return the class of which an object lacks the fewest fields; for other data, the type that is no dataclass."""
+    """Return the type to read `data` as: for an object, the class of which it lacks the fewest fields.
+
+    For numbers, texts and lists, it is the type that is no dataclass.
+    """
     given = set(data) if isinstance(data, dict) else set[str]()
     some = [kind for kind in kinds if kind is not type(None)]
     return min(some, key=lambda kind: len(_required_fields(kind) - given) if is_dataclass(kind) else bool(given))

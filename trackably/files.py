@@ -163,8 +163,8 @@ _ENDED = re.compile(r"\n---\s*\Z")
 def from_yaml(data: bytes) -> object:
     """Parse YAML. ValueError: `data` is not YAML, or is nested too deeply, or has too many values.
 
-    A part counts again for each alias that refers to it. Numbers with the tag !degrees, as robot descriptions of ROS
-    have them, become radians. ModuleNotFoundError: ruamel.yaml is not installed.
+    Each alias adds as many values as the part that it refers to has. Numbers with the tag !degrees, as robot
+    descriptions of ROS have them, become radians. ModuleNotFoundError: ruamel.yaml is not installed.
     """
     from ruamel.yaml import YAML  # noqa: PLC0415  an optional package
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
@@ -184,7 +184,7 @@ def from_yaml(data: bytes) -> object:
 def _require_small(events: Iterable[Any]) -> None:
     """Raise ValueError if YAML has too many values, or is nested too deeply; `events` are those of its parser."""
     sizes: dict[str, int] = {}
-    open_nodes: list[tuple[str | None, int]] = []  # anchors of sequences and mappings, and the values before them
+    open_nodes: list[tuple[str | None, int]] = []  # of lists and mappings: the anchor, and `count` at the start
     count = 0
     for event in events:
         match type(event).__name__:

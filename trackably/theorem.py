@@ -89,7 +89,7 @@ class Part:
 class Theorem:
     """The theorems of a certificate or counterexample for Coq.
 
-    `reference` is the SHA-256 by which checks name the reference.
+    `reference` is the SHA-256 of the reference, as a check of the file prints it.
     """
 
     reference: str
@@ -112,7 +112,7 @@ class Theorem:
 
 
 def theorem(file: Path, emulated: bool = False) -> Theorem:
-    """State the content of a certificate as a theorem for Coq, with a proof; `SILENT` says what is left out.
+    """State the content of a certificate as a theorem for Coq, with a proof; the text `SILENT` says what it leaves out.
 
     For a counterexample, state that the reference is not trackable. `emulated` floating-point numbers are made of
     integers: proofs are slower, but need not trust the processor's arithmetic. InputError: the file is of another kind,

@@ -115,8 +115,9 @@ class FleetFolder:
     def of(self, name: str) -> Path:
         """Return the folder of a recording, in which no other recording has files, on any file system.
 
-        A slash in the name separates folders. Unsafe bytes of a part are written as %XX, and an empty part as %. A part
-        with capital letters ends with ^ and their positions in hexadecimal, for file systems that ignore case.
+        A slash in the name separates folders. In the name of each, unsafe bytes are written as %XX, and an empty name
+        as %. For file systems that ignore case, a name with capital letters ends with ^ and a hexadecimal number; its
+        bit i is 1 if character i, from 0, is a capital.
         """
         return self.path.joinpath(*map(_part, name.split("/")))
 
@@ -147,7 +148,7 @@ class FleetFolder:
 
 
 def _part(text: str) -> str:
-    """Return the name of one folder; different texts have different names, and `row.name` is the inverse."""
+    """Return the folder name for a text between slashes of a recording's name; different texts never share one."""
     unsafe = rb"\A.|" + _UNSAFE if _TAKEN.fullmatch(text) else _UNSAFE
     escaped = re.sub(unsafe, lambda byte: b"%%%02X" % byte[0][0], text.encode("utf-8", "surrogatepass")).decode()
     capitals = sum(1 << i for i, letter in enumerate(text) if "A" <= letter <= "Z")

@@ -57,7 +57,8 @@ _KNOWN: tuple[Learn, ...] = learn_reference, learn_stream
 class Request:
     """The arguments of `learn` that all recordings share; `options` are its keyword arguments.
 
-    TypeError: `learn` is neither `learn_reference` nor `learn_stream`, or an argument cannot be compared between runs.
+    TypeError: `learn` is neither `learn_reference` nor `learn_stream`, or does not take these options, or an argument
+    cannot be written as JSON, which is how later runs compare it.
     """
 
     plant: ConstrainedSystem
@@ -114,7 +115,10 @@ _UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 @dataclass(frozen=True)
 class Answer:
-    """A recording's row, and the contents of its files by name. If `is_kept`, both already exist on the disk."""
+    """A recording's row, and the contents of its files by name.
+
+    If `is_kept`, row and files already exist on the disk, and `files` is empty.
+    """
 
     row: Row
     files: Mapping[str, bytes]
@@ -122,7 +126,7 @@ class Answer:
 
 
 def answer(source: Source, request: Request, kept: Row | None) -> Answer:
-    """Learn from one recording, unless `kept` is the answer to the same request.
+    """Learn from one recording; if the row `kept` already answers the same request for it, return that row.
 
     Errors caused by the recording become a row. TypeError: an argument that all recordings share is wrong.
     """
@@ -188,7 +192,7 @@ _OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
 
 
 def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
-    """Call each function with the path `name`.json in an empty folder; return all files that they write, by name."""
+    """Call each function with the path KEYWORD.json in an empty folder; return all files that they write, by name."""
     with TemporaryDirectory() as folder:
         for name, save in saves.items():
             save(Path(folder) / f"{name}.json")
@@ -262,7 +266,7 @@ def _on(cluster: str | None) -> Iterator[None]:
 
 _COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # most failures, and most recordings with questions, that are printed
-_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # other errors end the run
+_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # due to a name; others end the run
 
 L = TypeVar("L", TrackableReference, StreamReference)
 

@@ -1,4 +1,4 @@
-"""Answers about tables of steps and trajectories of joints: one can only be made if the checker accepts its file."""
+"""Answers about tables of steps and trajectories of joints: an answer exists only if the checker accepts it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping

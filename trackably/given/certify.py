@@ -47,8 +47,8 @@ def flat_output(curve: PolynomialPieces, stencil: Stencil, order: int, step: flo
 
     The stencil says how the state depends on z: y(t) = offset + Σ_j w_j z(t + j step). Up to second
     derivatives this is g z(t + τ) + offset with the gain g = Σ w_j and the delay τ = Σ j w_j step/g. So z(t) is
-    (p(t − τ) − offset)/g. A curve that ends is extended by its first piece to its own first time, and by its last piece
-    for the `order` steps that inputs look ahead.
+    (p(t − τ) − offset)/g. If the curve ends, z is extended: by its first piece back to the first time of the curve, and
+    by its last piece to `order` steps after the curve's last time, as inputs look ahead so far.
     """
     gain = sum(stencil.weights)
     delay = sum(j * w for j, w in enumerate(stencil.weights)) / gain * step
@@ -163,8 +163,8 @@ def certify(
     Notes
     -----
     A flat output z1 is taken as it is. For a curve of a state, a flat output is computed with which the state is near
-    the curve: it differs from it by `CertifiedReference.off`, which is of second order in the sampling time T, and zero
-    if a system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output.
+    the curve. Their distance is `CertifiedReference.off`; it is of second order in the sampling time T, and zero if a
+    system has as many inputs as states. States without a curve, such as a velocity, follow from the flat output.
     They are off the curve's derivatives by second order too, but by first order where those jump: if a motion begins at
     rest with an acceleration a, its velocity is a T/8 at that time, and not zero. The states and inputs of the
     reference obey the system exactly, and its certificate is about them.
@@ -274,7 +274,7 @@ def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float
 
 @contextmanager
 def _as_trajectory() -> Iterator[None]:
-    """Raise errors about the names of samples with "trajectory:" in front, because the names are those of curves."""
+    """Put "trajectory:" in place of "samples:" in front of a ValueError, because here the names are those of curves."""
     try:
         yield
     except ValueError as error:
@@ -301,5 +301,5 @@ def _span(
     first, last = min(firsts), max(lasts)
     if beyond == "period":
         return first, last
-    last = max(last, step)  # a motion that ends before t = 0 is at rest at all claimed times
+    last = max(last, step)  # the span is not empty, even if the motion ends before t = 0
     return max(0.0, first - _LEAD * (last - max(0.0, first))), last

@@ -84,7 +84,7 @@ def read_scales(written: Sequence[str], names: Collection[str]) -> dict[str, flo
 
 
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
-    """Return the exit code, and a function that writes the proof or the counterexample, or nothing without one."""
+    """Return the exit code, and a function that writes the proof or the counterexample to a path, if there is one."""
     match answer:
         case CertifiedReference() | CertifiedTable():
             return PROVED, answer.save_certificate
@@ -136,7 +136,9 @@ _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 @dataclass(frozen=True)
 class Columns:
-    """The columns of a file: `cells`, and by name the heading of each column and the unit that it has in brackets.
+    """The columns of a file: its `cells`, and in `headings` the heading and the unit of each column, by name.
+
+    The heading "x [mm]" has the name "x" and the unit "mm".
 
     `scales` are factors by the names of states and inputs, which convert their numbers to the units of the system.
     """
@@ -199,7 +201,10 @@ class Columns:
         return Table(states, inputs, int(whole[0]))
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
-        """Return samples of the flat outputs, by state, from the columns of the file. ValueError: there are none."""
+        """Return samples by the name of a column, the first one that shows each flat output: of a state, or z1, z2, ….
+
+        ValueError: no column shows a flat output.
+        """
         shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
         found = [name for names in shown if (name := next((name for name in names if name in self.headings), None))]
         times = self.times(plant.sampling_time)
@@ -227,4 +232,4 @@ def read_columns(path: Path, decimal: str = ".", names: Collection[str] = ()) ->
         if name in headings:
             raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")
         headings[name] = heading, unit.strip()
-    return Columns(replace(table.part(filled), advice=""), headings)  # advice is about layouts
+    return Columns(replace(table.part(filled), advice=""), headings)  # its advice is on layouts, of no use here

@@ -185,7 +185,7 @@ Limits = list[tuple[str, float, float]]
 
 
 def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tuple[Part, int, Limits], ...]:
-    """Return the parts of a table, each with the number of its rows and with its limits."""
+    """Return "states", "inputs" and "dynamics", each with its number of rows in the table and with its limits."""
     states, inputs = (
         [
             (f"the {limit.name} breaks {limit.bounds.exactly}", 0.0, limit.bounds.width)

@@ -203,7 +203,7 @@ def stretch_joints(
 
 
 def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
-    """Return the outcome that limits are not proved, with a `reason`; it is told of the first limited derivative."""
+    """Return Unproved with a `reason`; its quantity and bounds are those of the first limited derivative."""
     r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
     bounds = Interval(*joints.limits[r, j].tolist())
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
@@ -281,7 +281,7 @@ def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> I
 
 
 def _jump(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
-    """Return the jump of a derivative at a breakpoint; None if it is within the tolerance."""
+    """Return the jump of joint j's r-th derivative at breakpoint i; None if it is within the tolerance."""
     by, t = abs(subject.jump(j, r, i)), subject.breakpoints[i]
     if by <= Fraction(subject.jumps[r]):
         return None
@@ -290,7 +290,7 @@ def _jump(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
 
 
 def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
-    """Return the violation of a derivative's limits on a piece; None if there is none.
+    """Return the violation of the limits of joint j's r-th derivative on piece i; None if there is none.
 
     It is looked for at the ends of the piece, at extremes and where limits are reached. It begins at the first of these
     times after which the derivative is outside; if rounding hides this time, at the time of the largest excess.
@@ -300,7 +300,7 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
     h = float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
-    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # a piece at rest has no width
+    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # h = 0 at rest after the end
     times = np.sort([0.0, *_times_at(curve.derivative(), 0.0), *(s for end in limit for s in _times_at(curve, end)), h])
     by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times.tolist())
     if by <= 0:

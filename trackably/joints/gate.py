@@ -141,7 +141,7 @@ class Gate:
             )
         if start < last + _CLOSEST:
             start = min(start, last)
-        begun = ends if start > last else ends[:-1]  # a motion that ends now is continued from its last piece
+        begun = ends if start > last else ends[:-1]  # pieces have a width: begin at `last` only if `start` is later
         begins = begun[begun <= t][-1]
         start = max(start, begins + _CLOSEST)
         inner = ends[(begins < ends) & (ends < start - _CLOSEST)]
@@ -210,7 +210,10 @@ class Gate:
         return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
-        """Return the motion nearest to the chunk `given` from the end of `before`, with time for a stop; or None."""
+        """Return `before`, continued by the motion nearest to the chunk `given` and a pause; None if not found.
+
+        The pause, half as long as that motion or 0.1 s if longer, is the time in which it can stop.
+        """
         start, R = before.span[1], self._order
         state = before.state(start, R)
         ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])

@@ -89,9 +89,9 @@ class Joints:
         return np.array([name in self.continuous for name in self.names])
 
     def widened(self, part: float) -> Self:
-        """Return limits whose widths are larger by a `part` of them, for example 1e-9 for rounding errors.
+        """Return limits that are wider by the fraction `part`, for example by 1e-9 for rounding errors.
 
-        A negative part makes them narrower.
+        A negative fraction makes them narrower.
 
         ValueError: a limit becomes empty.
         """

@@ -168,7 +168,10 @@ class HeldSplines(Splines):
 def _solve(
     splines: HeldSplines, given: JointTrajectory, joints: Joints, held: Array, backoff: float, until: float
 ) -> Iterator[Array]:
-    """Yield the coefficients of each joint in turn; end at a joint without a solution, or if the time is over."""
+    """Yield the coefficients of each joint in turn, with limits tightened by `backoff`, relative to their widths.
+
+    End at a joint without a solution, or when the clock `perf_counter` passes `until` [s].
+    """
     times, E = subdivide(splines.knots, _LOOKS), splines.free
     free_of_limits = [(sparse.csr_array((1, E.shape[1])), np.ones(1))]
     part = 1 / np.sqrt(2.0 * len(times))

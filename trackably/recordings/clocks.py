@@ -16,7 +16,7 @@ from trackably.arguments import positive
 # Stamps since 1970 have more digits than a float64, and 64.1 mm becomes 0.0641 m only if the product is rounded once.
 
 EXACT = Context(prec=1100)
-"""Arithmetic with more digits than the difference or product of any two numbers that a file may hold."""
+"""Arithmetic with more digits than the difference or product of any two numbers that devices write."""
 
 NANOSECOND = Decimal("1e-9")
 POINT, COMMA = ".", ","
@@ -27,7 +27,7 @@ _BEGINS_AS_DATE = re.compile(r"\s*\d{1,4}([-/.:])\d\d?\1\d\d")  # a text that be
 _BY_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[.,]\d{3})+(?:[.,]\d*)?")
 # float() would accept "1_000", "infinity" and digits of any script; an exponent of five digits is no measurement.
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,4})?")
-_LONGEST = 1000  # most digits, and limit of the decimal exponent: float64 needs less, and `EXACT` keeps all
+_LONGEST = 1000  # most digits, and limit of the decimal exponent: more than float64 needs, less than `EXACT` keeps
 _READ = Context(prec=_LONGEST, Emin=1 - _LONGEST, Emax=_LONGEST - 1, traps=[Inexact, Overflow, Subnormal])
 
 
@@ -101,7 +101,7 @@ _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND = timedelta(microseconds=1)
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
 _DAY, _NO_DAY = date(2024, 5, 17), date(1900, 1, 1)  # strptime takes the second one for a date that a format leaves out
-# The time that is written, 13:07:09, comes last; before it, what formats without seconds, minutes or hours keep of it.
+# What formats keep of the time 13:07:09: nothing, the hour, hour and minute, or all.
 _TIMES = (time(), time(13), time(13, 7), time(13, 7, 9))
 _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 
@@ -153,11 +153,11 @@ class DateTimes:
 
     @cached_property
     def _day(self) -> date | None:
-        """The day that strptime reads from a text that strftime wrote in the format; None if the format is refused.
+        """The day that strptime reads after strftime wrote 2024-05-17 13:07:09 in the format; None if it is refused.
 
-        It is the written day, or 1900-01-01 if the format has only a time of day. A format is refused if it has only a
-        part of the date, if it has minutes without hours or seconds without minutes, or for %Z, because strptime
-        ignores the zone's name.
+        It is 2024-05-17, or 1900-01-01 if the format has only a time of day. A format is refused if it has only a part
+        of the date, if it has minutes without hours or seconds without minutes, or for %Z, because strptime ignores the
+        zone's name.
         """
         if self.format is None:
             return _DAY
@@ -275,7 +275,7 @@ def doubt(clock: Clock, first: Decimal) -> str | None:
     units = {name: other for name, other in CLOCKS.items() if isinstance(other, Ticks) and other.absolute}
     likely = [name for name, other in units.items() if _is_likely(other.seconds(count))]
     if not likely or (not clock.absolute and units[likely[0]].length > clock.length):
-        return None  # a count from another zero may well be so small
+        return None  # a count from the file's own zero may be like a date in a longer unit
     unit = likely[0]
     year = 1970 + int(units[unit].seconds(count) / _YEAR)
     if units[unit].length != clock.length:
@@ -306,9 +306,9 @@ _EPOCH = datetime(1970, 1, 1)
 
 
 def zero_of(origin: Origin, absolute: bool, first: Decimal) -> int:
-    """Return the origin [ns]: a number as it is given, or the stamp `first` [s] of the first sample, rounded down.
+    """Return the origin [ns]: a number as it is given; for "first", the first sample's stamp `first` [s], rounded down.
 
-    The latter is meant by "first", and by None if the stamps are `absolute`; otherwise None is the file's own zero.
+    None means "first" if the stamps are `absolute`, and otherwise 0, the file's own zero.
     """
     if origin is None:
         origin = "first" if absolute else 0

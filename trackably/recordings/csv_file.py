@@ -33,7 +33,7 @@ from trackably.recordings.tables import (
 
 _MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF32_LE: "utf-32",  # it begins with the mark of UTF-16
+    codecs.BOM_UTF32_LE: "utf-32",  # before UTF-16, whose mark is the start of this one
     codecs.BOM_UTF16_LE: "utf-16",
     codecs.BOM_UTF16_BE: "utf-16",
 }
@@ -170,14 +170,14 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
 
     If the layout names no separator, choose the one that gives all wanted names, or otherwise most of them, and among
     equals most names. Names may contain spaces: these separate only if this gives all wanted names, or if no other
-    separator occurs. A choice by which a name would itself be a separator, as with spaces around commas, comes last.
+    separator occurs. A separator that leaves another one as a name, as the space in "t , x" does, comes last.
     """
     names, firsts, refused = () if layout.columns else wanted or (), {}, []
     for separator in _separators(layout):
         try:
             firsts[separator] = [cell.strip() for cell in next(_records(path, text, layout, separator), (0, []))[1]]
         except InputError as error:
-            refused.append(error)  # for example, a quoted name is followed by another separator
+            refused.append(error)  # this separator does not fit: for example, another one follows a quoted name
     if not firsts:
         raise refused[0]
     if not any(firsts.values()):

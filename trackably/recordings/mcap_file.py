@@ -54,9 +54,9 @@ _DEPTH, _LISTED = 8, 60  # error messages search this many levels of a message, 
 def locate(node: object, path: str, around: Mapping[str, object] | None = None) -> tuple[object, str]:
     """Return the value at `path` in a decoded message, and the entries of lists on the way, as "[child_frame_id=base]".
 
-    The value is None if it, or a message around it, is unset or null. An entry without a name is written as "[2]".
-    `around` has the fields beside a list `node`. LookupError: there is no such field. ValueError: several entries of a
-    list have the name in the path.
+    The value is None if it, or a message around it, is unset or null. An entry without a name is written as "[2]". If
+    `node` is a list, `around` has the fields of the message that contains it. LookupError: there is no such field.
+    ValueError: several entries of a list have the name in the path.
     """
     if not path or node is None:
         return node, ""
@@ -100,7 +100,10 @@ def _is_list(node: object) -> TypeGuard[Sequence[object]]:
 
 
 def _name_of_entry(entries: Sequence[object], around: Mapping[str, object], i: int, field: str) -> str:
-    """Return the text in a field of a list entry, or entry i of the list `field` beside it; "" for none."""
+    """Return the name of list entry i, "" for none: a text in its own `field`.
+
+    If the message around the list also has a list `field`, of equal length, the name is entry i of that list.
+    """
     name: object = None
     match around.get(field):
         case [*names] if len(names) == len(entries):
@@ -320,7 +323,7 @@ class RecordTime:
         return RECORDED
 
     def of(self, message: Received, _content: object) -> tuple[object, str]:
-        """Return the time stamp of a message on the recorder's clock, and "" because no list contains it."""
+        """Return the time stamp of a message on the recorder's clock, and "", as no list entries lead to it."""
         return getattr(message.message, self.attribute), ""
 
 

@@ -86,7 +86,7 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     drop all others. The remaining rows are a longest non-decreasing subsequence, found by patience sorting from the
     end in O(n log n).
     """
-    smallest: list[Decimal] = []  # [k]: over all chains of k + 1 rows found so far, the latest first stamp, negated
+    smallest: list[Decimal] = []  # [k]: minus the latest first stamp of all chains of k + 1 ordered rows so far
     chains: list[Any] = []  # [k]: the row of the stamp smallest[k], and the further rows of its chain
     for row in reversed(range(len(stamps))):
         k = bisect_right(smallest, -stamps[row])
@@ -135,8 +135,8 @@ def far_apart(rows: Rows) -> tuple[Finding, ...]:
 def _usual(rows: Rows, name: str) -> float:
     """Return the largest plausible difference of values at one time; infinite if there are too few neighbours to tell.
 
-    The difference of neighbours in time is that of their smallest or of their largest values, whichever is less. So two
-    sensors with values at each time do not count as different neighbours.
+    It is a multiple of the usual difference between neighbouring times: that of their smallest values or that of their
+    largest ones, whichever is less. So the distance of two sensors with values at each time does not count.
     """
     of_times = [rows.values[name][together] for _, together in sorted(rows.groups(name).items())]
     apart = np.abs(np.diff([(np.min(values), np.max(values)) for values in of_times], axis=0))
@@ -233,8 +233,8 @@ def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]
 def _merge(rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str) -> Repaired:
     """Merge several values of a signal at one time into the first of their rows; other signals are kept in their rows.
 
-    `merged` receives the values, and a function that combines them: the sum, or for standard deviations the root of the
-    sum of squares.
+    `merged` returns one number for several values, or for their standard deviations. It receives these, and a function
+    that combines them: the sum for values, the root of the sum of squares for standard deviations.
     """
     values = {name: column.copy() for name, column in rows.values.items()}
     noise_std = {name: column.copy() for name, column in rows.noise_std.items()}

@@ -77,12 +77,12 @@ def learn_stream(
 ) -> StreamReference:
     """Learn one reference from a stream that is much longer than the memory of its kernel, and prove it.
 
-    The samples are learned from window by window. Each window adds kernels to the sum learned so far, for the
-    information that its samples add to all earlier ones: without bounds, the result is the posterior mean given all
-    samples. In each window the bounds are kept until the function is at rest at the prior mean. So the next window
-    always has a solution, which is to add nothing. Computing time grows with the number of windows. The result is not
-    quite the best function for all samples at once: bounds of later windows change it in earlier windows only within
-    the kernel's memory.
+    The samples are learned from window by window. Each window adds kernels to the sum learned so far, which correct it
+    for the window's samples: without bounds, the result is the posterior mean given all samples, but for those older
+    than the kernel's memory. In each window the bounds are kept until the function is at rest at the prior mean. So the
+    next window always has a solution, which is to add nothing. Computing time grows with the number of windows. The
+    result is not quite the best function for all samples at once: bounds of later windows change it in earlier windows
+    only within the kernel's memory.
 
     Parameters
     ----------
@@ -177,8 +177,8 @@ def _window_length(window: object, given: Mapping[str, Samples]) -> float:
 def _busiest(measured: Measurements, length: float) -> Measurements:
     """Return the samples of the window with most motion, because other windows may show a machine at rest.
 
-    Windows overlap by half. Motion is the sum of |y − median|, relative to the same sum over all samples of the name.
-    ValueError: no window has samples of each name.
+    Windows overlap by half. Motion is Σ |y − median of y| over the window, divided by the same over the whole
+    recording, and added up over all names. ValueError: no window has samples of each name.
     """
     given = measured.given
     start, end = recorded_span(given.values())
@@ -204,10 +204,10 @@ def _motion(samples: Samples) -> float:
 
 
 def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
-    """Return the prior with the hyperparameters that minimise J, all of them known from then on.
+    """Return the prior with the hyperparameters that minimise J, as known ones.
 
-    J is the negative log marginal likelihood l plus the price of the bounds. NotTrackableError: no function keeps the
-    bounds.
+    J is −2 ln of the marginal likelihood, plus what the bounds cost in this unit. NotTrackableError: no function keeps
+    the bounds.
     """
     if not first.prior.learned:
         return first.prior.as_known()

@@ -34,7 +34,8 @@ class SavedStream(Saved):
 
     The claim is the window from `proved_from` to `proved_until` [s], or all times if these are None.
 
-    ValueError: parts do not fit together.
+    ValueError: there is not one prior, one learned signal and one set of samples for each flat output, a
+    hyperparameter is not known, the length is not positive, or the claim has only one end or ends that do not increase.
     """
 
     learned: Reference

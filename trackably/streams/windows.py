@@ -30,7 +30,8 @@ from trackably.work import done
 def part_of(samples: Samples, start: float, end: float) -> Samples | None:
     """Return the samples with start ≤ time < end [s]; None if there are none.
 
-    The statistics of samples that they stand for (`scatters`) describe the whole recording, and are left out.
+    If the samples replace more recorded ones, the statistics of these (`scatters`) are left out, because they describe
+    the whole recording.
     """
     at = np.flatnonzero((start <= samples.times) & (samples.times < end))
     if not len(at):
@@ -156,8 +157,8 @@ def _problem(
     times = Window(max(min(earliest, now), now - 2 * memory), until)
     constraints = constraints_at(times, stream.plant, backoff)
     space = SearchSpace.around(given, stream.prior, starts=1)
-    # Required values that the window can still change, and those that it has to prepare for. Times before the first
-    # sample belong to the first window, and times after the last sample to the last one.
+    # Required values at the `times` at which bounds are imposed. Those before the first sample count as if
+    # they were at its time, and those after the last sample likewise.
     first, last = recorded_span(stream.samples)
     within = (at for at in stream.pinned if times.start <= min(max(at.time, first), last) <= times.end)
     required = tuple(value for at in within for value in at.required_values(stream.plant))
