@@ -374,7 +374,7 @@ class JointSearch:
                 given_up += 1
                 if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):
                     break
-                there = None  # a shorter step may lead to a function
+                there = None  # reject this step: a shorter one may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
             elif point.is_solution:
