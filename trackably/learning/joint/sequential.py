@@ -223,9 +223,10 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
 
 
 def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
-    """Return by how much the bounds of `problem` are tighter than those of `given`, at most over all constraints.
+    """Return by how much the bounds of `problem` are tighter than those of `given`: the most of all constraints.
 
-    The result is a part of a bound's width, and includes the differences of back-offs.
+    The result is a part of a bound's width, and includes the differences of back-offs. Of bounds that move in time,
+    only the back-offs are compared.
     """
     pairs = zip(timed(problem.constraints), timed(given.constraints), strict=True)
     return max((_inward(ours, theirs) for ours, theirs in pairs), default=0.0)
