@@ -154,10 +154,10 @@ class Constraint(Bounded):
         return self.index_set.suspect_centres(self._turns(posterior))
 
     def _turns(self, posterior: Signalled) -> Array:
-        """Return the times [s] at which q(t) = Σ_j w_j g(t + j T_s) may have kinks.
+        """Return the times [s] at which q(t) = Σ_j w_j g(t + j T_s) may have kinks, and all centres of the signals.
 
-        A kink of the signal g, which lies at one of its centres, appears in q once for each j. The centres of smooth
-        signals are included without shifts, because these signals change little within T_s.
+        If the signal g has a kink at its centre c, q has kinks at c − j T_s for each j. The centres of smooth signals
+        are not shifted, because these signals change little within T_s.
         """
         found = [signal.centres for signal in posterior.signals]
         for _, functional in self.quantity.trajectory.arguments:
@@ -184,8 +184,8 @@ class Constraint(Bounded):
 def of_arguments(trajectory: Trajectory, found: Array) -> Array:
     """Return the values of a quantity q and below its p derivatives ∂/∂ln θ_j at n times: shape (1 + p, n).
 
-    q is a function, the `trajectory`, of k functionals. `found`, shape (1 + p, k n), has the values of the functionals
-    and below their derivatives, functional by functional.
+    The `trajectory` is q as a function of k functionals, its arguments. `found`, shape (1 + p, k n), has the values of
+    the functionals at these times and below their derivatives ∂/∂ln θ_j, functional by functional.
     """
     if trajectory.functional is not None:
         return found

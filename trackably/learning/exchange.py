@@ -251,7 +251,7 @@ class Exchange:
             return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
 
         for path in paths:
-            # A search that starts at a minimum may find it more precisely.
+            # A search ends near a known minimum, except near its own start: it may find that minimum more precisely.
             minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
             # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.

@@ -140,7 +140,7 @@ class RealTimes(IndexSet):
 
 
 def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
-    """Return the local minima of each margin, searched separately in each cell between breakpoints of bounds."""
+    """Return the local minima of each margin, searched separately between times at which bounds may jump or bend."""
     inner = margins.breakpoints_in(start, end).tolist()
     cells = [_refined_minima(margins, a, b, kernels) for a, b in pairwise([start, *inner, end])]
     if len(cells) == 1:
@@ -167,7 +167,7 @@ def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequenc
 
 
 def lowest_of_parabolas(at: Array, centre: Array, reach: Array | float, beside: Array) -> TimesAndMargins:
-    """Fit parabolas to values (3, n) at centre − reach, centre and centre + reach.
+    """Fit n parabolas to the values `beside` (3, n) at centre − reach, centre and centre + reach.
 
     Return the times and values of the parabolas' minima. Each time is at most `reach` away from its centre. Where a
     parabola has no minimum, the time is `at`.

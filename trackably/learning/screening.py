@@ -105,7 +105,10 @@ def _few(samples: Samples) -> Samples:
 
 
 def _amplitudes(problem: ConstrainedProblem, prior: Prior, samples: Samples, places: list[int]) -> Array:
-    """Return amplitudes θ₁ to try, around that of the samples and inside the search space; if θ₁ is known, only θ₁."""
+    """Return amplitudes θ₁ to try, around that of the samples and inside the search space; if θ₁ is known, only θ₁.
+
+    `places` are the indices of the prior's learned hyperparameters in ln θ.
+    """
     if "signal_std" not in prior.learned:
         return np.array([prior.hyperparameters["signal_std"]])
     scale = amplitude(samples, prior)

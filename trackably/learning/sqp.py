@@ -75,7 +75,7 @@ class QuadraticProgram(NamedTuple):
         normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
         d = (normals.dot(u) - self.shift).dot(self.inverse)
         multipliers[rows] = u[: len(rows)]
-        if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: one step can satisfy all constraints
+        if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: d violates constraints only by rounding
             d = self._correct(d, slack, rows, normals, u > 0)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
 
@@ -101,7 +101,7 @@ class QuadraticProgram(NamedTuple):
     def _correct(self, d: Array, slack: Array, rows: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
         """Return the step d, corrected if rounding errors in flat directions make it violate a constraint.
 
-        A larger penalty would not correct such an error. `held` flags the columns of `normals` that are active.
+        A larger penalty would not correct such an error. `held` flags the active columns of N = `normals`.
         """
         room, m = self._room(slack, d), len(slack)
         room = np.concatenate([room[rows], [0.0], room[m:]])

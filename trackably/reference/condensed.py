@@ -49,7 +49,7 @@ def condensed_bin(times: Array, values: Array, relative_noise: Array) -> tuple[A
     x, root = (times - middle) / half, 1 / relative_noise
     q, _ = np.linalg.qr(root[:, None] * np.polynomial.legendre.legvander(x, NODES - 1))
     nodes, directions = np.linalg.eigh(q.T @ (x[:, None] * q))
-    at_nodes = q @ directions  # the orthonormal columns √w L_a/√λ_a
+    at_nodes = q @ directions  # the columns √w L_a/√λ_a, orthonormal, one for each node
     root_of_mass = root @ at_nodes
     along = (root * values) @ at_nodes
     left = root * values - at_nodes @ along
@@ -120,7 +120,7 @@ class Condensation:
 
 _LEAST_GAIN = 4  # the search begins with one centre for this many samples
 _LOST = 0.01  # fewer centres may increase the mean square residual of polynomials by this part, in addition to chance
-_DEVIATIONS = 3.0  # an increase by fewer standard deviations, √(2/n) of the mean square of n numbers each, is chance
+_DEVIATIONS = 3.0  # an increase of the mean square by fewer of its standard deviations than this counts as chance
 
 
 def condense(samples: Samples, centres: int) -> Samples:
@@ -173,7 +173,11 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
 
 
 def _allowance(samples: Samples, finest: int, noise_std: float | None) -> float:
-    """Return the largest mean square residual of polynomials that is allowed for fewer centres than `finest`."""
+    """Return the largest mean square residual of polynomials that is allowed for fewer centres than f = `finest`.
+
+    The mean squares of n − f normal numbers and of n numbers that include these differ by chance, with the relative
+    standard deviation √(2/n · f/(n − f)).
+    """
     least = condense(samples, finest).scatter.mean_square
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))
     return float(least + (_LOST + chance) * max(least, (noise_std or 0.0) ** 2))

@@ -59,14 +59,14 @@ _PLACES = 50  # most local minima of margins at which bounds are imposed: those 
 
 
 class Draws(NamedTuple):
-    """Draws of the `states`, shape (count, *k.shape, n), and of the `inputs`, shape (count, *k.shape, m)."""
+    """Draws at steps k: of the `states`, shape (count, *k.shape, n), and of the `inputs`, (count, *k.shape, m)."""
 
     states: Array
     inputs: Array
 
 
 class Band(NamedTuple):
-    """Intervals from `lower` to `upper`, one for each coordinate at each step: both (*k.shape, n) or (*k.shape, m)."""
+    """Intervals from `lower` to `upper` at steps k, for each state or input: shape (*k.shape, n) or (*k.shape, m)."""
 
     lower: Array
     upper: Array

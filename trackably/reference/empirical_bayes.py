@@ -75,8 +75,8 @@ class EmpiricalPrior:
     def best(self, learn: Callable[[JointPrior], T]) -> T:
         """Return the result of `learn` for `prior`, or for `with_noise` if J is smaller there.
 
-        `with_noise`, in which σ_n is learned again, is tried only if no function is found for `prior`, because
-        minimising J over σ_n too would always lower it.
+        Minimising J over σ_n too would always lower it. So `with_noise`, in which σ_n is learned again, is tried only
+        if `prior` leads to no solution, or to one of hyperparameters alone whose J is well above l without bounds.
         """
         found = learn(self.prior)
         first = _solution_of(found)

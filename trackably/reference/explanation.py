@@ -16,7 +16,7 @@ from trackably.reference.fit import Fit, Misfit
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3  # most contacts (bounds that are active for some time) that a sentence names, by decreasing price
-_SHOWN = 4  # most given values that are named if some are left out
+_SHOWN = 4  # number of times with given values that are named if others are left out
 _OF_NOISE = 0.5  # a question is asked if σ_n learned with bounds differs from σ_n without by more than this part
 
 # A sample is far off if its residual exceeds _TIMES_TYPICAL times the usual residual and _TIMES_NOISE times the noise.

@@ -207,8 +207,9 @@ def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
 class Least:
     """The least d ≥ 0 for which states and inputs exist with each row in [lower − d elastic, upper + d elastic].
 
-    `at_lower` and `at_upper` are multipliers λ ≥ 0 of these bounds of the rows, in the rows' units. `missing` is d up
-    to the solver's tolerance; the checker proves how much of it is certain.
+    `elastic` (r,) is the width by which d = 1 relaxes each row. `at_lower` and `at_upper` (r,) are multipliers λ ≥ 0 of
+    these bounds, in the rows' units. `missing` is d up to the solver's tolerance; the checker proves how much of it is
+    certain.
     """
 
     steps: Steps
@@ -325,7 +326,10 @@ def _accept(found: Impossible) -> Impossible | None:
 
 
 def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of the file of a contradiction, which is about `count` steps from the step `first` on."""
+    """Return the content of a contradiction's file: the plant and the given values at `count` steps from `first` on.
+
+    `missing` is the distance from what is possible, and `proof` what shows it: multipliers or boxes.
+    """
     return {
         "format": FORMAT,
         "version": VERSION,

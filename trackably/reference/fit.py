@@ -79,7 +79,7 @@ class Misfit:
 
     Both have shape (n,). `noise_std` is σ_n of the reference, and `noise_unconstrained` that of the fit without bounds;
     `is_learned` tells whether the latter was learned from the samples. If the samples are centres that represent more
-    samples, sizes are those of all represented samples, each weighted by its relative noise.
+    samples, root mean squares are over all represented samples, weighted by the inverse of their relative variances.
     """
 
     name: str
@@ -217,7 +217,7 @@ class Fit:
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
 
         def mark(name: str, value: float) -> float:
-            """Mark a hyperparameter that was learned without bounds as learned, even if it was known afterwards."""
+            """Return the value, marked as learned if it was learned without bounds, even if it was known afterwards."""
             return Learned(value) if name in sought and not isinstance(value, Learned) else value
 
         return cls(

@@ -30,7 +30,7 @@ _TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
-_TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # of an angle, and the remedy
+_TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"}  # a whole turn: how to unwrap it
 # A jump between two samples counts as a whole turn if it differs from a turn by at most _OF_TURN of a turn plus the
 # largest other change between two samples, and if this largest other change is at most _LARGEST_MOVE of a turn.
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
@@ -44,7 +44,7 @@ _DEEPEST = 6  # levels of nesting to which a formula is written out in a message
 _SEEN = 1e-3  # part of a width: samples in the right unit are expected to differ by more than this
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
 _LAST = 0.1  # this last part of the samples shows whether they still move at their end
-_FEWEST_LAST = 4  # at least this number of last samples shows whether samples still move; twice as many are needed
+_FEWEST_LAST = 4  # at least this number of last samples, and at most half of all, shows whether samples still move
 _MOVED = 20.0  # last samples still move if a line through them rises by over this many times their distance from it
 _ROUNDING = 1e-9  # part of a rate by which rounding may change it
 
@@ -81,8 +81,8 @@ def doubts(
 ) -> Iterator[str]:
     """Yield a sentence for each property of the input that is probably a mistake.
 
-    `samples`, the known `noise_std` and the first `mean` are given by sampled name. The means of the names in `learned`
-    will be learned.
+    `samples`, the known `noise_std` and the prior `mean` are given by sampled name. Means of the names in `learned` are
+    not examined, because they are still to be learned.
     """
     yield from _of_system(plant)
     yield from _of_window(claim, *recorded_span(samples.values()))

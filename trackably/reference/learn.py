@@ -100,7 +100,7 @@ def learn_reference(
     claim
         What is proved. "all_times": every time t ≥ 0, with kernels that decay; the reference comes to rest at the prior
         mean. "all_phases": every time, with periodic kernels of one period. (start, end): the times between, in
-        seconds. "recorded": the window from the first sample to the last, or from the step before to the step after.
+        seconds. "recorded": the window from the first sample to the last, with ends moved outwards to whole time steps.
     noise_std
         σ_n, the standard deviation of the samples' noise; the `relative_noise` of samples multiplies it. A number is
         taken as known. With a pair, σ_n is learned in this interval together with the function, and grows if bounds
@@ -313,7 +313,7 @@ class _Search:
     def stages(
         self, first: EmpiricalPrior, learner: Learner, near: TrackableReference | None, has_budget: bool
     ) -> Iterator[Callable[[], Found]]:
-        """Yield functions that each learn a reference: one from `near`, two quick ones if there is a budget, the best.
+        """Yield functions that each learn a reference: from `near`, quickly if there is a budget, by the whole search.
 
         ValueError: `near` has other names or kernels than this search.
         """
@@ -324,7 +324,9 @@ class _Search:
         yield partial(self.learn, first, _informed(learner, first, near))
 
     def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
-        """Return the best proved reference for a prior, with the effect of condensing and shortened search intervals.
+        """Return the best proved reference for a prior, the effect of condensing, and names of length scales.
+
+        The search intervals of these length scales were shortened.
 
         NotTrackableError: no reference was found, or none that is proved.
         """

@@ -306,7 +306,7 @@ def check_rest(
 
 
 def _remaining_text(quantity: Quantity, tightening: Tightening) -> str:
-    """Return the given bounds as text, if disturbances, noise or a margin have tightened them."""
+    """Return the end of a message: the bounds before they were tightened; empty if they were not."""
     given = {whole.name: whole.bounds for whole in tightening.given.quantities}.get(quantity.name, quantity.bounds)
     return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
 
@@ -323,7 +323,10 @@ def _instead(quantity: Quantity, level: float, prior: JointPrior, or_else: str) 
 
 
 def _place_text(quantity: Quantity, level: float, why: str, or_else: str) -> str:
-    """Describe where a quantity lies at rest: on one of its bounds, or outside them."""
+    """Return where a quantity with this `level` lies at rest: on one of its bounds, or outside them.
+
+    On a bound, the text says what to do (`or_else`); outside, it says `why` the level is not allowed.
+    """
     bounds = quantity.bounds.rest
     at = f"the {quantity.name} is {bounds.shown(level)}"
     if level in {bounds.lower, bounds.upper}:

@@ -199,9 +199,9 @@ class Sides:
 
     @classmethod
     def near(cls, of: SignalClass, times: Array, known: Points) -> Self:
-        """Return the bounds at times (T,) [s] from pairs of nearby measurements.
+        """Return the bounds at times (T,) [s] from pairs of nearby measurements; none may lie between these times.
 
-        No measurement may lie between these times.
+        `known` has the times, values, noise bounds and indices of samples and derived points.
         """
         middle, n = float(np.mean(times)), len(of.samples.times)
         some = _around(known[0], middle)
@@ -442,7 +442,7 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     return float_above(Fraction(proved.error) + max(sides))
 
 
-# Linear programs over signals whose highest bounded derivative is piecewise constant. Each feasible signal is possible.
+# Linear programs over the signals of a class whose highest bounded derivative is piecewise constant.
 
 
 @dataclass(frozen=True, eq=False)
@@ -636,7 +636,7 @@ class Accuracy:
     `error` is the proved bound ε of the reference. `plant` is that of the disturbed plant at sampling instants, None if
     the plant is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of
     two signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program
-    finds for a reference that the plant can follow at sampling instants, with the same U and D.
+    finds for a reference that the plant can follow at sampling instants, with the same sides of the true signal.
     """
 
     error: float

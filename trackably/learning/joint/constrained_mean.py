@@ -2,9 +2,11 @@
 
     g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
-a convex program. Its minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. A row L_a is a linear
-functional of the signals that has to be at least (or, for given values, equal to) a limit. Formulas are linearised at
-the function at which sequential convex programs end.
+a convex program for samples y with noise covariance Σ, where S g are the values of g at the samples. H is the Hilbert
+space of the prior's kernel, m⁺, κ⁺ and H⁺ are the posterior's mean, kernel and Hilbert space, and λ are multipliers.
+The minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. A row L_a is a linear functional of the
+signals that has to be at least (or, for given values, equal to) a limit. Formulas are linearised at the function at
+which sequential convex programs end.
 
 A working set holds the rows whose bounds are active for some θ of a search. A search imposes bounds at hundreds of
 times, and few bounds are active at once. The covariance of the rows in the working set is much smaller than that of all
@@ -31,7 +33,7 @@ from trackably.work import done
 
 _CORRECTIONS = 5  # most corrections of the multipliers of one function
 _MET = 1e-10  # relative to a width: corrections end when residuals are smaller; back-offs (tightenings) are larger
-# Parts of the rows' variances; they are added to the diagonal of K⁺ in turn, until a Cholesky factor exists.
+# Parts of the rows' variances, added to the diagonal of their covariance K⁺: tried in turn until a factor exists.
 _JITTERS = 1e-12, 1e-10, 1e-8
 _NEGLIGIBLE = 1e-6  # relative to the largest effect of an active bound: smaller effects are not listed
 # Part of a width: rows whose values are further from their limit are left out of the linearised program.
@@ -63,7 +65,7 @@ class ConstrainedMean:
         """The function as sums of kernels, corrected until the active bounds are met to 1e-10 of their width.
 
         There are at most 5 corrections. Two approximations make a correction necessary: sums of kernels represent rows
-        up to a small residual, and the diagonal of K⁺ was raised a little.
+        up to a small residual, and the multipliers are those of a covariance K⁺ whose diagonal is a little larger.
         """
         active = np.flatnonzero(self.multipliers)
         multipliers, least = self.multipliers.copy(), np.inf
@@ -98,12 +100,12 @@ class ConstrainedMean:
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
-        """The bounds whose multiplier λ_a is not zero, with the cost of each: D = Σ_a λ_a (b_a − L_a m⁺)."""
+        """The bounds with λ_a ≠ 0, each with its cost λ_a (b_a − L_a m⁺) for the limit b_a of its row; the sum is D."""
         return tuple(self._active_bound(a) for a in np.flatnonzero(self.multipliers))
 
     @property
     def most_influential(self) -> tuple[ActiveBound, ...]:
-        """The active bounds in decreasing order of |λ_a| √K⁺_aa, the size of their effect.
+        """The active bounds in decreasing order of their effect: |λ_a| times the posterior deviation of the row L_a.
 
         Bounds with a negligible effect are left out.
         """

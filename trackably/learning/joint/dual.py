@@ -15,8 +15,8 @@ import scipy
 from trackably.arrays import Array, Flags
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
-_PATIENCE = 3  # block exchanges allowed without a decrease of the number of wrong variables
-_ROUNDING = 2 * float(np.finfo(float).eps)  # times Σ|x| + |b|: a slope is negative only if it is below minus this
+_PATIENCE = 3  # block exchanges allowed without a decrease of the number of variables with x < 0 or y < 0
+_ROUNDING = 2 * float(np.finfo(float).eps)  # times Σ|x| + |b|: y = G x − b is negative only if it is below minus this
 
 
 def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Array:

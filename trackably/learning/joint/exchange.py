@@ -28,7 +28,7 @@ _SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as
 _JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
-_FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by a factor of 2 _FAR
+_FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
 
@@ -61,8 +61,8 @@ def exchange_bounds(
 
     Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
     violates bounds. Nonlinear formulas are linearised first at the signals `near`. The exchange ends when
-    - no bound is violated by more than `tolerance` (a part of its width), or by more than a later, larger back-off
-      removes,
+    - no bound is violated by more than `tolerance` (a part of its width), or all violations are so small that a later,
+      larger back-off removes them,
     - the bounds contradict each other,
     - the price exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises the price,
@@ -77,7 +77,7 @@ def exchange_bounds(
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
-    if not is_convex:  # times of bounds found for other hyperparameters may be too far apart
+    if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     for _ in range(rounds):
         bent = constrained_mean(problem, posterior, places, near, kept)
@@ -139,12 +139,12 @@ def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> f
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:
     """Return `places` (times and sides), moved by up to half a step to whole steps from the first sample.
 
-    This is done for functions with kinks only. A sample acts at one time. An active bound of g(t + T_s) − g(t) passes
-    the effect of the sample on from step to step. At places whole steps away from the sample, multipliers are as large
-    as the effect, and the weights that they give to one time cancel. At other places, many multipliers share the
-    effect, and their weights cancel only after evaluation, with rounding errors that can be a thousand times larger. A
-    place is not moved to within `same` [s] of a known place. Functions with analytic kernels are smooth and touch a
-    bound at single times, so their places are not moved.
+    This is done for functions with kinks only: functions with analytic kernels touch a bound at single times.
+
+    An active bound of g(t + T_s) − g(t) adds kernels at t and at t + T_s, with weights of opposite sign. Neighbouring
+    bounds at whole steps have such times in common, and their weights there cancel in the sum. At other times, kernels
+    with large weights and different centres cancel only after evaluation, with rounding errors that can be a thousand
+    times larger. A place is not moved to within `same` [s] of a known place, nor out of its index set.
     """
     if is_smooth(problem):
         return places

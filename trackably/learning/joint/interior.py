@@ -1,8 +1,9 @@
 """The dual program of many bounds, by an interior point method: each step is a regression with noise on the bounds.
 
 The λ ≥ 0 that maximise 2 λᵀ d − λᵀ K λ have slacks s = K λ − d ≥ 0 with λ_a s_a = 0 for each a. Newton's method for
-λ_a s_a = μ, with μ → 0, solves (K + D) Δλ = r with D = diag(s/λ), and both systems of a step have the same matrix. (S.
-Mehrotra: On the implementation of a primal-dual interior point method, SIAM Journal on Optimization 2, 1992.)
+λ_a s_a = μ, with μ → 0, solves (K + D) Δλ = r with D = diag(s/λ). Each step solves for two r, those of a predictor and
+of a corrector, with the same matrix. (S. Mehrotra: On the implementation of a primal-dual interior point method, SIAM
+Journal on Optimization 2, 1992.)
 """
 
 from collections.abc import Callable
@@ -57,8 +58,8 @@ def _newton_step(
 ) -> tuple[Array, Array, Array]:
     """Return the changes of λ, s and K λ after which, to first order, λ_a s_a are `products` and K λ − d − s is zero.
 
-    λ are the `multipliers` and s the `slacks`. Before the step, K λ − d − s is `missed`. `solve` solves equations with
-    K + diag(s/λ), for rows that are not divided by their `scale`.
+    λ are the `multipliers` and s the `slacks`. Before the step, K λ − d − s is `missed`. K is the covariance of rows
+    divided by their `scale` (r,). `solve` takes the undivided rows: its matrix is C (K + diag(s/λ)) C, C = diag(scale).
     """
     wanted = products / multipliers - slacks
     right = wanted - missed

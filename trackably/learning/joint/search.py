@@ -62,7 +62,7 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
 # large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 _ALMOST = 3e-3
 _ROUGH = 1e-6  # part of a width: after a larger violation no fine descent follows, as too many times would be needed
-_MOST_GIVEN_UP = 3  # most steps of a descent that lead to no function; each is followed by a shorter step
+_MOST_GIVEN_UP = 3  # for linear plants: most steps of a descent that lead to no function; a shorter step follows each
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
@@ -374,7 +374,7 @@ class JointSearch:
                 given_up += 1
                 if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):
                     break
-                there = None  # a shorter step may lead to a function
+                there = None  # reject this step: a shorter one may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
                 path = _Descent(there, path.met(there), found.curvature, 2 * path.reach)
             elif point.is_solution:
@@ -524,9 +524,10 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose samples or times differ slightly from those of `solution`, starting at its minimiser.
 
-    If no function is found: if `solution` has learned hyperparameters alone, they alone are learned again; otherwise
-    the problem is solved from all starts. J may be larger than that of hyperparameters alone: compare it with `alone`,
-    which is taken from `solution`.
+    If `solution` is rough or violates its bounds, use `continued`, because a search would take long. If no function is
+    found: if `solution` has learned hyperparameters alone, they alone are learned again; otherwise the problem is
+    solved from all starts. J may be larger than that of hyperparameters alone: compare it with `alone`, which is taken
+    from `solution`.
     """
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)

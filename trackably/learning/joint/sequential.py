@@ -1,7 +1,8 @@
 """The function if bounded quantities are nonlinear formulas: sequential convex programs, from several starts.
 
-At given times all formulas depend on the values v of the signals at finitely many instants. With v = L m⁺ + W ξ and L
-κ⁺ Lᵀ = W Wᵀ, the function with these values that is nearest to the posterior mean costs |ξ|², so that it solves
+At given times all formulas depend on the values v = L g of the signals g at finitely many instants. m⁺ and κ⁺ are the
+posterior mean and covariance. With v = L m⁺ + W ξ and L κ⁺ Lᵀ = W Wᵀ, the function with these values that is nearest to
+the posterior mean costs |ξ|². Under the bounds q_a ≥ b_a on formulas q_a, it solves
 
     min |ξ|²  subject to  q_a(L m⁺ + W ξ) ≥ b_a,
 
@@ -62,8 +63,8 @@ class FormulaProgram:
     """min |ξ|² over ξ (k,) under `bounds` on formulas of the signals' values v = L m⁺ + W ξ at finitely many times.
 
     `times` has the times [s] for each process, P in all. `mean` is L m⁺ (P,), the posterior means at these instants,
-    and `root` is W (P, k). `arguments` (1 + k, N) has the N arguments of all formulas for the posterior means, and then
-    their derivatives by ξ.
+    and `root` is W (P, k) with W Wᵀ their covariance. `arguments` (1 + k, N) has the N arguments of all formulas for
+    the posterior means, and then their derivatives by ξ.
     """
 
     bounds: list[PlacedBounds]
@@ -222,9 +223,10 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
 
 
 def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
-    """Return by how much the bounds of `problem` are tighter than those of `given`, at most over all constraints.
+    """Return by how much the bounds of `problem` are tighter than those of `given`: the most of all constraints.
 
-    The result is a part of a bound's width, and includes the differences of back-offs.
+    The result is a part of a bound's width, and includes the differences of back-offs. Of bounds that move in time,
+    only the back-offs are compared.
     """
     pairs = zip(timed(problem.constraints), timed(given.constraints), strict=True)
     return max((_inward(ours, theirs) for ours, theirs in pairs), default=0.0)
