@@ -9,8 +9,8 @@ certificates. A value bounds a state or an input at one step k < N, the time t_0
 
 Theorem. If `check` answers Contradicted, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
 rows of both sets at all these steps, and all values. There are none either if the interval of the last value is wider
-by d on both sides, or, without values, if each bound is further out by d times the width of its row. If a bound moves
-in time, its ends at t_0 + k T count; at a breakpoint, the wider ones of those before and after it. For nonlinear
+by d on both sides, or, without values, if both ends of each row are further out by d times their distance. If a bound
+moves in time, its ends at t_0 + k T count; at a breakpoint, the wider ones of those before and after it. For nonlinear
 systems, no such states and inputs with x_(k+1) = f(x_k, u_k) exist. Moreover, at the step that the proof names, the
 largest lower end that is required of the named state or input exceeds the smallest upper end by at least d.
 
