@@ -61,10 +61,10 @@ class WholeSum:
 def whole_sums(
     sums: Sequence[Parts], start: Fraction, end: Fraction, number: Fraction = Fraction(0)
 ) -> tuple[Cells[int], list[WholeSum], int]:
-    """Return the cells between breakpoints of the sums from start to end [s], the sums, and their unit.
+    """Return the cells between breakpoints of the sums from start to end [s], the sums in integers, and their unit.
 
-    In a cell, all sums are polynomials. Times of cells are counted in a power of two of seconds, as integers. The sums
-    are multiplied by the unit, an integer that makes all their numbers, and `number`, integers.
+    In a cell, all sums are polynomials. All times are integers, multiples of the same 2⁻ᵉ s. The values of the sums are
+    multiplied by the unit, an integer with which all their numbers, and `number`, become integers.
     """
     terms = [term for _, of in sums for term in of]
     signals = {id(z): z for z, _, _ in terms}

@@ -152,7 +152,7 @@ class ManyCentres:
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
-        before = np.concatenate([[0], np.cumsum(stop - first)])  # before[b] pairs (box, centre) belong to boxes before b
+        before = np.concatenate([[0], np.cumsum(stop - first)])  # before[b] pairs (box, centre) are of boxes before b
         ends = np.zeros((2, n + 1, len(first)))
         for begin in range(0, int(before[-1]), _PAIRS):
             pairs = np.arange(begin, min(begin + _PAIRS, int(before[-1])))
