@@ -19,17 +19,18 @@ rounded to float64, and for all_phases also if a time t or k T is first moved by
 Proof. Every step is verified here, step 0 in rational arithmetic, the others in interval arithmetic (mpmath iv). Step
 2, and R and D of step 3, are first computed in arrays of float64 intervals (the first pass, `floats`); what these leave
 undecided is decided in mpmath.
-  0. x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j, with zeros beyond the ends (`trajectories`).
+  0. x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j ≥ 0, where M_s(−1) and all vectors after the last
+     ones are zero (`trajectories`).
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`boxes`).
   2. In each box, each bounded quantity, a weighted sum of shifted signals (`quantities`), is enclosed by a polynomial
      and a bound of the polynomial's error (`kernels` has the estimate). The polynomial stays further inside the limits
      of the quantity than this error and the errors of step 5 together. This is decided by Bernstein coefficients, whose
-     convex hull contains the polynomial, for the whole box or for each of its parts.
+     convex hull contains the polynomial, for the whole box or for each of its subintervals.
   3. Let e = z − m, and let t₀ be `tail_start`, or the first instant after those checked one by one (`boxes`). Let
      K_i and D_i bound |κ(r)| and |κ̇(r)| at all distances r = t − t_i with t ≥ t₀. Then, for all t ≥ t₀, |e(t)| ≤ R =
      Σ |c_i| K_i and |ė(t)| ≤ D = Σ |c_i| D_i. So |Σ_j w_j e(t + j T)| is at most Σ_j |w_j| R. As the sum equals Σ_j
      w_j e(t) + Σ_j w_j (e(t + j T) − e(t)), it is also at most |Σ_j w_j| R + T Σ_j j |w_j| D (`tail`).
-  4. If all parts of κ have the same period, what holds for one period of t holds for all t (`boxes`).
+  4. If all elementary kernels have the same period, what holds for one period of t holds for all t (`boxes`).
   5. The rounding errors of evaluation are at most the errors that the certificate states (`rounding`).
 
 Extensions. Each is a theorem with its proof, at the head of its module, and says what it adds:
@@ -61,12 +62,12 @@ evaluation rests on these assumptions. The answer says which arithmetic it trust
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
 signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
 numbers of 4,000 characters, texts of 500,000 characters together, 1,000,000 weights of shifted signals in all bounds
-together, 100 coefficients of a piece, 100 kernels in one, nested 40 deep, and 30,000 parts of all formulas together,
-nested 100 deep; the formula of an input has up to 10,000 parts. Polynomials of flat forms have up to 5000 terms, with
-80 values of functions. A file that exceeds a limit is refused (`limits`). A check is Undecided if it would need a
-rational number of more than 500,000 bits, whole numbers of more than 1,000,000,000 bits together, more than 500,000
-breakpoints of pieces in one bound, or 700 MB of memory beyond what the process has held before (if the system tells).
-A check that is given a time limit is Undecided after this time.
+together, 100 coefficients of a piece, 100 kernels combined in one, nested 40 deep, and 30,000 numbers, names and
+operations of all formulas together, nested 100 deep; the formula of an input has up to 10,000 of these. Polynomials of
+flat forms have up to 5000 terms, with 80 values of functions. A file that exceeds a limit is refused (`limits`). A
+check is Undecided if it would need a rational number of more than 500,000 bits, whole numbers of more than
+1,000,000,000 bits together, more than 500,000 breakpoints of pieces in one bound, or 700 MB of memory beyond what the
+process has held before (if the system tells). A check that is given a time limit is Undecided after this time.
 """
 
 from collections.abc import Callable

@@ -203,7 +203,7 @@ def is_below(model: Model, bound: list[Real]) -> bool:
     above, below = rest[: len(bound)], rest[len(bound) :]
     both = zip_longest(above, below, fillvalue=(0, 0))
     doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
-    p = [c << k for k, c in enumerate(doubled)]  # the polynomial in y ∈ [0, 1], x = 2 y − 1
+    p = [c << k for k, c in enumerate(doubled)]  # with x = 2 y − 1, a polynomial in y ∈ [0, 1]
     p[0] -= 2 * missed + sum(high - low for low, high in rest)  # widths of intervals count as errors, as |x^k| ≤ 1
     return is_nowhere_negative(p)
 

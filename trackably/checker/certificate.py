@@ -21,7 +21,7 @@ class Boxes:
 
 @dataclass(frozen=True)
 class AllTimes:
-    """The claim about every real t ≥ 0. The `span` of a claim is its first and its last time [s]."""
+    """The claim about every real t ≥ 0; `span` has the first and the last claimed time [s]."""
 
     span = 0.0, inf
 

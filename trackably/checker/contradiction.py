@@ -9,8 +9,8 @@ certificates. A value bounds a state or an input at one step k < N, the time t_0
 
 Theorem. If `check` answers Contradicted, then no x_0 … x_(N−1), u_0 … u_(N−1) with x_(k+1) = A x_k + B u_k + c keep all
 rows of both sets at all these steps, and all values. There are none either if the interval of the last value is wider
-by d on both sides, or, without values, if each bound is further out by d times the width of its row. If a bound moves
-in time, its ends at t_0 + k T count; at a breakpoint, the wider ones of those before and after it. For nonlinear
+by d on both sides, or, without values, if both ends of each row are further out by d times their distance. If a bound
+moves in time, its ends at t_0 + k T count; at a breakpoint, the wider ones of those before and after it. For nonlinear
 systems, no such states and inputs with x_(k+1) = f(x_k, u_k) exist. Moreover, at the step that the proof names, the
 largest lower end that is required of the named state or input exceeds the smallest upper end by at least d.
 
@@ -230,11 +230,11 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
 
 
 def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return what multipliers ν of rows of inputs that cancel the factors e_k of u_k add to the proof's right side.
+    """Return the sum that has to be added to the proof's right side to cancel the factors f_k of u_k.
 
-    This is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki, where Σ_i ν_ki r_i = −e_k for all k. Return None if no such ν
-    exists. `rows` has l_ki ≤ r_i · u_k ≤ h_ki for all rows of the input set, `count` of them for each step; `of_inputs`
-    has the vectors e_k, that of the last step first, with `m` entries each.
+    This is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki with multipliers ν of rows of inputs, where Σ_i ν_ki r_i = −f_k
+    for all k. Return None if no such ν exists. `rows` has l_ki ≤ r_i · u_k ≤ h_ki for all rows of the input set,
+    `count` of them for each step; `of_inputs` has the vectors f_k, that of the last step first, with `m` entries each.
     """
     one = [row.row for row in rows[:count]]
     taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], one) for j in range(m)]

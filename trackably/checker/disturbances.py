@@ -78,13 +78,13 @@ class Hull:
 
 @dataclass(frozen=True)
 class Robust:
-    """Sets X and U that the disturbed system keeps, for all disturbances in a set W.
+    """Sets X₀ and U₀ that the disturbed system keeps, for all disturbances in a set W.
 
-    `feedback` is K, row by row. If a `model` is given, (A, B, c) may be any point of its convex hull, and another one
-    at each step. If there is `noise` V, K acts on the measured state y = x + v, and the errors are those of y, which is
-    disturbed by W ⊕ (−A V) ⊕ V in place of W. The errors stay in
-    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s = `terms`, α = `contraction`, and P =
-    {|x_i| ≤ p_i} with p = `box`.
+    `feedback` is K, row by row, and A_K = A + B K. If a `model` is given, (A, B, c) may be any point of its convex
+    hull, and another one at each step. If there is `noise` V, K acts on the measured state y = x + v, and the errors
+    are those of y, which is disturbed by W ⊕ (−A V) ⊕ V in place of W. The errors stay in
+    Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with N = `head`, s = `terms`, α = `contraction`, and
+    P = {|x_i| ≤ p_i} with p = `box`.
     """
 
     state_set: Polytope
@@ -99,7 +99,7 @@ class Robust:
     model: tuple[Vertex, ...] = ()
 
     def model_generators(self, system: LinearSystem) -> list[Vector] | str:
-        """Return the generators of the set D that a wrong model adds to W, or why there are none."""
+        """Return the generators of the set D that a wrong `model` adds to W (none without one), or why D is unknown."""
         if self.model and not isinstance(self.disturbance, Zonotope):
             return "the disturbance set W must be a zonotope, not a hull of points, if there is a model"
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
@@ -240,7 +240,7 @@ class Errors:
             else:
                 of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
             moved = self.moved(moved)
-        # h_W has the divisor r qᴺ⁻¹ d, and h_P the divisor r qᴺ⁺ˢ⁻¹ b (1 − α)
+        # `row` was multiplied by r: the first sum is of_W/(r qᴺ⁻¹ d), the second one is of_P/(r qᴺ⁺ˢ⁻¹ b (1 − α))
         above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
         return above, r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
 

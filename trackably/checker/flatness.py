@@ -2,20 +2,21 @@
 
 Theorem. A nonlinear system x⁺ = f(x, u) may come with formulas X and U of shifted signals, and a list of states that
 are angles. Let x(t) = X(z(t), z(t + T), …) and u(t) = U(z(t), z(t + T), …). If `check` answers Proved, both are
-defined, and x(t + T) = f(x(t), u(t)), x(t) ∈ X and u(t) ∈ U at the claimed times. With angles, x(t + T) and f(x(t),
+defined, keep their bounds, and obey x(t + T) = f(x(t), u(t)), at the claimed times. With angles, x(t + T) and f(x(t),
 u(t)) may differ by multiples of 2π in states that are angles, and f changes by such multiples if they do; so there
 are multiples of 2π which, added to the angles in x(k T), give states that the system follows exactly, with the same
 u(k T). Bounds of an angle are those of x(t) as X gives it.
 
 Proof. f(X, U) and X with every signal one step later are written as quotients of polynomials in the signals and in
 values of functions, by true equalities such as √a² = a and cos(atan2(y, x)) = x/√(x² + y²). Both sides are shown to be
-the same quotients, and so are equal wherever all parts are defined and the formulas in `positive` are positive
+the same quotients, and so are equal wherever all their parts are defined and the formulas in `positive` are positive
 (`identities`). For states that are angles, sines and cosines of both sides are compared. If a state that is an angle
 changes by 2π, f changes by whole multiples of 2π in states that are angles, and not at all in others; the sums,
 products with whole numbers, sines and cosines in f show this (`turns`). Divisors, lengths of vectors whose angle is
 taken, and arguments of log, sqrt and fractional powers, in X, U, f(X, U) and X one step later, are shown to be as
-needed for all parts to be defined (`needs`, `rounding`), in the boxes of the last bound and in the tail (all times
-after the boxes). Rounding errors are propagated in each box, from the values that the signals have there.
+needed for all parts to be defined (`needs`, `rounding`), in the boxes of the last bound, which cover the same times as
+all others, and in the tail (all times after the boxes). Rounding errors are propagated in each box, from the values
+that the signals have there.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -110,9 +111,9 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
 
 
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
-    """Return a table in which all formulas of the flat form, and those of the states one step later, are known.
+    """Return a table with the quotients of all formulas of the flat form, and of the states one step later.
 
-    All of these formulas are entered first, so that products of their square roots are recognised later.
+    They are entered before f(X, U), so that a root of a product in f(X, U) is recognised as a product of their roots.
     """
     values = Values()
     values.positive = [values.of(p) for p in flat.positive]
@@ -122,9 +123,10 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b if only one state or input is given by its formula, and all others may have any values.
+    """Return whether a = b is shown with the formula of only one state or input, for any values of all others.
 
-    Each state and input is tried as the one. The formulas `later`, of states one step later, may have any values, too.
+    Then the polynomials stay short. Each state and input is tried as the one. The formulas `later`, of states one step
+    later, may have any values, too.
     """
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}

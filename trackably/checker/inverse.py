@@ -110,7 +110,7 @@ def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
 
 
 def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:
-    """Return the inputs that solve equations with several unknown inputs each, by Cramer's rule."""
+    """Return the solution u of Σ_name rows[i][name] u_name = rests[i] for all i, by Cramer's rule."""
     if len(inputs) != len(rows) or len(rows) > _MOST_COUPLED:
         raise UnsolvableError(
             f"f cannot be solved for {', '.join(inputs)}, or more than {_MOST_COUPLED} of its equations are coupled"

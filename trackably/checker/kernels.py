@@ -129,7 +129,7 @@ class Kernel(ABC):
 
     @property
     def repeats_after(self) -> float | None:
-        """The period [s] that all parts of κ share; None if they share none."""
+        """The period [s] that all elementary kernels in κ share; None if they share none."""
         return None
 
     def jump(self, r: Real, h: Real) -> Real:
@@ -364,6 +364,8 @@ class Matern72(Matern):
 class RationalQuadratic(Elementary):
     """κ(r) = θ₁² (1 + r²/(2 α θ₂²))^(−α) with `shape` α; |κ̇| is largest at r = θ₂ √(2α/(2α + 1))."""
 
+    # `decays` is true: with q = 1 + r²/(2 α θ₂²), |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) is largest at q = 1 + 1/α, where it
+    # is at most 2 θ₁²/e.
     shape: float
 
     @cached_property
@@ -388,7 +390,6 @@ class RationalQuadratic(Elementary):
 
     @property
     def roundings(self) -> Real:
-        # `decays`: with q = 1 + r²/(2 α θ₂²), |r κ̇| = θ₁² 2α (q − 1) q^(−α − 1) is largest, ≤ 2 θ₁²/e, at q = 1 + 1/α.
         return 30 + 6 * self.alpha
 
 
@@ -468,7 +469,7 @@ class PiecewisePolynomial(Elementary):
 
     @property
     def roundings(self) -> int:
-        return 35  # products of up to 7 factors 1 − s, Q by Horner's rule, θ₁²
+        return 35  # up to 7 factors 1 − s, the other factor of P by Horner's rule, θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
         """Return whether |r| > θ₂ is certain: then κ is enclosed by its branch 0, otherwise by the polynomial."""
@@ -478,7 +479,7 @@ class PiecewisePolynomial(Elementary):
 class PiecewisePolynomial2(PiecewisePolynomial):
     """P(y) = 14 y⁵ − 21 y⁶ + 8 y⁷, that is (1 − s)⁵ (8 s² + 5 s + 1) with s = 1 − y = |r|/θ₂.
 
-    P'' = 14 y³ (24 y² − 45 y + 20).
+    On [0, 1], P' is largest at y = (45 − √105)/48, as P'' = 14 y³ (24 y² − 45 y + 20).
     """
 
     p = (0, 0, 0, 0, 0, 14, -21, 8)
@@ -488,7 +489,7 @@ class PiecewisePolynomial2(PiecewisePolynomial):
 class PiecewisePolynomial3(PiecewisePolynomial):
     """P(y) = 48 y⁷ − 108 y⁸ + 82 y⁹ − 21 y¹⁰, that is (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) with s = 1 − y = |r|/θ₂.
 
-    P'' = 18 y⁵ (112 − 336 y + 328 y² − 105 y³), and the last factor has a single root, 0.760016….
+    P'' = 18 y⁵ (112 − 336 y + 328 y² − 105 y³). P' is largest at the last factor's only root, y = 0.760016….
     """
 
     p = (0, 0, 0, 0, 0, 0, 0, 48, -108, 82, -21)
@@ -569,7 +570,7 @@ class Product(Combination):
         return Sizes(
             f.size * g.size,
             f.slope * g.size + f.size * g.slope,
-            # |r κ̇|: a factor that does not decay is bounded by the decay of the other one
+            # |r κ̇₁ κ₂| is at most |r κ̇₁| |κ₂|, and at most |κ̇₁| |r κ₂|; likewise |r κ₁ κ̇₂|
             lesser(f.stretch * g.size, f.slope * g.moment) + lesser(f.size * g.stretch, f.moment * g.slope),
             lesser(f.moment * g.size, f.size * g.moment),
             (f.roundings + f.size) * g.size + f.size * g.roundings,

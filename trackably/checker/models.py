@@ -190,7 +190,7 @@ class Models:
         span = around(centre, reach)
         require_positive(name, span)
         found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
-        for k in reversed(range(self.terms - 1)):  # d^k has no powers below x^k, so few terms of its factor matter
+        for k in reversed(range(self.terms - 1)):  # Horner's rule: one term more in each step, as d has no constant
             found = _times_powers(found, d)
             found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
         rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
@@ -287,7 +287,7 @@ def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
     if name in ("sin", "cos"):
         turn = (sin(x), cos(x), -sin(x), -cos(x))
         return turn[(k + (name == "cos")) % 4] / factorial(k)
-    if name == "atan":  # with y = atan x: cosᵏ y sin(k (y + π/2))/k
+    if name == "atan":  # φ⁽ᵏ⁾(x)/k! = cosᵏ y sin(k (y + π/2))/k with y = atan x
         y = atan(x)
         return cos(y) ** k * sin(k * (y + pi() / 2)) / k if k else y
     if name == "log":

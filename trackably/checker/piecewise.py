@@ -61,10 +61,10 @@ class WholeSum:
 def whole_sums(
     sums: Sequence[Parts], start: Fraction, end: Fraction, number: Fraction = Fraction(0)
 ) -> tuple[Cells[int], list[WholeSum], int]:
-    """Return the cells between breakpoints of the sums from start to end [s], the sums, and their unit.
+    """Return the cells between breakpoints of the sums from start to end [s], the sums in integers, and their unit.
 
-    In a cell, all sums are polynomials. Times of cells are counted in a power of two of seconds, as integers. The sums
-    are multiplied by the unit, an integer that makes all their numbers, and `number`, integers.
+    In a cell, all sums are polynomials. All times are integers, multiples of the same 2⁻ᵉ s. The values of the sums are
+    multiplied by the unit, an integer with which all their numbers, and `number`, become integers.
     """
     terms = [term for _, of in sums for term in of]
     signals = {id(z): z for z, _, _ in terms}
@@ -87,7 +87,7 @@ def whole_sums(
 
 
 def parts_of(subject: Subject, row: Functional) -> Parts:
-    """Return a weighted sum of the shifted signals of a subject."""
+    """Return a weighted sum of a subject's shifted signals, with the pieces and the shift [s] of each term."""
     step = Fraction(subject.system.sampling_time)
     return row.offset, [(subject.pieces[s], j * step, row.weights[s][j]) for s, j in shifts_of(row)]
 
@@ -188,7 +188,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
 
 
 def _why_uncounted(certificate: Certificate) -> str | None:
-    """Return why periods may not be counted in float64 up to the last claimed time; None if they are."""
+    """Return why float64 may not count the periods of a signal exactly up to the time `until`; None if it does."""
     shifts = max(len(weights) for part in functionals(certificate.subject, "input") for weights in part.weights)
     ahead = shifts * Fraction(certificate.subject.system.sampling_time)
     for z in certificate.subject.pieces:

@@ -1,4 +1,4 @@
-"""Move polynomials, and decide in integer arithmetic whether they stay between two numbers."""
+"""Shift and scale arguments of polynomials, and decide in integers whether polynomials stay between two numbers."""
 
 from collections.abc import Sequence
 from fractions import Fraction

@@ -74,7 +74,7 @@ def has_redundant_inputs(system: LinearSystem) -> bool:
 class Demand:
     """A condition low ≤ row · u ≤ high that is necessary for u + v to be in U for some v with B v = 0.
 
-    It follows from the rows of U with these `numbers`.
+    It follows from the rows of U with these `numbers`, a text such as "0, 3".
     """
 
     row: list[Fraction]
@@ -94,7 +94,10 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
 
 
 def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]:
-    """Yield the conditions on u that follow from circuits of the `rows` of U (`_circuits`); B v = 0 for v in `idle`."""
+    """Yield a condition on u for each λ of minimal support with Σ_i λ_i r_i v = 0 for all v in `idle`.
+
+    Here r_i are the `rows` of U, and `idle` is a basis of all v with B v = 0.
+    """
     m = len(rows[0].row) if rows else 0
     moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
@@ -110,7 +113,10 @@ def _idle(system: LinearSystem) -> list[list[Fraction]]:
 
 
 def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tuple[int, Fraction]]]:
-    """Yield the linear relations of the rows `moved` with minimal support (circuits), as pairs of row and factor."""
+    """Yield each λ of minimal support with Σ_i λ_i moved[i] = 0, up to a factor, as pairs (i, λ_i) with λ_i ≠ 0.
+
+    Each moved[i] has `dimension` numbers.
+    """
     for size in range(1, dimension + 2):
         for support in combinations(range(len(moved)), size):
             relations = null_space([[moved[i][k] for i in support] for k in range(dimension)], size)

@@ -92,7 +92,7 @@ def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence
 
 
 def _terms(subject: Subject) -> int:
-    """Return the number of shifted signals that an input depends on."""
+    """Over-estimate how many shifted signals one weighted sum (a state, an input or an argument) has."""
     if isinstance(subject.system, NonlinearSystem):
         return 1 + subject.system.last_shift
     return sum(map(len, functionals(subject, "input")[0].weights))
@@ -110,11 +110,12 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
     """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T in use."""
     latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
     kernel = signal.kernel.sizes(until + ahead + latest)
-    # Each of k T, j T, k T + j T and r = k T + j T − t_i is rounded once, by at most u times its size. As |k T + j T|
-    # is at most |r| + |t_i|, and |k T| at most j T more, r is off by 3 u (|r| + |t_i| + j T) at most. There are also up
-    # to six roundings of the argument of κ, and n + 2 of the dot product. A time that was moved by whole periods may
-    # be off by u until instead; j T adds u j T, k T + j T adds u (until + j T), and r adds u (until + j T + |t_i|). All
-    # this is less than 3 u times `farthest`, and where all kernels repeat, `stretch` is `farthest` times `slope`.
+    # With the unit roundoff u, each of k T, j T, k T + j T and r = k T + j T − t_i is rounded once, by at most u times
+    # its size. |k T + j T| is at most |r| + |t_i|, and |k T| at most j T more. So r is off by at most
+    # 3 u (|r| + |t_i| + j T). There are also up to six roundings of the argument of κ, and n + 2 of the dot product.
+    # If the time was first moved by whole periods, it is off by u `until`, and all roundings of r together are at most
+    # 3 u (`until` + j T + |t_i|). Then 3 u `stretch` bounds their effect on κ: if all kernels repeat, `stretch` is
+    # `slope` times the argument of `sizes`.
     weight, near = total(abs(c) for _, c in signal.pairs), largest_sums(signal)
     of_all = weight * (kernel.roundings + 9 * kernel.stretch)
     of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size
@@ -138,7 +139,7 @@ def largest_sums(signal: Signal) -> Decay:
         tick()
         cell = int((Fraction(t) - first) // width) if width else 0
         cells[cell] = cells.get(cell, 0.0) + abs(c)
-    widest = dict[float, Fraction]()  # for each weight, only the largest width, which gives the lowest bound
+    widest = dict[float, Fraction]()  # for equal weights, the largest width, where κ's bound is lowest
     for _ in range(_HALVINGS):
         tick()
         heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())

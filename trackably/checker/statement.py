@@ -85,9 +85,11 @@ def table_refutation(refuted: RefutedTable) -> str:
 
 
 def identity(subject: Subject, first_pass: FirstPass) -> str:
-    """Return the reference's identity: its fingerprint, the times of its kernels, and its states at time zero.
+    """Return the reference's identity: its fingerprint, the number of its kernels, its first and last centre, and its
+    states at time zero (signals for a flat form).
 
-    States are printed with six digits, which are computed in mpmath if the `first_pass` does not determine them.
+    For polynomial pieces, `where_pieces_are` says where they are and what the states are. States are printed with six
+    digits, which are computed in mpmath if the `first_pass` does not determine them.
     """
     if subject.pieces:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."

@@ -119,10 +119,10 @@ def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step:
 
 
 def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | int, Real]:
-    """Return intervals for the slopes of q in a box: by each argument, and by all arguments of one signal s together.
+    """Return the slopes of q in a box, as intervals: along each argument, by name, and along each signal s, by s.
 
-    Each argument is one shifted signal with the weight 1. So if a signal changes by the same amount at all times, all
-    its arguments change by this amount.
+    Along a signal, the signal changes by the same amount at all times, and so do all of its arguments, as each argument
+    is one shifted signal with the weight 1.
     """
     along: list[str | int] = [*q.arguments, *range(signals)]
     of_names = {

@@ -73,7 +73,10 @@ def why_no_plant(
 
 
 def _weights(subject: Subject) -> int:
-    """Return the number of weights of shifted signals in all bounds, or in all arguments of formulas, together."""
+    """Return the number of weights of shifted signals that a check needs.
+
+    They are those of all bounds of a linear system, or of all arguments of formulas of a nonlinear system.
+    """
     signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
     if subject.trajectories is not None:
         parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
@@ -116,7 +119,7 @@ def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None
         return "shapes: as many formulas, signals and inputs as states are needed"
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
-    if free:  # only formulas that are bounded are shown to be defined
+    if free:  # the formula of an input is shown to be defined only if some row has the input
         return f"bounds: every input of a nonlinear system must be bounded, but {free[0]} is not"
     return None
 

@@ -147,7 +147,7 @@ Place = tuple[Fraction, Fraction, Fraction]
 
 
 def places(truth: TrueSignal) -> dict[int, Place]:
-    """Return the points at which signals are known, by their numbers: samples, and `derived` points."""
+    """Return time, value and noise of each sample and each `derived` point, by their numbers."""
     samples, found = truth.of.samples, dict[int, Place]()
     for i, (t, y) in enumerate(zip(samples.times, samples.values, strict=True)):
         found[i] = Fraction(t), Fraction(y), Fraction(samples.noise)

@@ -64,8 +64,9 @@ def _left(
 ) -> Iterator[tuple[Box, list[Quantity]]]:
     """Yield boxes with the quantities that are left to be proved.
 
-    A quantity that is not `kept` is tried again in integers, box by box. `found_at` has the index of a quantity's model
-    in a box; a quantity that may be undefined there has no index.
+    `found_at` has, for a box and a quantity's name, the index i of the quantity in kept[i] and in the arrays of
+    `models`; it has none if the quantity may be undefined in the box. A quantity that is not `kept` inside its bounds
+    is tried again in integers.
     """
     for box in boxes:
         left = []
@@ -92,7 +93,7 @@ def _enclosed(
 ) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
     """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
 
-    Groups are small enough to be processed at once if each box takes a model for each of the `wanted` signals, and
+    The number of boxes in a group limits the memory, if a box takes a model of each of the `wanted` signals, and
     `others` further models.
     """
     shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
@@ -101,7 +102,7 @@ def _enclosed(
     for begin in range(0, len(boxes), at_once):
         some, known = boxes[begin : begin + at_once], dict[Shifted, Model]()
         for s, of in signals.items():
-            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all shifts are enclosed together
+            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all boxes, once for each shift
             with np.errstate(all="ignore"):
                 found = of.enclose(Boxes(starts, ends, radii, [j * step for j in shifts[s] for _ in some]), terms)
             for i, j in enumerate(shifts[s]):

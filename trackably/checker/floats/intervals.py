@@ -81,7 +81,7 @@ class Floats(Many):
 
     @cached_property
     def _around(self) -> tuple[Array, Array, Array, Array, Array]:
-        """For each interval: a number m near its middle, |m|, r, b, and an upper bound of r + 2⁻⁴⁸ b.
+        """What `dot` needs of each interval: a number m near its middle, |m|, r, b, and an upper bound of r + 2⁻⁴⁸ b.
 
         Here r is an upper bound of |x − m|, and b one of |x|, for all x in the interval.
         """
@@ -228,7 +228,7 @@ def _outwards(low: Array, high: Array, part: float = _OPERATION, tiny: float = _
 
 
 def _within(value: Array, off: Array) -> Floats:
-    """Return the interval from value − off to value + off, enlarged by rounding errors (`Floats.dot`).
+    """Return the interval from value − off to value + off, enlarged by the rounding errors that `Floats.dot` states.
 
     Both ends are NaN if `value` has overflowed.
     """

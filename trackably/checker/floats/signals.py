@@ -47,7 +47,7 @@ class CentresBefore:
         """
         last, is_any, half = np.maximum(before - 1, 0), before > 0, abs(along)
         time = middles - Floats.exact(self.centres[last])
-        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any x with finite e^(y − x) is valid
+        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any time with finite results will do
         moments = [m.choose(is_any, m.at((slice(None), last)), 0.0) for m in self.moments]
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * along, n)
         ratio: Any = half / radii
@@ -64,7 +64,7 @@ class CentresBefore:
         own = Floats.exact(np.stack([self.weights, np.abs(self.weights)]))
         none = Floats.exact(np.zeros(own.low.shape))
         found, step = [own, *[none] * self.kernel.degree], 1
-        while step < len(self.centres):  # moments at a centre are those of the last `step` centres
+        while step < len(self.centres):  # `found` has the moments of the last `step` centres up to each
             tick()
             earlier = [m.at((slice(None), slice(-step))) for m in found]
             since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
@@ -132,7 +132,7 @@ class ManyCentres:
     @staticmethod
     @lru_cache(maxsize=8)
     def of(signal: Signal) -> "ManyCentres":
-        """Return z − m for a signal z with mean m, centres in increasing order. Results are cached (with moments)."""
+        """Return z − m for a signal z with mean m, centres sorted. Results are cached, and so are their moments."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
         return ManyCentres(signal.kernel, centres[order], weights[order])
@@ -152,7 +152,7 @@ class ManyCentres:
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
         first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
-        before = np.concatenate([[0], np.cumsum(stop - first)])  # pairs of a box and a centre before those of each box
+        before = np.concatenate([[0], np.cumsum(stop - first)])  # before[b] pairs (box, centre) are of boxes before b
         ends = np.zeros((2, n + 1, len(first)))
         for begin in range(0, int(before[-1]), _PAIRS):
             pairs = np.arange(begin, min(begin + _PAIRS, int(before[-1])))
@@ -170,7 +170,7 @@ class ManyCentres:
         """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
         reach, shift = self.reach[0], boxes.moves.low
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + np.abs(shift)
-        # The reach is enlarged by more than the rounding of a few numbers of these sizes: all other centres are far.
+        # The reach is enlarged by more than the rounding errors of these sums, so that no near centre is left out.
         reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
         return first, np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right")
