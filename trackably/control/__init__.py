@@ -1,1 +1,1 @@
-"""Model predictive control that tracks a reference, where trackability matters."""
+"""Model predictive control that tracks a reference: controllers, and the simulation of their closed loops."""

@@ -1,4 +1,4 @@
-"""Bounds of a plant in a controller: scales, inequalities with the slack of a trajectory, and admissible points."""
+"""Bounds of a plant in a controller: scales, slacks of trajectories, and points pulled into a set."""
 
 from dataclasses import dataclass
 
@@ -136,10 +136,10 @@ class Inequalities:
 
 @dataclass(frozen=True, eq=False)
 class PlantInequalities:
-    """The state set X for x(`first`), …, x(N), and the input set U for u(0), …, u(N − 1), as inequalities.
+    """The state set X and the input set U of a plan, as inequalities for x(`first`), …, x(N) and u(0), …, u(N − 1).
 
-    Slacks of a trajectory are relative to the widths, and stand in one vector: those of the states step by step, then
-    those of the inputs.
+    `first` is 0 or 1. Slacks of a trajectory are relative to the widths, and stand in one vector: those of the states
+    step by step, then those of the inputs.
     """
 
     states: Inequalities
@@ -153,7 +153,7 @@ class PlantInequalities:
         return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs), first)
 
     def slack(self, window: Window) -> Array:
-        """Return (h − H x) / w and (g − G u) / w along a trajectory; negative for a violated bound."""
+        """Return the slacks of all states and inputs of a trajectory in one vector; negative for a violated bound."""
         return np.append(self.states.slack(window.states)[self.first :], self.inputs.slack(window.inputs))
 
     def tightest(self, slack: Array, horizon: int) -> tuple[int, int]:
@@ -185,5 +185,5 @@ def pull_inside(bounded: Polytope, u: Array) -> Array:
     rows, bounds = bounded.inequalities
     outward, slack = rows @ (u - bounded.centre), bounds - rows @ bounded.centre
     crossed = outward > slack
-    part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 if u crosses a bound only by rounding
+    part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 if `crossed` is empty, due to rounding
     return np.asarray(bounded.centre + _SHRINK * part * (u - bounded.centre))

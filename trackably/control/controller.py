@@ -87,7 +87,8 @@ class Controller:
         - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
         - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
           without an explanation, or a formula of the system or of the reference is undefined.
-        - ValueError: the state is not n finite numbers, the reference is of another system, or it has no such steps.
+        - ValueError: the state is not n finite numbers, the guess is not (N, m), the reference is of another system, or
+          it does not reach from step k to step k + N.
         """
         return answer_step(self, self._solve, (k, state, reference, initial_guess))
 

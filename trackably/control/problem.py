@@ -168,7 +168,7 @@ class StepProblem:
         return self._optimum(self.slack, Status.SOLVED)
 
     def within_tolerance(self) -> Plan | None:
-        """Return the optimum with all sets widened by the tolerance; None if that is not enough."""
+        """Return the optimum with all sets widened by the tolerance, or else `widest`; None if they must be wider."""
         if -self.widest.slack > TOLERANCE:
             return None
         return self._optimum(self.slack + TOLERANCE, Status.WIDENED) or self.widest
@@ -281,11 +281,11 @@ class StepProblem:
             return None
         z = found[: self.programs.model.dynamics.shape[1]]
         if not len(start.directions):
-            z[: len(self.off)] = equations[: len(self.off)]  # exactly the measured state
+            z[: len(self.off)] = equations[: len(self.off)]  # e(0) as measured, without the solver's error
         return self.plan(z, status)
 
     def _equations(self, end: Array | float | None = 0.0) -> Array:
-        """Return the right sides of a program's equations. Plans end with e(N) = `end`, in scales; None: anywhere."""
+        """Return the right sides of a program's equations, the last for e(N) = `end` in scales; None: e(N) is free."""
         start, scales = self.programs.start, self.formulation.scales.states
         fixed = () if end is None else (np.broadcast_to(end, scales.shape),)
         return np.concatenate([self.off / scales - start.centre, np.ones(len(start.sums)), -self.defects, *fixed])

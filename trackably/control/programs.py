@@ -150,9 +150,9 @@ class StepPrograms:
 
     @cached_property
     def cheapest_start(self) -> Program:
-        """The program `tracking` for given v, with bounds of e(N) in place of its value.
+        """The program `tracking` for given v, in which e(N) has bounds: v may reach its value only up to rounding.
 
-        The last 2n limits are upper bounds of e(N) and of −e(N).
+        The last equations are those of v. The last 2n limits are upper bounds of e(N) and of −e(N).
         """
         free = self._program(2 * self.weights, ends=False)
         (N, n, m), each = self.model.B.shape, np.eye(len(free.q))
@@ -162,10 +162,10 @@ class StepPrograms:
         return Program(free.P, free.q, rows, free.equations + N * m)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
-        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v).
+        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v), where p is that of the `StartSet`.
 
-        If the program `ends` plans, e(N) is given. If it `widens` the sets, t is added to the cost, and each bound
-        moves out by t times its width; otherwise there is no t.
+        If the program `ends` plans, e(N) is given. If it `widens` the sets, the number t is added to the cost, and
+        each bound moves out by t times its width; otherwise there is no t.
         """
         start, (dynamics, count), bounds = self.start, self.model.dynamics.shape, len(self.bounds)
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
@@ -198,7 +198,7 @@ class StepPrograms:
 
     @cached_property
     def weights(self) -> Array:
-        """The matrix of the cost V in e and v."""
+        """The matrix M of the cost V = zᵀ M z of all errors z = (e, v)."""
         N = self.model.horizon
         return _diagonal(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
 

@@ -39,7 +39,7 @@ def _turns(difference: Array) -> Array:
     return np.asarray(2 * np.pi * np.round(difference / (2 * np.pi)))
 
 
-_DRAWS, _ROUNDING = 8, 1e-9  # states drawn to compare systems; relative tolerance for matrices computed differently
+_DRAWS, _ROUNDING = 8, 1e-9  # states drawn to compare systems; relative tolerance between their successors
 
 
 class TrackedReference(Protocol):

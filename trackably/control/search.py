@@ -75,8 +75,8 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     V is the cost of a plan; with `weight` 0, any plan will do. The states between the first and the last one are
     variables, as are the inputs. So the search may begin with a trajectory that the system does not follow, and an
     unstable system amplifies errors for one step only. The search is SciPy's sequential quadratic programming (Kraft
-    1988: A software package for sequential quadratic programming). The system follows the result, up to `FOLLOWED`, if
-    a plan is found.
+    1988: A software package for sequential quadratic programming). If `missed_by` of the result exceeds `FOLLOWED`, the
+    system does not follow it, and no plan was found.
     """
     scales, programs = formulation.scales, formulation.programs(start)
     moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds

@@ -195,7 +195,7 @@ def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon
                 return True
             return False
 
-        ahead = first_step + horizon  # the last step at which a simulation of no steps needs the reference's input
+        ahead = first_step + horizon  # with no steps at all, the last step at which the reference's input is needed
         fitting = 0 if ends_before(first_step) else bisect_left(range(ahead, last), True, key=ends_before) - 1
         fit = f"{fitting} {'step fits' if fitting == 1 else 'steps fit'}" if fitting > 0 else "no step fits"
         raise ValueError(

@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 
 
 class Status(StrEnum):
-    """How a plan was found, or why it is known to be admissible."""
+    """How a plan was found, and so whether it is an optimum or only admissible."""
 
     NO_ACTIVE_BOUND = "unbounded"
     """No bound is active: the optimum is linear in the error. Logs store "unbounded"."""

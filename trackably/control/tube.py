@@ -28,17 +28,17 @@ _ROUNDING = 1e-10
 their size, and the point moves along each axis by a tenth of this part of the width of Z."""
 
 _TOLERANCES = (1e-11, 1e-10, 1e-9)  # tolerances of the solver, tried in turn
-_PROJECTIONS = 12  # reflected projections before a linear program decides: they suffice except near the boundary of Z
+_PROJECTIONS = 12  # most iterations of `ErrorSet.contains`; near the boundary of Z, a linear program decides instead
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorSet:
-    """Z of an invariant set: its parts ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, summed in float64.
+    """The set Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P of an `InvariantSet`, which defines N, α, s and P.
 
-    It is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`. If W is a zonotope, there are no hulls and Z
-    is a zonotope. If W is a convex hull, each A_Kⁱ W is a hull, and the generators g_j are those of P. So each point is
-    `centre` + p · `directions` for some p (q,) with `lower` ≤ p ≤ 1 and `sums` p = 1: p are multiples of the generators
-    and shares of the vertices of each hull.
+    In float64, it is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`. If W is a zonotope, there are no
+    hulls and Z is a zonotope. If W is a convex hull, each A_Kⁱ W is a hull, and the generators g_j are those of P. So
+    each point is `centre` + p · `directions` for some p (q,) with `lower` ≤ p ≤ 1 and `sums` p = 1: p are multiples of
+    the generators and shares of the vertices of each hull.
     """
 
     invariant: InvariantSet
@@ -58,7 +58,7 @@ class ErrorSet:
             inside = np.clip(solved, self.lower, 1.0)
             if np.array_equal(inside, solved) and np.all(np.abs(rows @ solved - aim) <= _ROUNDING):
                 return True
-            # Farkas: no p is a solution if the weighted sum of the equations has none.
+            # Farkas: no p within its bounds solves the equations if none solves this weighted sum of them.
             weights = solution.T @ (solved - inside)
             weighted = weights @ rows
             most = np.sum(np.maximum(self.lower * weighted, weighted))
@@ -81,7 +81,7 @@ class ErrorSet:
 
     @cached_property
     def _equations(self) -> tuple[Array, Array]:
-        """The equations of p for a point of Z, and the matrix that maps a residual to the shortest change of p."""
+        """The matrix of the equations that p solves for a point of Z, in units of `extents`, and its pseudo-inverse."""
         rows = np.vstack([self.directions.T / self.extents[:, None], self.sums])
         return rows, np.asarray(np.linalg.pinv(rows), dtype=float)
 
@@ -204,7 +204,7 @@ class TubeProblem(StepProblem):
         """Return the optimal plan, or the reason why there is none.
 
         If the solver finds no plan, the plan with the inputs `guess` (N, m) is returned if it is admissible, or else a
-        plan within tolerances.
+        plan in sets widened by the tolerance, if there is one.
         """
         plan = self.without_bounds() or self.with_bounds() or (None if guess is None else self.keep(guess))
         return plan or self.within_tolerance() or self.infeasible

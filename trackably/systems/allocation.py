@@ -27,7 +27,7 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
 
 _MAX_LAWS = 10_000  # an input set with more candidates for the smallest input (`Allocation.laws`) is refused
-_AT_ONCE = 2**22  # inputs are treated in blocks: about this many numbers in all candidates of a block
+_AT_ONCE = 2**22  # `smallest` treats inputs in blocks whose candidates have at most about this many numbers
 ROUNDING = 2.0**-48
 """A candidate still counts as admissible if it exceeds a bound by at most this part of the sum of the absolute values
 of the terms of the row, because rounding can cause such an excess."""
@@ -85,7 +85,7 @@ class Allocation:
             low, high = sorted((demand.low / scale, demand.high / scale))
             lowest, highest = found.get(direction, (low, high))
             low, high = found[direction] = max(low, lowest), min(high, highest)
-            if not (low < high if any(direction) else low <= 0 <= high):  # a row of zeros tells whether U is empty
+            if not (low < high if any(direction) else low <= 0 <= high):  # zero row: if 0 is outside, U is empty
                 raise ValueError(f"set: must have an interior, but no input lies strictly inside {self.input_set}")
         return [(row, Interval(float_above(low), float_below(high))) for row, (low, high) in found.items() if any(row)]
 

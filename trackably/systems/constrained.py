@@ -168,7 +168,7 @@ def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
 
 
 def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
-    """Return the bounds of single states by name, from those rows of the state set that are one state of weight 1."""
+    """Return the bounds of single states by name: of rows of the state set that are 1 for one state, else 0."""
     found = {}
     for row, bounds in plant.state_set.intervals:
         if np.count_nonzero(row) == 1 and row.sum() == 1.0:

@@ -1,4 +1,4 @@
-"""Disturbance sets (zonotopes and convex hulls) in exact rational numbers; measurement noise; and wrong models."""
+"""Sets of disturbances (zonotopes and convex hulls), measurement noise and model errors, in exact rational numbers."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _exactly(
 
 
 class _ExactSet(ABC):
-    """A set W of disturbances w ∈ Rⁿ, defined by vectors of rational numbers, as in the checker."""
+    """A set W of disturbances w ∈ Rⁿ, defined by rational vectors. Its subclasses are sets of the checker, too."""
 
     @property
     @abstractmethod
@@ -73,7 +73,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
     centre: Vector
     generators: tuple[Vector, ...] = field(default=())
 
-    if TYPE_CHECKING:  # __post_init__ converts what is given to rationals
+    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to rationals
 
         def __init__(
             self,
@@ -160,7 +160,7 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     vertices: tuple[Vector, ...]
 
-    if TYPE_CHECKING:  # __post_init__ converts what is given to rationals
+    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to rationals
 
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
 

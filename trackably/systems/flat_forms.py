@@ -46,7 +46,7 @@ class FlatForm(subject.FlatForm):
 
     def __post_init__(self) -> None:
         every = {name: self._indices(name) for formula in self._formulas for name in names(formula)}
-        shared = iter(Shapes().shared(self._formulas))  # equal parts become one object
+        shared = iter(Shapes().shared(self._formulas))  # equal subformulas become one object
         for name in ("states", "inputs", "positive"):
             object.__setattr__(self, name, tuple(next(shared) for _ in getattr(self, name)))
         if missing := {*range(1 + max((c for c, _ in every.values()), default=0))} - {c for c, _ in self.indices}:
@@ -110,9 +110,10 @@ class _Shifts:
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
 #
 # The checker judges: it compares both sides by normal forms, so that the identity holds wherever all parts are defined.
-# For a state that is an angle, both sides have the same sine and cosine, and f turns with its angles by whole turns
-# (`checker.flatness` has the theorem and its proof). If the checker refuses a flat form, both sides are compared in
-# float64 at drawn values, to say where f and the flat form differ.
+# For a state that is an angle, it shows that both sides have the same sine and cosine, and that changes of x by 2π in
+# angles change f(x, u) by multiples of 2π in angles only (`checker.flatness` has the theorem and its proof). If the
+# checker refuses a flat form, both sides are compared in float64 at drawn values, to say where f and the flat form
+# differ.
 
 # Draws for each standard deviation; the standard deviations; the error, relative to 1 + the largest drawn value, above
 # which f and the flat form differ clearly.
@@ -133,7 +134,7 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
     reached, later = flatness.successor_formulas(system, form), flatness.one_step_later(form.states)
     for state, a, b in zip(system.states, reached, later, strict=True):
         off: Formula = Operation("-", a, b)
-        if state in form.angles:  # the sine of half a whole turn is zero
+        if state in form.angles:  # sin(off/2) is zero if off is whole turns
             off = Function("sin", Operation("*", Number(0.5), off))
         if found := _not_zero(off, form.positive):
             return f"does not satisfy f, as {state} differs one step later{found}"
@@ -239,7 +240,7 @@ def _is_far_ahead(formula: Formula) -> bool:
 
 
 def _name_roots(formulas: Sequence[Formula], name: str) -> list[Formula]:
-    """Return formulas with every root of the variable `name` replaced by a variable of its own."""
+    """Return formulas in which each √`name`, the root of a variable, is replaced by one new variable."""
 
     def named(node: Formula, _: Mapping[Formula, Formula]) -> Formula | None:
         match node:
@@ -264,8 +265,8 @@ _MOST_QUARTERS = 16
 def without_jumps(form: FlatForm) -> FlatForm:
     """Return the form with formulas that do not jump when a heading crosses ±π.
 
-    The difference of two headings becomes the angle from one vector to the other, in (−π, π]. Sine and cosine of a
-    heading become y/|v| and x/|v|.
+    The difference of two headings becomes the angle from one vector to the other, in (−π, π]. Sine and cosine of the
+    heading of a vector v = (x, y) become y/|v| and x/|v|.
     """
     smooth = rewritten((*form.states, *form.inputs), _without_jump)
     n = len(form.states)

@@ -109,7 +109,7 @@ class Interval:
             times = z.breakpoints
             if z.beyond == "period":
                 turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded; add neighbours too
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded, so neighbours are added
                 times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
             found.append(times)
         times = np.unique(np.concatenate(found))
@@ -198,7 +198,7 @@ class Corridor(Interval):
             where = self._times.flat[int(np.argmin(high_ends - low_ends))]
             raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
 
-    if not TYPE_CHECKING:  # type checkers would accept any name
+    if not TYPE_CHECKING:  # hidden from type checkers, which would then accept any attribute
 
         def __getattr__(self, name):
             if name in {"lower", "upper"}:

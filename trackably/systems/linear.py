@@ -87,7 +87,7 @@ def _chains(A: Rationals, B: Rationals, states: Sequence[str]) -> list[int]:
         every = np.hstack([every, A @ every[:, -m:]])
     taken = every[:, pivots]  # if A^j B_c depends on columns before it, so do later powers
     if len(pivots) < n:
-        row = null_space(taken.T)[:, 0]  # the product with every reachable direction is zero
+        row = null_space(taken.T)[:, 0]  # orthogonal to every direction that inputs reach
         raise ValueError(
             f"{_REFUSED}, but its inputs reach {len(pivots)} of {n} dimensions, and none of them ever changes "
             f"{weighted_sum_text(row / max(row, key=abs), states)}"
@@ -297,7 +297,7 @@ class LinearSystem:
                 moved, constant = moved @ A, constant + moved @ offset
         by_outputs = inverse(np.vstack(Q))
         x_offset = -(by_outputs @ np.array(d, dtype=object))
-        gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # the weight of z_c(k + j) is [c][row, j]
+        gains = np.split(by_outputs, np.cumsum(orders)[:-1], axis=1)  # [c][i, j]: weight of z_c(k + j) in x_i
         # At rest, z_c is constant, so that the sum of its weights in a state counts. The first nonzero sum scales z_c.
         scales = [next((gain for gain in of.sum(axis=1) if gain), Fraction(1)) for of in gains]
         x_weights, none = [of / scale for of, scale in zip(gains, scales, strict=True)], exact(np.zeros((len(A), 1)))

@@ -44,7 +44,7 @@ class NonlinearSystem(subject.NonlinearSystem):
     sampling_time: float = None  # type: ignore[assignment]  # __post_init__ refuses it
     flat: FlatForm | None = None
 
-    if TYPE_CHECKING:  # a function as the only argument reaches __post_init__, which says what to call instead
+    if TYPE_CHECKING:  # at run time, NonlinearSystem(function) reaches __post_init__, which says what to call
 
         def __init__(
             self,
@@ -55,7 +55,7 @@ class NonlinearSystem(subject.NonlinearSystem):
             flat: FlatForm | None = None,
         ) -> None: ...
 
-    __eq__, __hash__ = object.__eq__, object.__hash__  # the parent class compares by value
+    __eq__, __hash__ = object.__eq__, object.__hash__  # by identity; the parent class compares by value
 
     def __post_init__(self) -> None:
         if callable(self.f):
@@ -152,8 +152,9 @@ class NonlinearSystem(subject.NonlinearSystem):
 
         f is called with symbols, so it must use ordinary arithmetic only (see `tracing.Symbol`). Numbers that it uses
         become constants of the system. It is also called with numbers, and has to return the values of its formulas.
-        The `flat` form may be left out for chains, and if there are as many inputs as states. Raises as
-        the class, ValueError also if f is no such function (the message says why), and TypeError if it is no function.
+        The `flat` form may be left out if `flat_forms.found_form` finds one, or if there are as many inputs as states.
+        Raises as the class, ValueError also if f is no such function (the message says why), and TypeError if it is no
+        function.
         """
         if not callable(f):
             raise TypeError(f"system: f: expected a function of x and u, got {f!r}")
@@ -164,7 +165,7 @@ class NonlinearSystem(subject.NonlinearSystem):
 
     @cached_property
     def solution(self) -> Mapping[str, Formula]:
-        """The inputs u = G(x)⁻¹ (x⁺ − f0(x)), by name, as formulas of `states` and `successors`; as in the checker.
+        """The inputs u = G(x)⁻¹ (x⁺ − f0(x)) by name, as formulas of the states x and their `successors` x⁺.
 
         ValueError: f cannot be solved for the inputs.
         """

@@ -81,10 +81,11 @@ def two_product(a: Array, b: Array) -> tuple[Array, Array]:
 def moved_back(time: Sequence[Array], period: float) -> Array:
     """Return times [s] moved by whole periods to around 0. `time` is one float64, or a sum of two from `two_product`.
 
-    With u = 2⁻⁵³ and p = fl(n `period`), where n is the nearest whole number of periods: `high` − p is exact by
-    Sterbenz's lemma, as p is 0, or at least half and at most twice `high`. The low parts of both are less than u times
-    their size. So up to 2⁴⁰ periods the result is at most 0.501 periods from 0, and within 0.502 u periods of the exact
-    value. Times within half a period are not moved, only rounded.
+    With u = 2⁻⁵³, the first float64 t of the time, and p = fl(n `period`), where n is the nearest whole number of
+    periods: t − p is exact by Sterbenz's lemma, as p is 0, or at least half and at most twice t. What is left out of t
+    and of p, the second float64 of both, is less than u times their size. So up to 2⁴⁰ periods the result is at most
+    0.501 periods from 0, and within 0.502 u periods of the exact value. Times within half a period are not moved, only
+    rounded.
     """
     high, *low = time
     whole, rest = two_product(np.rint(high / period), np.asarray(period))
@@ -103,10 +104,10 @@ def _halves(a: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class ExactSum:
-    """The exact sum of `parts`, ordered by size: an expansion in the sense of Shewchuk (1997).
+    """The exact sum of `parts`, the largest one last: an expansion in the sense of Shewchuk (1997).
 
-    The binary digits of any two parts are separated by at least one zero digit, if each term is added to a sum that
-    began with one float64. So all smaller parts together are less than half of the largest one.
+    If it is built from one float64 by adding one term after the other, the binary digits of any two parts are separated
+    by at least one zero digit. So all smaller parts together are less than half of the largest one.
     """
 
     parts: tuple[Array, ...]
@@ -171,7 +172,7 @@ class PolynomialPieces:
     coefficients: Array
     beyond: Beyond = "rest"
 
-    if TYPE_CHECKING:  # __post_init__ converts what is given to arrays
+    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to arrays
 
         def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None: ...
 
@@ -311,15 +312,15 @@ def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
 
 
 def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
-    """Return breakpoints t_i [s] and coefficients of (t − t_i)^k, shape (degree + 1, K, …), of a spline of SciPy.
+    """Return breakpoints t_i [s], shape (K + 1,), and coefficients of (t − t_i)^j, of the K pieces of a SciPy spline.
 
-    Of a B-spline of degree k, the first k and the last k knots are left out, because only between the other knots all
-    its basis functions are known. ValueError: breakpoints decrease, are no numbers, or are all the
-    same.
+    The coefficients have the shape (degree + 1, K, …). Pieces without length are left out. Of a B-spline of degree k,
+    the first k and the last k knots are left out, because only between the other knots all its basis functions are
+    known. ValueError: breakpoints decrease, are no numbers, or are all the same.
     """
     if isinstance(given, scipy.interpolate.BSpline):
         inside = given.t[given.k : len(given.t) - given.k]
-        ends = inside[np.append(True, np.diff(inside) > 0)]  # knots may be equal
+        ends = inside[np.append(True, np.diff(inside) > 0)]  # without repeated knots
         return ends, np.stack([given(ends[:-1], nu=k) / factorial(k) for k in range(given.k + 1)])
     if isinstance(given, scipy.interpolate.BPoly):
         given = scipy.interpolate.PPoly.from_bernstein_basis(given)
@@ -332,7 +333,7 @@ def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
 def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[float, float], float | None]:
     """Return values by their times, and the period, as floats.
 
-    TypeError: these are no numbers. ValueError: no time, times that do not increase, or a period that is not positive.
+    TypeError: these are no numbers. ValueError: no values, times that do not increase, or a period that is ≤ 0.
     """
     instance("pieces: values", values, Mapping, "values by their times [s], as {0.0: 0.05, 2.5: 0.08}")
     found = {real("pieces: time", t): real("pieces: value", value) for t, value in values.items()}

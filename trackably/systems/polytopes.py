@@ -41,7 +41,7 @@ class Polytope:
     upper: Array
     dimension: int = 0
 
-    if TYPE_CHECKING:  # __post_init__ converts what is given to arrays
+    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to arrays
 
         def __init__(
             self,
@@ -194,7 +194,7 @@ class Polytope:
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
         matrix, off, units, centre = self._centred
-        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: one point is in all middles
+        if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: each can be at its middle
             return 0.5, units * centre
         found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
         return found[0], units * (centre + found[1])
@@ -218,7 +218,7 @@ class Polytope:
     def extent(self, coordinate: int) -> Interval | None:
         """Return the smallest and the largest value of a coordinate on the set; None where either is infinite."""
         involved = self.rows[:, coordinate] != 0
-        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # exact if rows have no other coordinate
+        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # no other coordinate: only divide
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:

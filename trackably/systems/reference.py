@@ -25,9 +25,9 @@ def precise_values(
 
     The result has shape (*time.shape, coordinates). Functionals (weighted sums of signals) are evaluated in twice the
     precision, and rounded to float64 once, at the end; formulas of functionals are evaluated in float64. So a
-    functional is within u |q| + 100 (n + N + 2) u² G of its exact value. Here u = 2⁻⁵³, n is the degree of the signals,
-    N the number of their shifted values, and G = |offset| + Σ_j |w_j| V, where V is the largest sum of the absolute
-    terms of a piece. Certificates rely on this bound (`checker.piecewise`).
+    functional q = offset + Σ_j w_j z_j of N shifted signal values z_j is within u |q| + 100 (n + N + 2) u² G of its
+    exact value. Here u = 2⁻⁵³, n is the degree of the signals, and G = |offset| + Σ_j |w_j| V, where V is the largest
+    sum Σ_k |c_ik| (t_(i+1) − t_i)^k of a piece i. Certificates rely on this bound (`checker.piecewise`).
     """
     step = np.asarray(coordinates[0].sampling_time)
 

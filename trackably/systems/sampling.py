@@ -1,6 +1,6 @@
 """Relate samples of states to the flat outputs that are learned: which state is sampled, and with which stencil.
 
-A stencil has the weights of a state as a weighted sum of one flat output at shifted times.
+A stencil holds the weights with which values of one flat output at shifted times add up to a state.
 """
 
 from collections.abc import Iterable, Mapping
@@ -193,7 +193,7 @@ def sampled_names(plant: ConstrainedSystem, signal: int) -> list[str]:
 def _where(plant: ConstrainedSystem) -> str:
     """Return words such as ", where z1 = x1 + x2": flat outputs of a linear system as sums of states.
 
-    Flat outputs that a single state determines are left out; without any other, the text is empty.
+    Flat outputs that a single state determines are left out; if no output remains, the text is empty.
     """
     said = []
     for signal, row in enumerate(plant.flatness.outputs):

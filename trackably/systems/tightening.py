@@ -167,9 +167,10 @@ def set_weight(bounded: Polytope) -> Array:
 # A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.
 
 _CONTRACTION, _ROUNDING = 0.5, 1e-9  # α is at most the first number, enlarged by the second to cover rounding
-# The last part of Z is small in a row if it is below _TAIL_OF_HEAD of the first part or _TAIL_OF_WIDTH of the width.
+# N is large enough if in each bound's direction the last part of Z, the sum over P, extends at most _TAIL_OF_HEAD times
+# as far as the first, the sum over W, or at most _TAIL_OF_WIDTH times the distance between the bounds.
 _TAIL_OF_HEAD, _TAIL_OF_WIDTH = 1e-2, 1e-5
-_LEAST_EXTENT = 1e-3  # each half-width p_i of P, in units of its scale, is at least this part of the error's largest
+_LEAST_EXTENT = 1e-3  # least half-width p_i of P, relative to the largest extent of errors, both in state scales
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,7 +337,7 @@ class Tightening:
         return Polytope(bounded.rows, lower, upper, bounded.dimension)
 
     def _shortage(self, fraction: float) -> str:
-        """Return a message: which bounds are too close by how much, and what part of the disturbance is possible."""
+        """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
         if self.model_error and self.invariant:
             return self._shortage_of_model(self.model_error, self.invariant)
         taken, left = np.array([float(low + high) for low, high in self.taken]), 1 - 2 * self.margin
@@ -360,7 +361,7 @@ class Tightening:
         return "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
 
     def _shortage_of_model(self, error: ModelError, Z: InvariantSet) -> str:
-        """Return a message: by how much the model's error tightens which bounds, and which part of it is possible."""
+        """Return a message: which bounds the model's `error` tightens, by how much, and what part of it is possible."""
         given, width = self.given, (1 - 2 * self.margin) * bound_widths(self.given)
 
         def cost(of: ModelError) -> Array:
@@ -450,16 +451,17 @@ def tightening(
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
-    """Return the largest f ≤ 1e6 for which a point satisfies all rows, tightened by f `by` (r, 2) and by a margin.
+    """Return the largest f ≤ 1e6 for which a point satisfies all rows, with bounds tightened by f times `by` (r, 2).
 
-    f is the optimum of a linear program in which each row is divided by half its width. f ≤ 0 if the margin alone
-    leaves no point. If a bound moves in time, each row is considered alone, at its least width.
+    Both bounds are also tightened by `margin` times the width. f is the optimum of a linear program in which each row
+    is divided by half its width; f ≤ 0 if the margin alone leaves no point. If a bound moves in time, or rows are
+    independent, each row is considered alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
     half = bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
-    most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone, which is exact for boxes
+    most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone: exact if rows are independent
     if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
         return most
     scales = unit_scales(bounded)

@@ -75,8 +75,8 @@ def _refusal(what: str) -> Callable[..., Any]:
 class Symbol(NDArrayOperatorsMixin):
     """An unknown number: arithmetic with it returns a symbol of the resulting formula.
 
-    Python's operators call NumPy's functions (the mixin), which call `__array_ufunc__`. For entries of an array, NumPy
-    calls methods instead.
+    By `NDArrayOperatorsMixin`, Python's operators call NumPy's functions, which call `__array_ufunc__`. For symbols in
+    an array, NumPy calls operators and methods such as `sin` instead.
     """
 
     def __init__(self, formula: Formula) -> None:
@@ -185,7 +185,7 @@ Dynamics = Callable[[Any, Any], Any]
 
 _Sequence = (list, tuple, np.ndarray)
 _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # sizes of drawn numbers; draws of each size, half of them positive
-_ROUNDING = 1e3  # f may differ from its formula by this many times the bound on rounding errors: its order may differ
+_ROUNDING = 1e3  # f may differ from its formula by this many bounds on rounding errors: it may add in another order
 _LINALG = (
     "np.linalg takes plain numbers only; write the inverse as a formula, for [[a, b], [c, d]] "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
@@ -242,9 +242,9 @@ def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
 def _agree(formula: Formula, values: dict[str, float], seen: float, rounded: float) -> bool:
     """Return whether `seen` may be the value of the formula, where `rounded` is this value in float64.
 
-    The checker's analysis bounds rounding errors. If `rounded` is not finite or no bound is found, values count as
-    equal, because intermediate numbers may be too large; but not if `rounded` is NaN, `seen` is finite and no bound is
-    found.
+    The checker's analysis bounds rounding errors. If it finds no bound, or `rounded` is not finite, the values count as
+    equal, because intermediate numbers may be too large. The one exception: without a bound, a finite `seen` does not
+    agree with NaN.
     """
     if seen == rounded:
         return True
@@ -284,7 +284,7 @@ def _symbols_in(what: str) -> Iterator[None]:
     token = _REASONS.set(reasons)
     try:
         yield
-    except Refusal as error:  # raised in another thread, whose list of reasons is another one
+    except Refusal as error:  # if raised in another thread, its reason is not in `reasons` yet
         reasons.append(str(error))
     except (TypeError, AttributeError, ValueError, ArithmeticError, IndexError) as error:
         instead = f"; {_LINALG}" if "dtype('O')" in str(error) else ""

@@ -53,9 +53,9 @@ def system_of(written: object) -> System:
 def set_of(written: object) -> Polytope:
     """Return the set that a mapping describes.
 
-    It is a box (`lower`, `upper`), the half-spaces `H` x ≤ `h`, or both; or sums `rows` of coordinates between `lower`
-    and `upper`. A coordinate of a box is free where both of its bounds are null. A bound that moves in time is a
-    mapping, as `PolynomialPieces.from_mapping` reads it.
+    It is a box (`lower`, `upper`), the half-spaces `H` x ≤ `h`, or the intersection of both; or, with `rows`, the set
+    `lower` ≤ `rows` x ≤ `upper`. A coordinate of a box is free where both of its bounds are null. A bound that moves
+    in time is a mapping, as `PolynomialPieces.from_mapping` reads it.
 
     ValueError or TypeError: `written` describes no set.
     """
