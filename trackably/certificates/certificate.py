@@ -33,8 +33,9 @@ class Certificate:
     last step that is checked. `truth` holds bounds on the distances of states from true signals.
 
     If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: for all
-    w(k) ∈ W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given bounds at every step
-    after. The reason is that the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
+    w(k) in the disturbance set W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given
+    bounds at every step after. The reason is that the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in the
+    robustly invariant set Z.
     """
 
     reference: Reference

@@ -60,8 +60,8 @@ class Rung(NamedTuple):
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
 
-    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung the period P is
-    the span plus a reach from a geometric series.
+    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung, the period P is
+    the span of the times plus a reach, a distance beyond which κ is lost in rounding. Reaches form a geometric series.
     """
 
     times: Array
