@@ -14,8 +14,8 @@ from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 from trackably.systems.trajectories import Quantity
 
-# A time outside of a claim counts as the claim's end if it is nearer to this end than this part of the time. The second
-# number is for polynomial pieces.
+# A time just before or after the claimed times counts as their first or last one if its distance from this one,
+# relative to the time itself, is at most the first number, or the second one for polynomial pieces.
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52  # most periods, and most steps, that are counted exactly in float64
 _YEAR = 31_557_600.0  # seconds
@@ -27,14 +27,15 @@ class Certificate:
     """States and inputs of `reference` keep their bounds at the times of `claim`, even when evaluated in float64.
 
     Each quantity stays at least its `evaluation_error` away from its bounds. So its float64 value at a float64 time |t|
-    ≤ `evaluated_until` [s] keeps the bounds too. Float64 values are those of `Reference.state`, `input` and `window`,
-    which add products (of polynomial pieces in twice the precision). If all signals have a period, this also holds at
-    later times, up to `last_time`. `proof` holds the boxes of time in which the bounds are checked, or the last step
-    that is checked. `truth` holds bounds on the distances of states from true signals.
+    ≤ `evaluated_until` [s] keeps the bounds too. Float64 values are those of `Reference.state`, `input` and `window`:
+    plain sums of products, for polynomial pieces in twice the precision. If all signals have a period, this also
+    holds at later times, up to `last_time`. `proof` holds the boxes of time in which the bounds are checked, or the
+    last step that is checked. `truth` holds bounds on the distances of states from true signals.
 
     If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: for all
-    w(k) ∈ W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given bounds at every step
-    after. The reason is that the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in Z.
+    w(k) in the disturbance set W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given
+    bounds at every step after. The reason is that the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in the
+    robustly invariant set Z.
     """
 
     reference: Reference
@@ -69,8 +70,9 @@ class Certificate:
     def last_time(self) -> float:
         """The largest |t| [s] at which float64 values are proved to be accurate enough.
 
-        If times are moved by whole periods, float64 must count the periods and steps exactly. The remaining error of a
-        time is less than 2⁻⁵³ `evaluated_until`, and is included in `evaluation_error`.
+        If all signals have a period, evaluation moves times by whole periods first. Up to `last_time`, float64 counts
+        periods and steps exactly; moving rounds a time by less than 2⁻⁵³ `evaluated_until`, which `evaluation_error`
+        includes.
         """
         if not isinstance(self.claim, AllPhases) or isinstance(self.proof, Steps):
             return self.evaluated_until

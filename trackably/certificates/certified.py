@@ -105,10 +105,10 @@ def learn_certified(
     values need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless
     there are required values.
 
-    The fallback is also tried if the proved function costs more, or hardly less, than hyperparameters alone did with a
-    smaller back-off. The better of both results is returned, so that J of a function exceeds J of a proved fallback by
-    a millionth at most. The search continues from `last`, the solution of a similar problem, for example with other
-    samples of a window. The solution's `fits` counts the nonlinear programs of all attempts.
+    The fallback is also tried if J of the proved function is higher, or hardly lower, than hyperparameters alone
+    reached with a smaller back-off. The result with the lower J is returned: J of a function exceeds J of any proved
+    fallback by a millionth of 1 + |l| at most. The search continues from `last`, the solution of a similar problem, for
+    example with other samples of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
     first = _Learning(samples, prior, plant, space, on_attempt, learner, required)
@@ -141,8 +141,8 @@ def _missing(failure: NoSolution | Failure) -> float:
 def _may_cost_more(solution: Solution) -> bool:
     """Whether learning hyperparameters alone, with a smaller back-off, might give a lower objective than this solution.
 
-    The answer is no if the learned function costs clearly less than hyperparameters alone, or hardly more than without
-    bounds.
+    The answer is no if its J is clearly lower than with hyperparameters alone, if it hardly exceeds the least l without
+    bounds, or if the learner found no solution with hyperparameters alone.
     """
     if solution.objective < solution.alone - _NEARLY * (1 + abs(solution.alone)) or solution.alone == np.inf:
         return False
@@ -230,7 +230,7 @@ class _Learning:
                 return outcome
             if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
                 own = self.rounding.get(outcome.quantity, 0.0)
-                if own > backoff:  # a larger back-off of all quantities would not tighten this one
+                if own > backoff:  # this quantity has a larger back-off of its own: raise it alone
                     self.rounding[outcome.quantity] = min(2 * own, _LARGEST_BACKOFF)
                 else:
                     backoff = self._larger(backoff, found)
@@ -240,7 +240,10 @@ class _Learning:
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
     def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float) -> bool:
-        """Raise back-offs of single quantities to `room` times their errors. Return whether a bound gets tighter."""
+        """Raise each quantity's own back-off to `room` times its relative error; 0.01 at most.
+
+        Return whether a bound gets tighter than it was, with `backoff` for all quantities.
+        """
         known = self.rounding
         needed = {name: min(room * error, _LARGEST_BACKOFF) for name, error in errors.items()}
         self.rounding = {name: max(least, known.get(name, 0.0)) for name, least in needed.items()}
@@ -249,10 +252,9 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off.
 
-        It is at least twice as large. Rough functions, which touch bounds over long times, and functions that miss
-        their bounds get at once the largest back-off for which the objective J rises by no more than the solver's
-        tolerance, the allowed gap. For other functions the back-off grows by steps, smaller ones if J would rise by
-        more than this gap.
+        It is twice as large or larger, but at most 0.01. Rough functions (kinks and many active bounds) and functions
+        that violate their bounds get at once the back-off for which J rises by the solver's tolerance, if this is twice
+        as large. In other cases, the back-off is multiplied by 10, or by 2 if J would rise by more than this tolerance.
         """
         enough = self._enough(found)
         if enough >= 2 * backoff and (found.missed or found.is_rough):
@@ -260,7 +262,7 @@ class _Learning:
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
-        """Return the back-off that raises the objective J by the allowed gap, to first order; 0.01 at most."""
+        """Return the back-off for which J rises by the solver's tolerance, to first order; 0.01 at most."""
         rise = found.rise(self.plant.quantities)
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
@@ -295,10 +297,10 @@ class _Learning:
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
-    """Return the failure with the plant's own bounds, and with their violation, in place of the tightened bounds.
+    """Return the failure with the plant's own bounds and their violation, in place of the tightened bounds.
 
-    If the plant's own bounds are kept, so that only the slack for a proof is missing, keep the violation of the
-    tightened bounds.
+    If the best signals keep the plant's own bounds, and only the slack for a proof is missing, the tightened bounds and
+    their violation stay.
     """
     given = {quantity.name: quantity for quantity in plant.quantities}
     means = [part.mean for part in found.best.prior.parts]

@@ -121,9 +121,9 @@ class _Kinks:
     """The times [s] at which signals have kinks, in increasing order, and the weights |c_i| of the kinks as `sizes`.
 
     Beyond a kink inside a box, a Taylor polynomial has an error that grows with the weight and the time since the kink.
-    So boxes are divided at kinks, because halves would have to be very narrow. If the time of a kink is no float64
-    number, the kink gets a narrow box of its own, from `lower` to `upper`, wide enough to contain the kink near its
-    middle for certain. Otherwise `lower` and `upper` are the time of the kink.
+    So boxes are divided at kinks; by halving alone, they would have to be very narrow. If the time of a kink is no
+    float64 number, the kink gets a narrow box of its own, from `lower` to `upper`, wide enough to contain the kink near
+    its middle for certain. Otherwise `lower` and `upper` are the time of the kink.
     """
 
     lower: Array
@@ -208,7 +208,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
 
 
 def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tuple[int, Fraction]]:
-    """Return the pairs of a signal's index s and a shift j T [s] that occur in linear combinations."""
+    """Return the pairs (index of a signal, shift by whole sampling times [s]) in the linear combinations, sorted."""
     found = {shifted for argument in arguments for shifted in shifts_of(argument)}
     return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
 
@@ -235,7 +235,7 @@ def discs(
             centres, times = np.sort(signal.centres), middles + float(shift)
             after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
             nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
-            if has_periodic_part(kernel):  # such a kernel has a maximum near every time
+            if has_periodic_part(kernel):  # κ repeats: far from a centre, it need not be small
                 nearest = np.zeros_like(nearest)
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
         sizes = bounds * (halves / tried) ** terms

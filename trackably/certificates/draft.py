@@ -46,9 +46,10 @@ _FORMULA_ERROR = 2.0
 
 
 def evaluated_until(reference: Reference, window: float) -> float:
-    """Return the time [s] up to which evaluation is claimed: a number of windows or periods if errors grow with time.
+    """Return the time [s] up to which the errors of float64 evaluation are claimed to be bounded.
 
-    Flat forms use differences of signals over short steps, which amplify errors, so they get fewer periods.
+    It is a multiple of the `window` [s] if errors grow with time, otherwise `LATEST`. Flat forms use differences of
+    signals over short steps, which amplify errors, so they get a smaller multiple.
     """
     far = window * (_PERIODS_OF_FORMULAS if reference.plant.flat_form is not None else _PERIODS)
     return far if any(_errors_grow(signal.kernel, far) for signal in reference.kernel_sums) else LATEST
@@ -57,7 +58,8 @@ def evaluated_until(reference: Reference, window: float) -> float:
 def _errors_grow(kernel: Kernel, far: float) -> bool:
     """Whether errors grow with time: they do unless each periodic part is multiplied by one that decays fast enough.
 
-    The largest |r κ̇| for |r| ≤ `far` [s] and for |r| ≤ `LATEST` are compared: errors grow if it more than doubles.
+    An error of κ(r) from the rounding of r is proportional to |r κ̇|. Errors grow if the bound of |r κ̇| for all
+    |r| ≤ `LATEST` [s], the latest time of evaluation, is over twice that for |r| ≤ `far` [s].
     """
     if not has_periodic_part(kernel):
         return False

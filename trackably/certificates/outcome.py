@@ -147,9 +147,9 @@ class Impossible(OutOfReach):
 class NoSignal(OutOfReach):
     """No true signal explains the samples of the state `given`: those in `among` contradict each other.
 
-    The contradiction needs every one of these samples. To explain them, the bound of the noise would have to grow by at
-    least `missing` (0 if that does not help), or the bound of `limited`, "slope" or "second derivative", by at least
-    `growth`.
+    The contradiction needs every one of these samples. To explain them, the noise bound would have to grow by at least
+    `missing` (0 if no larger noise helps), or the bound of what is `limited`, the signal's "slope" or "second
+    derivative", by at least `growth`.
     """
 
     limited: str

@@ -160,14 +160,14 @@ def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> flo
 
 
 def _envelope(signal: KernelSum, start: float) -> Array:
-    """Over-estimate |z − m| and |ż| for all times after `start` [s], which is after all centres, without rounding."""
+    """Over-estimate |z − m| and |ż| after `start` [s], which is after all centres, up to rounding errors."""
     distances, kernel = start - signal.centres, signal.kernel
     slopes = kernel.jet(np.maximum(distances, kernel.decay_distance), 1)[1]
     return np.asarray(np.abs([kernel(distances), slopes]) @ np.abs(signal.weights))
 
 
 def _reach(weights: Array, step: float, size: float, slope: float) -> float:
-    """Over-estimate |Σ_j w_j (z(t + j T) − m)|, where |z − m| ≤ `size` and |ż| ≤ `slope`, without rounding."""
+    """Over-estimate |Σ_j w_j (z(t + j step) − m)| if |z − m| ≤ `size` and |ż| ≤ `slope`, up to rounding errors."""
     late = step * (np.arange(len(weights)) @ np.abs(weights))
     return float(min(np.sum(np.abs(weights)) * size, np.abs(np.sum(weights)) * size + late * slope))
 
@@ -344,7 +344,8 @@ class _ProofProblem:
             return Unproved(quantity.name, bounds, (time, time), np.inf, self._advice(str(undefined)))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
-        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):  # one side may keep its bound
+        # A bound that jumps at this time may be kept on one side of it: examine the float64 times before and after.
+        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):
             failures = [self._failure_at(quantity, t) for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
             return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:

@@ -146,5 +146,5 @@ def jump_of(reference: Reference, times: Array) -> Unproved | None:
 
 
 def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Any], Any]:
-    """Return a part of a trajectory's formula as a function of a time [s] or an array of times."""
+    """Return a formula in the arguments of a trajectory as a function of a time [s] or an array of times."""
     return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})

@@ -23,7 +23,8 @@ from trackably.systems.trajectories import Trajectory
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
 
-_NOTHING = 1e-12  # texts round tolerances up, but not for an excess of this relative size, which is a rounding error
+# A text reduces a tolerance by this part before rounding it up, so that no rounding error raises its last digit.
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,10 @@ static inline void NAME_smallest(double *u)
 
 
 def allocation_function(allocation: Allocation, name: str) -> str:
-    """Return `static inline void name_smallest(double *u)`, preceded by its arrays."""
+    """Return the C function `static inline void name_smallest(double *u)`, preceded by its arrays.
+
+    It replaces u by the smallest input in the input set with the same effect, as `Allocation.smallest`.
+    """
     laws, bounded = allocation.laws, allocation.input_set
     numbers = {"rows": bounded.rows, "lower": bounded.lower, "upper": bounded.upper}
     numbers |= {"gains": laws.gains, "shifts": laws.shifts}
@@ -201,7 +204,7 @@ def assignment_lines(coordinate: Trajectory, target: str, written: Callable[[Fun
 
 
 def counts(coordinates: Iterable[Trajectory], signals: int) -> list[int]:
-    """Return for each signal c the number of values z_c[j] that the coordinates need, at least one."""
+    """Return for each signal how many values, at t, t + T_s, t + 2 T_s, …, the coordinates need: at least one."""
     needed = [1] * signals
     for coordinate in coordinates:
         for c, weights in (pair for _, part in coordinate.arguments for pair in part.rounded):
@@ -349,9 +352,10 @@ _PIECE = """\
 
 
 def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> str:
-    """Return `static inline prefix_dd name(prefix_time t)`, preceded by its arrays.
+    """Return the C function `static inline prefix_dd name(prefix_time t)`, preceded by its arrays.
 
-    Bisection finds the breakpoint before t; then Horner's rule evaluates the piece.
+    A `prefix_time` is an exact sum of doubles, a `prefix_dd` a number in twice the precision. Bisection finds the
+    breakpoint before t; then Horner's rule evaluates the piece.
     """
     (count, width), ends = signal.coefficients.shape, signal.breakpoints
     first, last = float(ends[0]), float(ends[-1])
@@ -459,7 +463,7 @@ def _at_ends(certificate: Certificate) -> list[str]:
 
 
 def _signals(reference: Reference, name: str) -> str:
-    """Return the C functions name_z0, … of the signals, of a double or an exact time; and name_smallest, if needed."""
+    """Return C functions: the signals name_z0, …, and helpers that move times by periods or choose redundant inputs."""
     found = _filled(f"{_PRODUCT}\n{_SUMS}", NAME=name) if reference.pieces else ""
     for c, signal in enumerate(reference.signals):
         if isinstance(signal, PolynomialPieces):

@@ -89,9 +89,10 @@ class Reached:
 def ends(proved: Proved) -> tuple[float, float]:
     """Return the first and the last time [s] worth showing, within the claim.
 
-    If all times are proved, the first one precedes the kernels or pieces by their whole length, but is not negative.
-    The last one is when the reference has settled, but at most twice as far from the first one as the last kernel or
-    piece (or 200 steps if that is more), because kernels with heavy tails settle for hours and hardly move.
+    For a window or a period, they are its ends. Otherwise, the first time precedes the first centre (or breakpoint of
+    pieces) by the time from the first to the last, but is not negative. The last time is when the reference has
+    settled, but at most twice as far from the first time as the last centre (or 200 steps if that is more), because
+    kernels with heavy tails settle for hours and hardly move.
     """
     claim, proof = proved.certificate.claim, proved.certificate.proof
     if isinstance(proof, Cover) and not isinstance(claim, AllTimes):

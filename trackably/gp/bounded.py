@@ -7,10 +7,11 @@ nothing is rejected, and the truncated distribution is invariant, up to rounding
 always π/2. Here it is random, between π/4 and 3π/4, because a reflected particle whose period is the fixed time would
 return to its start (R. M. Neal, MCMC using Hamiltonian dynamics, 2011, warns of this for Hamiltonian methods).
 
-Chains start at the shortest vector between the bounds, the most likely admissible value of a standard normal
-distribution. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving Least Squares Problems
-(1974), chapter 23: the non-negative u that brings Nᵀ u nearest to 0 and −gᵀ u nearest to 1 is positive for the active
-rows. A root of a covariance maps independent standard normal numbers to values with this covariance.
+Chains start at the shortest w with N w + g ≥ 0, for normals N and offsets g of the bounds: the most likely admissible
+value of a standard normal distribution. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving
+Least Squares Problems (1974), chapter 23: active bounds are those with u_i > 0, for the u ≥ 0 that brings Nᵀ u nearest
+to 0 and −gᵀ u nearest to 1. A root of a covariance maps independent standard normal numbers to values with this
+covariance.
 """
 
 from dataclasses import dataclass

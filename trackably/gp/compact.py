@@ -5,10 +5,10 @@ of Chebyshev points s_k, up to an error that falls geometrically with their numb
 
     Σ_i c_i κ(t − t_i) = Σ_k (Σ_i c_i L_k(t_i)) κ(t − s_k).
 
-Long active bounds add hundreds of kernels with large weights that cancel: the input of a chain of integrators
-is a difference of order r, which adds weights of the size 1/T^r with alternating signs. With few points they are added
-up before kernels are evaluated and rounded. Rounding errors are bounded by the number of kernels times the sum of |c|,
-and both fall.
+Bounds that are active for long add hundreds of kernels with large weights that cancel: the input of a chain of r
+integrators is a difference of order r, whose bounds add weights of the size 1/T_s^r (T_s is the sampling time) with
+alternating signs. With few points, weights are added up before kernels are evaluated and rounded. Rounding errors are
+bounded by the number of kernels times the sum of |c|, and both fall.
 """
 
 import math

@@ -35,7 +35,9 @@ from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; a factorisation holds two of this size
-_WITHIN_A_LAG = 1.0  # tails are used if λ times the longest lag is at most this: numbers grow by e at most within a lag
+# Tails are used if λ times the time between the first and last instant of a sample is at most this. Tails are then
+# extrapolated backwards by this time, over which e^(−λ|r|) grows by e at most.
+_WITHIN_A_LAG = 1.0
 _BLOCK = 64  # smallest number of samples in a block with tails
 _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are not used
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
@@ -129,7 +131,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         and (rung := samples.ladder.rung(density, min(_MOST_WAVES * n, _LARGEST_MATRIX / n)))
     ):
         m = rung.waves
-        cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4  # waves serve about ten factorisations
+        # Waves are computed once for about ten factorisations.
+        cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4
         yield Candidate(cost, partial(Fourier.of, samples.ladder, rung, density, prior.noise_std**2))
         if cost < _COST_OF_LOOKING:
             return

@@ -76,8 +76,8 @@ class Posterior:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
 
         This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
-        gradient is tr((A⁻¹ − c cᵀ) ∂A). If the samples are centres that represent more samples, l is that of all
-        samples.
+        gradient is tr((A⁻¹ − c cᵀ) ∂A) with the weights c = A⁻¹ (y − m). If the samples are centres that represent more
+        samples, l is that of all samples.
         """
         value, by_log_noise = self._value
         if not self.prior.learned:
@@ -111,9 +111,10 @@ class Posterior:
         return self._factored.solve(right)
 
     def weights_with_rows(self, cross: Array) -> Array:
-        """Return c − A⁻¹ (L κ(·, S))ᵀ ν: the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), shape (n,).
+        """Return the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), for rows L_a with multipliers ν_a: (n,).
 
-        `cross` is (L κ(·, S))ᵀ ν for multipliers ν of the rows, the covariance of each sample with Σ_a ν_a L_a g.
+        They are c − A⁻¹ `cross`, with the weights c of m⁺ and A = K + σ_n² I. `cross` (n,) is the covariance of each
+        sample with Σ_a ν_a L_a g.
         """
         return self.weights - self.solve(cross)
 
@@ -136,8 +137,8 @@ class Posterior:
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν for fixed `multipliers` ν and `weights` w: (p,).
 
-        A is K + σ_n² I. If w (n,) are the samples' weights that belong to ν, the expression is the cost of a function:
-        its norm plus its misfit.
+        A is K + σ_n² I, L κ(·, S) the covariances of rows and samples, and L L κ those of rows. If w (n,) are the
+        samples' weights that belong to ν, the expression is the cost of a function: its norm plus its misfit.
         """
         by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         by_kernel += rows.among_gradient(multipliers)
@@ -216,7 +217,7 @@ class Posterior:
         jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
-        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # the noise changes only weights
+        of_kernel = self.prior.places[self.prior.places < len(by_theta)]  # σ_n changes only weights, not κ
         sums[1 : 1 + len(of_kernel)] += by_theta.dot(weights[0])[of_kernel]
         return np.asarray(sums)
 
@@ -237,14 +238,17 @@ class Posterior:
 
     @cached
     def _weights_and_gradient(self) -> Array:
-        """c and ∂c/∂ln θ_j = −A⁻¹ ∂A c, A = K + σ_n² I, for learned θ_j, at the m centres; the shape is (1 + p, m)."""
+        """The weights c, then ∂c/∂ln θ_j = −A⁻¹ ∂A c for learned θ_j, all at the m kernel centres: (1 + p, m).
+
+        A is K + σ_n² I.
+        """
         moved, _ = self._moved_weights
         together = np.concatenate([self.weights[None], -moved.T])
         return self.samples.stencil.spread(self._factored.weights_at_centres(together))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:
-        """A⁻¹ ∂A c and ∂A c for the learned hyperparameters, A = K + σ_n² I; the shapes are (n, p) and (p, n)."""
+        """A⁻¹ ∂A c (n, p) and ∂A c (p, n) for each learned ln θ_j, with A = K + σ_n² I and the weights c."""
         by_noise = 2 * noise_variance(self.prior, self.samples) * self.weights
         by_theta = np.vstack([self._factored.gradient_times(self.weights), by_noise])[self.prior.places]
         return self._factored.solve(by_theta.T), by_theta

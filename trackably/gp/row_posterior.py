@@ -71,7 +71,7 @@ class RowPosterior:
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
 
     def _cross(self, multipliers: Array) -> list[Array]:
-        """Return (L κ(·, S))ᵀ ν of each process: the covariances of Σ_a ν_a L_a with the samples S."""
+        """Return the covariances of Σ_a ν_a L_a with the samples of each process, for `multipliers` ν (n,)."""
         return [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
 
     @cached

@@ -23,7 +23,9 @@ from trackably.gp.rows import Terms
 Places = npt.NDArray[np.intp]
 
 _BLOCK = 48  # smallest number of samples and rows in a block
-_WITHIN_A_ROW = 5.0  # largest λ times the time between the terms of a row: numbers grow by e⁵ at most within a row
+# Largest λ times the time between the first and last instant of a row. Covariances are extrapolated backwards by this
+# time, over which e^(−λ|r|) grows by e⁵ at most.
+_WITHIN_A_ROW = 5.0
 
 
 @dataclass(frozen=True)

@@ -225,8 +225,9 @@ class Taylor:
     def centres(self) -> Terms:
         """Terms with the same first moments as the rows, but at times further apart, so that their weights stay small.
 
-        With h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the reference.
-        Nodes k H [s] have weights with Σ_k w_k (k H)ⁿ/n! = μ_n for as many n as there are nodes.
+        With a step h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the
+        reference. Here, times lie k H after a row's first time, for k = −4 … 4 and H of a tenth of the correlation
+        time. Their weights w_k satisfy Σ_k w_k (k H)ⁿ/n! = μ_n, with the moments μ_n of the row, for n = 0 … 8.
         """
         powers = np.arange(_NODES)
         nodes = (powers - _NODES // 2) * (_APART * self.kernel.correlation_time)

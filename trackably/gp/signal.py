@@ -12,7 +12,7 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
-_FEW = 2**16  # terms (times times centres): for more, `nearly` does not use the faster, less accurate kernel values
+_FEW = 2**16  # terms (times times centres): for more, `nearly` evaluates `jet`, which works in blocks of bounded memory
 _MANY_OF_MOMENTS = 2**18  # terms (times times centres): for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that the times of a block lie close together
 
@@ -143,7 +143,7 @@ _LONG_ROW = 32  # shorter rows of times are not cached: they refine minima of on
 
 @dataclass(frozen=True)
 class CachedSum(KernelSum):
-    """A sum of kernels that evaluates each long row of times only once, by `nearly`, and caches it for ever."""
+    """A sum of kernels whose values (by `nearly`) are `known` for ever for each long row of an array of times."""
 
     known: dict[bytes, Array] = field(default_factory=dict)
 

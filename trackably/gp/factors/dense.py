@@ -41,7 +41,7 @@ class Dense(Factorisation):
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         n, lapack = len(c), scipy.linalg.lapack
         inverse, _ = lapack.dpftri(n, self.factor, uplo=LOWER)
-        # 2 (A⁻¹ − c cᵀ), as each stored entry stands for two; those of the diagonal stand for one.
+        # 2 (A⁻¹ − c cᵀ), as a stored entry stands for two of a symmetric matrix; only those of the diagonal are halved.
         counted = lapack.dsfrk(n, 1, -2.0, c[:, None], 2.0, inverse, uplo=LOWER, overwrite_c=True)
         on_diagonal = 0.5 * counted[diagonal(n)]
         counted[diagonal(n)] = on_diagonal

@@ -91,7 +91,7 @@ Covariance = Callable[[Array], tuple[Array, Array]]
 
 
 def weighted_sum(covariance: Covariance, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
-    """Return Σ ρ k(r) over pairs of weights ρ and times r [s] of one shape, and its ∂/∂ln θ_j."""
+    """Return Σ ρ k(r) and its ∂/∂ln θ_j for the `covariance` k: a sum over pairs of weights ρ and times r [s]."""
     total, by_theta = np.zeros(()), np.zeros(())
     for rho, r in parts:
         value, gradient = covariance(r)
@@ -123,7 +123,8 @@ class Factorisation(ABC):
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         """Return tr((A⁻¹ − c cᵀ) ∂K/∂ln θ_j), shape (p,), and tr((A⁻¹ − c cᵀ) V), for c of shape (n,).
 
-        With c = A⁻¹ (y − m) these are the gradient of the negative log marginal likelihood.
+        With c = A⁻¹ (y − m) for samples y with prior mean m, they are the derivatives by ln θ_j, and by the logarithm
+        of the noise variance, of l: minus twice the log marginal likelihood.
         """
 
     def centres(self, times: Array) -> Array:

@@ -5,7 +5,8 @@ Let T be the span of the samples. If κ is at rounding level from a distance P �
 
     κ(r) = Σ_k s_k cos(ω_k r),    ω_k = 2πk/P,    s_0 = S(0)/P,    s_k = 2 S(ω_k)/P.
 
-Φ depends on the hyperparameters through P only. With M = ϱ⁻¹ Φ diag(√s)/σ_n and B = I + Mᵀ M, of size m,
+Φ depends on the hyperparameters through P only. Sample i has noise of standard deviation ϱ_i σ_n; below, ϱ is the
+diagonal matrix of these ϱ_i, and ∂ a derivative by ln θ_j. With M = ϱ⁻¹ Φ diag(√s)/σ_n and B = I + Mᵀ M, of size m,
 
     A = K + V = σ_n² ϱ (I + M Mᵀ) ϱ,    |I + M Mᵀ| = |B|,    (I + M Mᵀ)⁻¹ = I − M B⁻¹ Mᵀ,
 
@@ -35,7 +36,7 @@ _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alt
 class Waves(NamedTuple):
     """1, cos ω₁t, sin ω₁t, cos ω₂t, …: columns of Φ (n, m) with `frequencies` ω [rad/s] (m,) and a `period` P [s].
 
-    `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m).
+    `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m), with the diagonal matrix ϱ of relative noise.
     """
 
     period: float
@@ -59,8 +60,8 @@ class Rung(NamedTuple):
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
 
-    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung the period P is
-    the span plus a reach from a geometric series.
+    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung, the period P is
+    the span of the times plus a reach, a distance beyond which κ is lost in rounding. Reaches form a geometric series.
     """
 
     times: Array
@@ -119,6 +120,7 @@ class Ladder:
 class Fourier(Factorisation):
     """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the stored entries of the `factor` L of B = I + Mᵀ M = L Lᵀ.
 
+    M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the Fourier coefficients of κ, and ϱ is relative noise.
     `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
     """
 
@@ -152,7 +154,7 @@ class Fourier(Factorisation):
         y = right.T / self.ladder.relative_noise
         x = self._solve(self._along(y))
         rest = y - self._spread(x)
-        # Without rounding, Mᵀ rest = Mᵀ (I + M Mᵀ)⁻¹ y = B⁻¹ Mᵀ y = x. Subtract what differs from it.
+        # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be B⁻¹ Mᵀ y = x. Remove the difference.
         rest -= self._spread(self._solve(self._along(rest) - x))
         return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
 

@@ -145,7 +145,7 @@ class LowRank(Factorisation):
         rows = right.T / self.relative_noise
         along = rows @ q
         beside = rows - along @ q.T
-        # Project twice: rounding leaves a component along Q, which the factor would have made small.
+        # Project again: rounding has left a component in span Q, which would stay as it is, although B⁻¹ shrinks it.
         beside -= beside @ q @ q.T
         kept, _ = scipy.linalg.lapack.dpotrs(self.factor, along.T, lower=True)
         solution = beside + kept.reshape(along.T.shape).T @ q.T

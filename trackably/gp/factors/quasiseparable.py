@@ -4,6 +4,9 @@ The covariance of block i with a later block k is
 
     A_ki = P_k Φ_{k−1} ⋯ Φ_{i+1} Q_i.
 
+Q_i maps values at the samples of block i to the state after this block, Φ_j maps the state before block j to the state
+after it, and P_k maps the state before block k to values at its samples.
+
 Two kinds of covariances have this form:
 
 - polynomials in λ|r| times e^(−λ|r|), and sums of them (Matérn kernels). As a function of the later time, the
@@ -61,13 +64,12 @@ class Cut(NamedTuple):
 
 
 class Block(NamedTuple):
-    """The b samples in `rows`, and their covariances, with a state of size r after them.
+    """The b samples in `rows`: their covariances, and their links with the states before and after the block.
 
-    `own` is A_ii without noise, and `into` is Q_i. `by_tails` and `move` are the parts of P_i and Φ_i that belong to
-    tails, which are polynomials times e^(−λ|r|).
-
-    `own` and `into` hold values, followed by each ∂/∂ln θ_j; shapes (1 + p, b, b) and (1 + p, r, b). The state before
-    the block ends with the covariances with the first `near` of its samples.
+    `own` is A_ii without noise. `into` is Q_i, from the samples to the state after the block, of size r. Both hold
+    values, followed by each ∂/∂ln θ_j; shapes (1 + p, b, b) and (1 + p, r, b). `by_tails` is the part of P_i, from the
+    state before the block to the samples, that belongs to tails (polynomials times e^(−λ|r|)); `move` is that of Φ_i,
+    from the state before to the state after. The state before ends with covariances with the first `near` samples.
     """
 
     rows: slice
@@ -78,22 +80,22 @@ class Block(NamedTuple):
     near: int
 
     def at_samples(self, state: Array) -> Array:
-        """Return P x, the contribution of a state x, (r, …), to the samples."""
+        """Return P x (b, …), the contribution of the state x (r, …) before the block to its samples."""
         count = self.by_tails.shape[1]
         found = self.by_tails @ state[:count]
         found[: self.near] += state[count:]
         return np.asarray(found)
 
     def from_samples(self, values: Array) -> Array:
-        """Return Pᵀ v for values v at the samples, (b, …)."""
+        """Return Pᵀ v for values v (b, …) at the samples: the transpose of `at_samples`."""
         return np.concatenate([self.by_tails.T @ values, values[: self.near]])
 
     def moved(self, state: Array) -> Array:
-        """Return Φ x for a state x, (r, …), without the zeros that follow the part of the tails."""
+        """Return Φ x for the state x (r, …) before the block: its entries of tails only, as all others are zero."""
         return np.asarray(self.move @ state[: len(self.move)])
 
     def moved_back(self, state: Array) -> Array:
-        """Return Φᵀ x for a state x, (r, …), without the zeros that follow the part of the tails."""
+        """Return Φᵀ x for x (r, …), the size of a state after the block: entries of tails only; others are zero."""
         return np.asarray(self.move.T @ state[: len(self.move)])
 
 
@@ -163,7 +165,10 @@ class Factor(NamedTuple):
 
 @dataclass(frozen=True)
 class Quasiseparable(Factorisation):
-    """A = L S Lᵀ with block diagonal S and L_ki = P_k Φ_{k−1} ⋯ Φ_{i+1} X_iᵀ, block for block."""
+    """A = L S Lᵀ with block diagonal S, L_ii = I, and L_ki = P_k Φ_{k−1} ⋯ Φ_{i+1} X_iᵀ for blocks k > i.
+
+    `factors` have S_i and X_i (see `Factor`); `blocks` have P_i, the state's effect on samples, and Φ_i, its move.
+    """
 
     blocks: list[Block]
     factors: list[Factor]
@@ -211,10 +216,11 @@ class Quasiseparable(Factorisation):
         return times(self.blocks, c)[1:]
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        """Return the traces from the blocks Z_ii of A⁻¹, and from Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki.
+        """Return the traces from the blocks Z_ii of Z = A⁻¹, and from Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki.
 
-        With N_i = Σ_{k, l > i} (P_k Φ ⋯)ᵀ Z_kl (P_l Φ ⋯) they are Y_i = −N_i Xᵀ and Z_ii = S⁻¹ + X N_i Xᵀ. No digits
-        cancel in N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, a sum of positive semidefinite matrices.
+        With N_i = Σ_{k, l > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_kl (P_l Φ_{l−1} ⋯ Φ_{i+1}) they are Y_i = −N_i Xᵀ and
+        Z_ii = S⁻¹ + X N_i Xᵀ. No digits cancel in N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, a sum of positive
+        semidefinite matrices.
         """
         by_kernel, by_noise = np.zeros(len(self.blocks[0].own) - 1), 0.0
         known, state = self._zeros(len(self.blocks[0].move)), self._zeros()

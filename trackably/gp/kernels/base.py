@@ -84,7 +84,10 @@ class Decay:
         return np.asarray(x[..., None] ** np.arange(self.size) * np.exp(-x)[..., None])
 
     def moved(self, by: Array) -> Array:
-        """Return the matrices that convert coefficients to times `by` [s] later; shape (size, size, *by.shape)."""
+        """Return the matrices that re-expand a function about a time `by` [s] later; shape (size, size, *by.shape).
+
+        They map the coefficients of f(r) to those of f(r + by) as a function of r.
+        """
         x, found = self.rate * by, np.zeros((self.size, self.size, *by.shape))
         for j in range(self.size):
             for k in range(j + 1):

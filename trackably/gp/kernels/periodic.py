@@ -40,7 +40,10 @@ class Periodic(Elementary):
         return np.asarray(self.signal_std**2 * correlation(r, self.lengthscale, self.period))
 
     def _of_order_0(self, r: Array) -> tuple[Array, Array]:
-        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ."""
+        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ.
+
+        Here, g = 2 sin²(π r/θ₃)/θ₂².
+        """
         omega, beta = tau / self.period, self.lengthscale**-2
         phase = omega / 2 * r
         tangent = np.tan(phase)  # gives sine and cosine: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
