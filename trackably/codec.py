@@ -202,7 +202,7 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
     if missing := [name for name in hints if name in _required_fields(wanted) and name not in data]:
         raise CodecError(f"{of} lacks {', '.join(missing)} @ {where}")
     if unknown := [str(name) for name in data if name not in hints]:
-        raise CodecError(f"{of} has no {', '.join(unknown)} @ {where}")
+        raise CodecError(f"{of} has no field {', '.join(unknown)}; its fields are {', '.join(hints)} @ {where}")
     if wanted is Polytope:  # a bound that moves in time is an object
         moving = (side for side in ("lower", "upper") if isinstance(data[side], list) and dict in map(type, data[side]))
         hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])

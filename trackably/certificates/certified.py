@@ -267,9 +267,11 @@ class _Learning:
         return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
 
     def _shortened(self, found: Solution, error: float) -> bool:
-        """Lower the upper limits of the searched length scales to half of those found.
+        """Lower the upper limits of the searched length scales to half of those of the solution `found`.
 
-        Return False if this does not help: errors do not fall, or the fallback is better than what a few halvings find.
+        `error` is its largest error of evaluation in float64, relative to a bound's width. Return False, and change
+        nothing, if this would not help: if the error has not fallen since the last call, or if the fallback (learning
+        hyperparameters alone) is known to be better.
         """
         self.alone = min(self.alone, found.alone)
         if self.fallback and (error >= _HOPELESS or found.objective > self.alone):

@@ -345,9 +345,9 @@ class Matern52(Matern):
 
 @dataclass(frozen=True)
 class Matern72(Matern):
-    """P(x) = 1 + x + 2x²/5 + x³/15 with x = √7 r/θ₂; |κ̇| is largest where x³ = 3x + 3.
+    """P(x) = 1 + x + 2x²/5 + x³/15 in κ(r) = θ₁² P(x) e^(−x), with x = √7 r/θ₂.
 
-    This root is w + 1/w with w³ = (3 + √5)/2.
+    |κ̇| is largest where x³ = 3x + 3, at x = w + 1/w with w³ = (3 + √5)/2.
     """
 
     degree, square = 3, 7

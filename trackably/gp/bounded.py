@@ -99,9 +99,9 @@ class BoundedNormal:
 
     @cached_property
     def start(self) -> Array:
-        """The most likely w that is 1e-6 inside all bounds, shape (r,).
+        """The most likely standard normal vector w (r,) that is at least 1e-6 away from all bounds.
 
-        Raises NoRoom if there is none, or if it is not found.
+        Chains of draws start there. Raises NoRoom if there is no such w, or if it is not found.
         """
         found = least_norm(self.normals, self.offsets - _INSIDE)
         if found is None:

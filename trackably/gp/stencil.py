@@ -125,7 +125,10 @@ class Stencils(_Instants):
                 f"stencils: steps must be the same, got {', '.join(str(part.step) for part in self.parts)} s"
             )
         if len(self.parts) != len(self.names) or not {*self.of} == {*range(len(self.parts))}:
-            raise ValueError(f"stencils: each of {', '.join(self.names)} needs a part, and at least one sample in `of`")
+            raise ValueError(
+                f"stencils: expected a part for each of {', '.join(self.names)}, with at least one sample, got "
+                f"{len(self.parts)} parts"
+            )
 
     @cached_property
     def step(self) -> float:

@@ -308,5 +308,7 @@ def _verify(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Ar
     wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1)
     off = float(np.max(np.abs(PPoly(c.transpose(2, 1, 0)[::-1], ends)(middle) - wanted)))
     if not off <= _OFF * max(float(np.max(np.abs(wanted))), 1.0):
-        raise ValueError(f"trajectory: the pieces read from {planner} differ from its own values by {off:.3g}")
+        raise ValueError(
+            f"trajectory: the polynomials read from {planner} differ by {off:.3g} from the positions that it returns"
+        )
     return ends, c

@@ -251,7 +251,8 @@ class Exchange:
             return is_hopeless or _is_near(x, ends) or _is_near(x, minima)
 
         for path in paths:
-            # A search ends near a known minimum, except near its own start: it may find that minimum more precisely.
+            # A search is stopped as soon as it comes near a known minimum. In its first round, the minimum at which it
+            # starts does not count, because it may be found more precisely.
             minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
             # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.

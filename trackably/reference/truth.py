@@ -606,9 +606,10 @@ def _pieces(of: TrueSignal) -> tuple[Array, Array]:
 
 
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
-    """Return the plant with one more bound U − ε ≤ x ≤ D + ε of a state x, ε = `tolerance`.
+    """Return the plant with one more bound U − ε ≤ x ≤ D + ε of the state x that `of` names, with ε = `tolerance`.
 
-    Before the first sample and after the last, this bound is so wide that it never matters.
+    U and D are the upper and the lower side of the true signal. Before the first sample of the state and after the
+    last, the bound is so wide that it never matters.
     """
     low, high = _pieces(of)
     low[:, 0] -= tolerance

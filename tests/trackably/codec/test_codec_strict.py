@@ -28,7 +28,11 @@ SYSTEM = encode(GENERAL.plant.system)
     [
         (Interval, [0.0, 1.0], "Interval: Interval must be an object, got [0.0, 1.0] @ $"),
         (Interval, {"lower": 0.0}, "Interval lacks upper @ $"),
-        (Interval, {"lower": 0.0, "upper": 1.0, "middle": 0.5}, "Interval has no middle @ $"),
+        (
+            Interval,
+            {"lower": 0.0, "upper": 1.0, "middle": 0.5},
+            "Interval has no field middle; its fields are lower, upper @ $",
+        ),
         (Interval, {"lower": False, "upper": 1.0}, "must be a number, got False @ $.lower"),
         (Interval, {"lower": 0.0, "upper": math.nan}, "must be finite, and exact in float64, got nan @ $.upper"),
         (Interval, {"lower": 0.0, "upper": 2**53 + 1}, "exact in float64, got 9007199254740993 @ $.upper"),

@@ -170,7 +170,7 @@ def test_what_ruckig_hands_out_is_read_and_compared_with_what_it_says():
     found, t = JointTrajectory.of(given, ["a", "b"]), np.linspace(0.0, 1.3, 301)
     np.testing.assert_allclose(found(t), np.transpose(given.at_time(t)[0]), atol=1e-12)
     np.testing.assert_allclose(found(9.0), found(1.3))
-    with pytest.raises(ValueError, match=r"the pieces read from Ruckig differ from its own values by 0\.00"):
+    with pytest.raises(ValueError, match=r"the polynomials read from Ruckig differ by 0\.00"):
         JointTrajectory.of(ruckig_like(off=0.1))
 
 

@@ -237,7 +237,7 @@ class Quasiseparable(Factorisation):
         return by_kernel, by_noise
 
     def _zeros(self, *shape: int) -> Array:
-        """Return the state before the first block or after the last one: zeros, one for each coefficient of tails."""
+        """Return zeros (r, *shape), the state of a recursion over blocks before the first block, or after the last."""
         return np.zeros((len(self.blocks[0].move), *shape))
 
     def _backwards(self) -> Iterator[tuple[Block, Factor]]:
