@@ -22,7 +22,7 @@ from trackably.certificates.prove import Failure
 from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllPhases
 from trackably.gp.joint import JointPosterior, JointPrior
-from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.samples import Samples
 from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
@@ -173,10 +173,10 @@ def learn_reference(
         distance is at most the tolerance. If the plant is disturbed, its state keeps these bounds at steps too.
     near
         A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
-        The search also starts at its hyperparameters and prior means (unless numbers are given for them), and the
-        function for these is one more candidate. So if `near` keeps these bounds and was learned from these samples,
-        with the same numbers given, J is no larger than that of `near`, up to the duality gaps that both explanations
-        state and the cost of tightening bounds for the proof. It needs `method` "joint".
+        The search also starts at its hyperparameters and prior means (unless they are given as numbers, or learned from
+        `learn_from`), and the function for these is one more candidate. So if `near` keeps these bounds and was learned
+        from these samples, with the same numbers given, J is no larger than that of `near`, up to the duality gaps that
+        both explanations state and the cost of tightening bounds for the proof. It needs `method` "joint".
     starts
         The number of points from which the search starts.
     budget
@@ -252,7 +252,7 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        search = _Search(measured, goal, required, starts, between)
+        search = _Search(measured, goal, required, starts, () if keep else between)
         with _in_time(budget, end):
             (certified, cost, limited), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
         pinned = tuple(at.found(certified.reference) for at in pinned)
@@ -301,7 +301,7 @@ class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
     `required` are the values of waypoints, `starts` is the number of points from which each search starts, and `free`
-    are the names whose prior mean is learned.
+    are the names whose prior mean is learned from these samples.
     """
 
     measured: Measurements
@@ -392,12 +392,11 @@ def _of_neighbour(
     `near` has other names or kernels.
     """
     own, theirs = first.prior, near.prior
-    kinds = [[type(part.kernel) for part in prior.parts] for prior in (own, theirs)]
+    kinds = [", ".join(_kind(part.kernel) for part in prior.parts) for prior in (own, theirs)]
     if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
         raise ValueError(
             f"near: expected a reference learned from samples of {', '.join(own.names)} with the same kinds of kernels "
-            f"({', '.join(kind.__name__ for kind in kinds[0])}), got one of {', '.join(theirs.names)} "
-            f"({', '.join(kind.__name__ for kind in kinds[1])})"
+            f"({kinds[0]}), got one of {', '.join(theirs.names)} ({kinds[1]})"
         )
     given = first.with_noise or first.prior
     known = {name: value for name, value in given.hyperparameters.items() if name not in given.learned}
@@ -405,6 +404,12 @@ def _of_neighbour(
     parts = [part if name in free else replace(part, mean=ours.mean) for name, ours, part in every]
     held = replace(first, prior=theirs.with_parts(parts), with_noise=None)
     return held, replace(FUNCTION, solve=partial(function_near, near.fit.solution))
+
+
+def _kind(kernel: Kernel) -> str:
+    """Return the kind of a kernel as text, such as Matern52 or Sum(Matern52, Periodic)."""
+    parts = f"({_kind(kernel.left)}, {_kind(kernel.right)})" if isinstance(kernel, Sum | Product) else ""
+    return f"{type(kernel).__name__}{parts}"
 
 
 def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference | None) -> Learner:

@@ -31,6 +31,10 @@ from trackably.checker.watch import tick
 Indices = npt.NDArray[np.intp]
 
 
+_CENTRES = 2**14
+"""Centres whose moments are computed at once, so that few further numbers are in memory beside the results."""
+
+
 @dataclass(frozen=True, eq=False)
 class CentresBefore:
     """The part of Σ_i c_i κ(t − t_i) whose centres are before a box; `centres` [s] are in increasing order."""
@@ -61,16 +65,19 @@ class CentresBefore:
         The first row has the moments of the weights, the second row those of the absolute weights. They are the same
         for all boxes, so that what is shown of a box does not depend on which boxes are examined together with it.
         """
-        own = Floats.exact(np.stack([self.weights, np.abs(self.weights)]))
-        none = Floats.exact(np.zeros(own.low.shape))
-        found, step = [own, *[none] * self.kernel.degree], 1
+        low, step = np.zeros((self.kernel.degree + 1, 2, len(self.centres))), 1
+        low[0] = self.weights, np.abs(self.weights)
+        found = [Floats(*ends) for ends in zip(low, low.copy(), strict=True)]
         while step < len(self.centres):  # `found` has the moments of the last `step` centres up to each
-            tick()
-            earlier = [m.at((slice(None), slice(-step))) for m in found]
-            since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
-            parts = [(m.at((slice(None), slice(step))), m.at((slice(None), slice(step, None)))) for m in found]
-            moved = _move(earlier, since)
-            found = [join([first, others + more]) for (first, others), more in zip(parts, moved, strict=True)]
+            for end in range(len(self.centres), step, -_CENTRES):  # from the last: earlier ones are needed as they are
+                tick()
+                now = slice(max(end - _CENTRES, step), end)
+                then = slice(now.start - step, end - step)
+                since = self.kernel.rate * (Floats.exact(self.centres[now]) - Floats.exact(self.centres[then]))
+                moved = _move([m.at((slice(None), then)) for m in found], since)
+                for m, more in zip(found, moved, strict=True):
+                    both = m.at((slice(None), now)) + more
+                    m.low[:, now], m.high[:, now] = both.low, both.high
             step *= 2
         return found
 
