@@ -126,7 +126,8 @@ def _compare(
 def _view(experiment: str, params: Path, results: Path, port: int, browser: bool) -> None:
     """Show all logs of EXPERIMENT in a viewer in the browser, with a layout of panels for their topics.
 
-    The first call downloads the viewer from npm, at a locked version. The loopback address serves it until Ctrl-C.
+    The first call downloads the viewer from npm, at a locked version. It is served on the loopback address until
+    Ctrl-C.
     """
     from pipeline.viewer.view import address_of, fetched, server_of, shown  # noqa: PLC0415  as for the stages
 

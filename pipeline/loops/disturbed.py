@@ -205,8 +205,9 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
     """Return `sizes` of W and V as factors of the given sets, and for each the `price` J − min l and the `misfit`.
 
     The reference of size 0 is `joint`, and that of size 1 is `robust`. References for other sizes are learned here for
-    the same feedback, starting from the hyperparameters of the next smaller size, and proved. Sizes without a proved
-    reference are left out. `largest` is the size from which on tightened bounds leave no admissible states or inputs.
+    the same feedback, and proved: the first one from the hyperparameters of `robust`, each later one from those of the
+    reference learned before it. Sizes without a proved reference are left out. `largest` is the size from which on
+    tightened bounds leave no admissible states or inputs.
     """
     tightened = experiment.tightening
     assert tightened, "asked for where there is a disturbance"

@@ -101,7 +101,7 @@ class Robust:
     def model_generators(self, system: LinearSystem) -> list[Vector] | str:
         """Return the generators of the set D that a wrong `model` adds to W (none without one), or why D is unknown."""
         if self.model and not isinstance(self.disturbance, Zonotope):
-            return "the disturbance set W must be a zonotope, not a hull of points, if there is a model"
+            return "the disturbance set W must be a zonotope, not a hull of points, if `model` has vertices"
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
 
 

@@ -1,8 +1,8 @@
 """The largest files that are read, and the largest effort of a check; the theorem names these numbers.
 
-The limits are far beyond the needs of a proof. A file that exceeds one of the limits from `BYTES` to `DEPTH` is refused
-before it is checked. A check that exceeds `MEMORY`, `BITS` or `BITS_TOGETHER` is Undecided, and so is one that exceeds
-the time that it is given.
+The limits are far beyond the needs of a proof. A file that exceeds one of the limits from `BYTES` to `DEPTH`, except
+`CELLS`, is refused before it is checked. A check that exceeds `CELLS`, `MEMORY`, `BITS` or `BITS_TOGETHER` is
+Undecided, and so is one that exceeds the time that it is given.
 """
 
 BYTES = 32_000_000

@@ -200,7 +200,8 @@ def _why_uncounted(certificate: Certificate) -> str | None:
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
     """Over-estimate Σ_i |r_i x_i| from `start` to `end` [s], for the row r of a bound and states or inputs x.
 
-    If the row has only one state or input, the row's bounds are used. A later step proves these bounds.
+    If the row has only one state or input, the row's bounds are used. A later step proves these bounds, and does not
+    rely on the errors that follow from them here.
     """
     used = [(r, part) for r, part in zip(bound.row, functionals(subject, bound.of), strict=True) if r]
     if len(used) == 1:

@@ -232,4 +232,4 @@ def read_columns(path: Path, decimal: str = ".", names: Collection[str] = ()) ->
         if name in headings:
             raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")
         headings[name] = heading, unit.strip()
-    return Columns(replace(table.part(filled), advice=""), headings)  # its advice is on layouts, of no use here
+    return Columns(replace(table.part(filled), advice=""), headings)  # commands have no layout to change

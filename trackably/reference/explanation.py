@@ -59,7 +59,10 @@ def kept_free(tightening: Tightening | None) -> str | None:
 
 
 def given_values(pinned: Sequence[Waypoint]) -> list[str]:
-    """Return a sentence for each time with given values; of more than 5 times, for the first 3 and the last."""
+    """Return a sentence for each time with given values.
+
+    Of more than 5 times, only the first 3 and the last have one; the number of the other times is between them.
+    """
     said = list(map(str, pinned))
     left_out = len(said) - _SHOWN
     return said if left_out < 2 else [*said[: _SHOWN - 1], f"{left_out} more such times", said[-1]]

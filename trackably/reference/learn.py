@@ -113,7 +113,7 @@ def learn_reference(
         The prior mean, in the unit of the sampled states. A pair is an interval in which it is learned; if it is left
         out, it is learned without limits. Bounds have no influence on it, except if the claim needs an equilibrium
         within the bounds: a mean without limits is then the likeliest one that stays a hundredth of each width away
-        from the bounds.
+        from the bounds, or less if there is none.
     learn_from
         Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
         function is learned from `samples`: the paper's D_θ and D_t. If left out, both are learned from `samples`.
@@ -156,7 +156,7 @@ def learn_reference(
         named entries. The true plant may be any point of their convex hull, another one at each step. The reference
         then keeps a distance from its bounds that covers the errors which this may cause under the feedback, together
         with those of `disturbance` and `measurement_noise`, which have to be zonotopes. States and inputs whose
-        coefficients are uncertain need bounds.
+        coefficients are uncertain need bounds of their own.
     margin
         The part of each width between two bounds by which the reference stays away from both: a substitute for a known
         set W of disturbances.

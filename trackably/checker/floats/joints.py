@@ -18,7 +18,7 @@ from trackably.checker.watch import tick
 def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
     """Return the limits and the jumps that float64 does not show to be kept.
 
-    If joints rest after the last piece, all limits there and all jumps at its end are left undecided.
+    If joints rest after the last piece, all limits of this rest, and all jumps at its beginning, are among them.
     """
     joints, limits, jumps = trajectory.joints, list[tuple[int, int, int]](), list[tuple[int, int, int]]()
     n = max(len(piece) for pieces in trajectory.coefficients for piece in pieces)

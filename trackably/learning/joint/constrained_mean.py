@@ -64,8 +64,9 @@ class ConstrainedMean:
     def signals(self) -> tuple[KernelSum, ...]:
         """The function as sums of kernels, corrected until the active bounds are met to 1e-10 of their width.
 
-        There are at most 5 corrections. Two approximations make a correction necessary: sums of kernels represent rows
-        up to a small residual, and the multipliers are those of a covariance K⁺ whose diagonal is a little larger.
+        There are at most 5 corrections, and none after one that does not halve the residual. Two approximations make a
+        correction necessary: sums of kernels represent rows up to a small residual, and the multipliers are those of a
+        covariance K⁺ whose diagonal is a little larger.
         """
         active = np.flatnonzero(self.multipliers)
         multipliers, least = self.multipliers.copy(), np.inf

@@ -144,7 +144,7 @@ def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: A
 
 
 def _solve(K: Array, d: Array, is_equation: Flags, likely: Flags | None) -> Array | None:
-    """Return the multipliers that maximise 2 λᵀ d − λᵀ K λ; None if they are not found in float64."""
+    """Return λ as `solve_dual` for a positive definite K; None if K has no Cholesky factor or no λ is found."""
     try:
         return _eliminate(K, d, is_equation, likely) if is_equation.any() else nonnegative_minimum(K, d, likely)
     except (np.linalg.LinAlgError, RuntimeError):  # no Cholesky factor, or no minimum found

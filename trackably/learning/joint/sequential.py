@@ -204,7 +204,7 @@ def _regular(constraint: Constraint, times: Array) -> Array:
 
 
 def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[float, float, bool]:
-    """Return the first and the last time [s] at which signals affect the bounds, and whether signals are periodic.
+    """Return the first and the last time [s] at which signals affect the bounds, and whether they span a period.
 
     If all signals have a common period, these times are 0 and the period.
     """
