@@ -68,7 +68,7 @@ from trackably.systems import tightening
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
-STUMBLES = ValueError, ArithmeticError, IndexError, AssertionError, TypeError
+STUMBLES = ValueError, ArithmeticError, IndexError, AssertionError
 """What may be raised where somebody lies: then nothing is handed out."""
 
 _SIGNALS = 4
@@ -219,7 +219,7 @@ def of_truth(rng: np.random.Generator) -> Found:
     values = f(t) + NOISE * rng.choice([-1.0, 1.0], len(t))
     of = SignalClass(Measured(tuple(t.tolist()), tuple(values.tolist()), NOISE * (1 + 1e-9)), None, None, 0.5)
     found = None
-    with suppress(*STUMBLES):
+    with suppress(*STUMBLES, TypeError):  # a lie may take away all that is compared
         if (excluded := no_signal("position", of)) and isinstance(judge_contradiction(excluded), NoSignal):
             yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
         found = judge(with_truth(certificate, {"position": Sought(of)}))

@@ -88,6 +88,7 @@ FAILED: Rows = {
         ("trajectories.states.0.weights.0.0", "2", "trajectories: the system does not follow signal 0"),
         ("trajectories.inputs.0.offset", "1/1000000000000", "trajectories: the system does not stay where"),
         ("trajectories.inputs.0.weights.0.1", "0", "trajectories: the system does not follow signal 0"),
+        ("trajectories.inputs.0.weights.0", lambda weights: [*weights, "0", "1"], "does not follow signal 0"),
         ("reference.signals.0.mean", 1e300, "sizes"),
         ("reference.plant.system.sampling_time", 1e-300, "sizes"),
         ("evaluation.until", 1e200, "sizes"),
@@ -95,6 +96,7 @@ FAILED: Rows = {
         ("evaluation.errors.input", 1e-300, "evaluation: the input"),
         ("claim.tail_start", 0.5, "cover"),
         ("claim.covers.state.ends", [0.0, 1.0], "cover"),
+        ("claim.covers.state.ends.0", 0.01, "cover"),
         ("claim", {"kind": "all_phases", "period": 0.1, "terms": 16, "covers": EARLY["covers"]}, "period"),
         ("reference.plant.state_set.lower.0", 0.1, "box"),
         ("reference.plant.input_set.lower.0", 9.0, "box"),
@@ -103,6 +105,7 @@ FAILED: Rows = {
     "window": [
         ("claim.terms", 2, "box"),
         ("claim.covers.state.radii.0", 1e-3, "box"),
+        ("claim.covers.state.ends", lambda ends: [ends[0], *ends[-2:0:-1], ends[-1]], "cover: .* out of order"),
     ],
     "instants": [("reference.plant.state_set.upper.0", 0.1, "instants"), ("claim.last_step", 1, "tail")],
     "tank": [
@@ -129,6 +132,7 @@ FAILED: Rows = {
         ("attainable", [], "names"),
     ],
     "pushed cart": [
+        ("trajectories.inputs.0.weights.0", lambda weights: weights[:-1], "does not follow signal 0"),
         ("disturbance.feedback.0.0", times(0.5), "leaves less room|does not contract"),
         ("disturbance.set.generators.0.1", hair, "room"),
         ("disturbance.set.centre.0", "1/1000", ROOM),
@@ -141,6 +145,7 @@ FAILED: Rows = {
         ("disturbance.box.0", times(-1), "sizes of at least 0"),
         ("disturbance.state_set.upper.0", HAIR_LESS, "state_set: row 0"),
         ("disturbance.input_set.upper.0", HAIR_LESS, "input_set: row 0"),
+        ("disturbance.input_set.lower.0", HAIR_LESS, "input_set: row 0"),
         ("disturbance.state_set.rows.0.0", lambda v: float(np.nextafter(v, 9)), "the same rows"),
         ("disturbance.state_set.dimension", 1, "dimensions of state and input"),
         ("disturbance.feedback", [[1.0]], "a column for each state"),
@@ -151,6 +156,7 @@ FAILED: Rows = {
         ("disturbance.noise.centre.0", "-1/100", WITH_NOISE),
         ("disturbance.set.generators.0.1", hair, WITH_NOISE),
         ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
+        ("disturbance.state_set.lower.1", HAIR_LESS, ROOM),
         ("disturbance.noise.centre", ["0"], WITH_NOISE),
     ],
     "triangle": [("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1")],

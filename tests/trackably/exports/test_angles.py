@@ -1,4 +1,4 @@
-"""A heading that passes π does not jump back to −π in what acados follows; `test_do_mpc` has the other."""
+"""A heading that passes π does not jump back to −π in what acados follows; for do-mpc see `test_do_mpc`."""
 
 import numpy as np
 

@@ -71,6 +71,12 @@ def test_variance_lies_between_zero_and_the_prior(kernel, values, noise_std):
     assert np.all(at_samples <= prior.noise_std**2 * (1 + 1e-9))  # no worse than that one sample alone
 
 
+def test_samples_of_changes_alone_say_nothing_of_the_mean():
+    changes = Samples([0.0, 0.5, 1.3], [0.1, -0.2, 0.3], stencil=Stencil((-10.0, 10.0), 0.1))
+    posterior = Posterior(Prior(SquaredExponential(1.0, 1.0), 0.1, 0.5), changes)
+    assert posterior.with_likeliest_mean(-9.0, 9.0).prior.mean == 0.5
+
+
 @pytest.mark.parametrize("ask", [lambda p: p.weights, lambda p: p.mean(TIMES), lambda p: p.variance(TIMES)])
 def test_a_hopeless_matrix_is_refused_with_the_hyperparameters_that_made_it(ask):
     posterior = Posterior(

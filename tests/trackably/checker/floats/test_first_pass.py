@@ -17,7 +17,7 @@ from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
-from trackably.checker.boxes import around_instant
+from trackably.checker.boxes import around_instant, stays_inside
 from trackably.checker.floats import boxes
 from trackably.checker.floats.intervals import stay_between
 
@@ -36,6 +36,14 @@ def test_it_decides_most_boxes(kind, monkeypatch):
     monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, boxes=counted))
     assert isinstance(check(data_of(kind) if kind in VALID else encode_certificate(proved(kind))), Proved)
     assert left <= every / 20 > 0
+
+
+def test_a_broken_bound_is_found_before_later_boxes_are_decided(monkeypatch):
+    """A file whose bounds are broken everywhere takes no longer than up to its first box."""
+    asked = []
+    monkeypatch.setattr(boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
+    assert check(changed(data_of("instants"), "reference.plant.state_set.upper.0", -0.6)).reason.endswith("at step 0")
+    assert len(asked) <= 2  # a state and an input
 
 
 def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch):
