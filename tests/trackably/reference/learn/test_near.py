@@ -43,6 +43,21 @@ def test_what_is_known_stays_known_beside_a_reference_that_is_offered():
     assert found.prior.parts[0].mean == -0.5
 
 
+def test_a_mean_of_other_samples_stays_beside_a_reference_that_is_offered():
+    given = {"samples": SAMPLES, "plant": AXIS, "kernel": SquaredExponential(), "claim": (0.0, 3.0), "noise_std": 0.02}
+    lower = {"position": Samples(SAMPLES.times, SAMPLES.values - 0.3)}
+    alone = learn_reference(**given, learn_from=lower)
+    again = learn_reference(**given, learn_from=lower, near=learn_reference(**given))
+    assert again.prior.parts[0].mean == alone.prior.parts[0].mean
+
+
+def test_a_reference_with_another_kernel_in_its_sum_is_no_neighbour():
+    smooth, rough = (kind(0.5, 0.6) + SquaredExponential(0.1, 0.3) for kind in (SquaredExponential, Matern52))
+    given = {"samples": SAMPLES, "plant": AXIS, "claim": (0.0, 3.0), "noise_std": 0.02, "mean": -0.4}
+    with pytest.raises(ValueError, match=r"\(Sum\(SquaredExponential, .*, got .* \(Sum\(Matern52, "):
+        learn_reference(kernel=smooth, **given, near=learn_reference(kernel=rough, **given))
+
+
 def test_a_search_that_ends_higher_alone_ends_no_higher_than_a_reference_that_is_offered():
     tight, loose, given = TASKS["an axis"]
     best = learn_reference(plant=loose, **given, starts=1, near=learn_reference(plant=tight, **given, starts=2))
