@@ -50,9 +50,11 @@ def boxes_left(
             every_row: Any = [found.at(k) for k in range(terms + 1)]
             first, *others, missed = every_row
             near = join([c.at(None) for c in (around(first, missed), *others)], axis=0)
-            kept = stay_between(bernstein_on_box(near), low, high)
+            coefficients = bernstein_on_box(near)
+            kept, at_ends = stay_between(coefficients, low, high), coefficients.at([0, -1])
+            lost = np.any((at_ends.high > high.low) | (at_ends.low < low.high), axis=0)
         found_at = {(box, q.name): i for i, (box, q) in enumerate(tried)}
-        yield from _left(held, some, found_at, kept, Model([first, *others], missed))
+        yield from _left(held, some, found_at, kept, lost, Model([first, *others], missed))
 
 
 def _left(
@@ -60,19 +62,20 @@ def _left(
     boxes: Sequence[Box],
     found_at: Mapping[tuple[Box, str], int],
     kept: Mask,
+    lost: Mask,
     models: Model,
 ) -> Iterator[tuple[Box, list[Quantity]]]:
     """Yield boxes with the quantities that are left to be proved.
 
     `found_at` has, for a box and a quantity's name, the index i of the quantity in kept[i] and in the arrays of
     `models`; it has none if the quantity may be undefined in the box. A quantity that is not `kept` inside its bounds
-    is tried again in integers.
+    is tried again in integers, unless it is `lost`: its enclosure at an end of the box leaves the bounds.
     """
     for box in boxes:
         left = []
         for q in held[box]:
             i = found_at.get((box, q.name))
-            of_box = None if i is None or kept[i] else _model(models, i)
+            of_box = None if i is None or kept[i] or lost[i] else _model(models, i)
             if i is None or not (kept[i] or (of_box and stays_inside(of_box, q, box))):
                 left.append(q)
         yield box, left

@@ -224,11 +224,13 @@ class JointSearch:
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
         crowded = not is_smooth(self.problem) and sum(map(len, coarse.function.active)) > MANY_CONTACTS
-        tolerance = _ALMOST / 10 if crowded or not is_linear(self.problem) else 0.0
-        fine = self.at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
-        if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH) and not crowded:
-            again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-            fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
+        fine = None
+        if not crowded:
+            tolerance = 0.0 if is_linear(self.problem) else _ALMOST / 10
+            fine = self.at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
+            if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH):
+                again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
+                fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
