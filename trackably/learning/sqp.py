@@ -267,7 +267,7 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
     at all (Byrd, Nocedal, Waltz: steering).
     """
     d, multipliers = program.solve(here.slack, penalty)
-    if (left := here.linear_violation(d)) <= FEASIBLE:
+    if (left := here.linear_violation(d)) <= max(FEASIBLE, (1 - _STEERED) * here.violation):
         return d, multipliers, penalty, left
     least, _ = program.solve(here.slack, _LARGEST_PENALTY)
     enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
