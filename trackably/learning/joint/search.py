@@ -261,9 +261,9 @@ class JointSearch:
         """Return ln θ, places (times and sides) and signals at which a search for a nonlinear plant begins.
 
         The first search begins at the minimiser of J with formulas linearised at the path of the means at an even pace
-        (see `starts_for`), or at `start`: where J is lower, or, if it is brief, at the first one with a function. A
-        later one begins at the minimiser of J with formulas linearised at the best function; None if J there is not
-        lower than the best J by the allowed gap. None also if no function is found.
+        (see `starts_for`), or, if no function is found there, at `start`. A later one begins at the minimiser of J with
+        formulas linearised at the best function; None if J there is not lower than the best J by the allowed gap. None
+        also if no function is found.
         """
         if self.best is not None:
             known = self.best.function
@@ -272,16 +272,13 @@ class JointSearch:
             if found is None or found.at.value >= self.best.objective - self.best.allowed_gap:
                 return None
             return found.x, known.places, known.mean.signals
-        posterior, begun = self.problem.posterior(start), list[tuple[Point, ConstrainedProblem]]()
+        posterior = self.problem.posterior(start)
         regular = with_regular(self.problem, posterior, no_places(self.problem))
         found = self._minimise_linearised(start, regular, starts_for(self.problem, posterior)[-1])
         for log_theta in (start,) if found is None else (found.x, start):
-            if not (begun and self.is_brief) and (point := self.begin(log_theta)) is not None:
-                begun.append((point, self.problem))
-        if not begun:
-            return None
-        point, self.problem = min(begun, key=lambda each: each[0].objective)
-        return point.log_theta, point.function.places, point.function.mean.signals
+            if point := self.begin(log_theta):
+                return point.log_theta, point.function.places, point.function.mean.signals
+        return None
 
     def _minimise_linearised(self, start: Array, places: Places, near: Signals) -> sqp.Minimum | None:
         """Minimise J from a start, with formulas linearised at the signals `near`."""
