@@ -96,30 +96,18 @@ def _enclosed(
     The number of boxes in a group limits the memory, if a box takes a model of each of the `wanted` signals, and
     `others` further models.
     """
-    shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
-    signals, step = {s: ManyCentres.of(subject.signals[s]) for s in shifts}, Fraction(subject.system.sampling_time)
+    signals, step = {s: ManyCentres.of(subject.signals[s]) for s, _ in wanted}, Fraction(subject.system.sampling_time)
     at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1 + others))))
     for begin in range(0, len(boxes), at_once):
-        some, known = boxes[begin : begin + at_once], dict[Shifted, Model]()
-        for s, of in signals.items():
-            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all boxes, once for each shift
-            with np.errstate(all="ignore"):
-                found = of.enclose(Boxes(starts, ends, radii, [j * step for j in shifts[s] for _ in some]), terms)
-            for i, j in enumerate(shifts[s]):
-                known[s, j] = _at(found, slice(i * len(some), (i + 1) * len(some)))
+        some = boxes[begin : begin + at_once]
+        with np.errstate(all="ignore"):
+            known = {(s, j): signals[s].enclose(Boxes(*np.array(some).T, j * step), terms) for s, j in wanted}
         yield some, known
 
 
-def _at(models: Any, index: slice | Indices) -> Model:
-    """Return the models of some boxes; `index` selects these boxes in the last axis of the arrays."""
-    return Model([c.at((..., index)) for c in models.coefficients], models.missed.at(index))
-
-
-def _joined(models: Any) -> Model:
-    """Return models of B boxes with all coefficients but the first in one array (n − 1, B): fewer operations."""
-    first, *others = models.coefficients
-    rest: Any = stack(others, first.low.shape)
-    return Model([first, rest], models.missed)
+def _at(models: Any, where: Indices) -> Model:
+    """Return the models of some boxes."""
+    return Model([c.at(where) for c in models.coefficients], models.missed.at(where))
 
 
 def _needs(q: Quantity) -> list[Shifted]:
@@ -134,10 +122,8 @@ def _models_of(
     The first n rows have the coefficients, and the last row the bounds of the remainders. `known` has models of shifted
     signals in all boxes, with n coefficients.
     """
-    is_sum = q.combination is not None and not q.needs and bool(_needs(q))
     while len(where):
-        at = {shifted: _at(_joined(known[shifted]) if is_sum else known[shifted], where) for shifted in _needs(q)}
-        enclosures = Enclosures(subject, 2 if is_sum else n, _NO_BOX, at)
+        enclosures = Enclosures(subject, n, _NO_BOX, {shifted: _at(known[shifted], where) for shifted in _needs(q)})
         try:
             model = FormulaValues(needs, n).enclose(q, enclosures.arguments(q))
         except UndefinedError as undefined:
