@@ -14,7 +14,7 @@ from trackably.checker.certificate import AllPhases, Certificate, Steps
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point
 from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.kernels import Decay
-from trackably.checker.models import Model, Models
+from trackably.checker.models import Model
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
@@ -50,7 +50,7 @@ class Enclosures:
 
     def combination(self, argument: LinearCombination) -> Model:
         """Return a Taylor model of a linear combination of shifted signals."""
-        found = Models(self.terms).number(argument.offset)
+        found = Model.constant(argument.offset, self.terms)
         for (s, j), w in terms_of(argument):
             found += self._signal(s, j).times(w)
         return found
