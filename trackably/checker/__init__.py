@@ -168,7 +168,7 @@ def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
     one reads the file, the second one returns why the file shows nothing, or None if it is valid, and the third one
     says what a valid file shows.
     """
-    whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
+    whole = partial(check_certificate, first_pass=first_pass), statement
     joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement
     return {
         FORMAT: (Proved, "certificate", read_certificate, *whole),

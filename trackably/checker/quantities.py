@@ -150,8 +150,6 @@ def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functiona
 def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
     """Return Σ_i row_i part_i."""
     used = [(r, part) for r, part in zip(row, parts, strict=True) if r] or [(Fraction(0), parts[0])]
-    if len(used) == 1 and used[0][0] == 1:
-        return used[0][1]
 
     def total(values: Sequence[Fraction]) -> Fraction:
         return exact_sum([r * v for (r, _), v in zip(used, values, strict=True) if v])

@@ -5,16 +5,15 @@ A box is an interval of time. An instant is checked as a narrow box around it.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, stays_inside
-from trackably.checker.floats.intervals import Floats, Mask, bernstein_on_box, join, stack, stay_between, sums
+from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stack, stay_between, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
-from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
@@ -35,47 +34,29 @@ def boxes_left(
     `held` has the quantities of each box, and `terms` is the number of Taylor coefficients.
     """
     every = {q.name: q for h in held.values() for q in h}
-    formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     wanted = {shifted for q in every.values() for shifted in _needs(q)}
-    beside = len(every) + sum(len(parts(formula)) for formula in formulas)
-    for some, known in _enclosed(subject, wanted, list(held), terms, beside):
-        start, tried, rows = exactly(min(box.start for box in some)), list[tuple[Box, Quantity]](), []
-        with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            for q in every.values():
+    for some, known in _enclosed(subject, wanted, list(held), terms):
+        start, tried = exactly(min(box.start for box in some)), dict[tuple[Box, str], tuple[bool, Floats]]()
+        for q in every.values():
+            with np.errstate(all="ignore"):  # results that are not finite prove nothing
                 where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
                 where, found = _models_of(needs, subject, q, known, where, terms)
-                tried += [(some[b], q) for b in where.tolist()]
-                rows.append((found, *(_end(limit.after(start), len(where)) for limit in (q.lower, q.upper))))
-            found, low, high = (join(each) for each in zip(*rows, strict=True))
-            every_row: Any = [found.at(k) for k in range(terms + 1)]
-            first, *others, missed = every_row
-            near = join([c.at(None) for c in (around(first, missed), *others)], axis=0)
-            kept = stay_between(bernstein_on_box(near), low, high)
-        found_at = {(box, q.name): i for i, (box, q) in enumerate(tried)}
-        yield from _left(held, some, found_at, kept, Model([first, *others], missed))
+                first, others = found.at(0), found.at(slice(1, -1))
+                near: Any = join([around(first, found.at(-1)).at(None), others], axis=0)  # type: ignore[arg-type]
+                kept = stay_between(bernstein_on_box(near), *(_end(limit.after(start)) for limit in (q.lower, q.upper)))
+            tried |= {(some[b], q.name): (bool(kept[i]), found.at((..., i))) for i, b in enumerate(where.tolist())}
+        for box in some:
+            yield box, [q for q in held[box] if not _is_inside(q, box, *tried.get((box, q.name), (False, None)))]
 
 
-def _left(
-    held: Mapping[Box, list[Quantity]],
-    boxes: Sequence[Box],
-    found_at: Mapping[tuple[Box, str], int],
-    kept: Mask,
-    models: Model,
-) -> Iterator[tuple[Box, list[Quantity]]]:
-    """Yield boxes with the quantities that are left to be proved.
+def _is_inside(q: Quantity, box: Box, is_kept: bool, of_box: Floats | None) -> bool:
+    """Return whether q is shown to stay inside its bounds in a box.
 
-    `found_at` has, for a box and a quantity's name, the index i of the quantity in kept[i] and in the arrays of
-    `models`; it has none if the quantity may be undefined in the box. A quantity that is not `kept` inside its bounds
-    is tried again in integers.
+    `of_box` has the coefficients of its model, and the bound of the remainder; None if q may be undefined in the box. A
+    quantity that is not known to be kept inside its bounds is tried again in integers.
     """
-    for box in boxes:
-        left = []
-        for q in held[box]:
-            i = found_at.get((box, q.name))
-            of_box = None if i is None or kept[i] else _model(models, i)
-            if i is None or not (kept[i] or (of_box and stays_inside(of_box, q, box))):
-                left.append(q)
-        yield box, left
+    model = None if is_kept or of_box is None else _model(of_box)
+    return is_kept or (model is not None and stays_inside(model, q, box))
 
 
 def models(
@@ -84,20 +65,22 @@ def models(
     """Yield for each box models of shifted signals in the arithmetic of mpmath, without those that are not finite."""
     for some, known in _enclosed(subject, wanted, boxes, terms):
         for b in range(len(some)):
-            of_box = {shifted: _model(of, b) for shifted, of in known.items()}
+            of_box = {
+                shifted: _model(stack([*of.coefficients, of.missed], (len(some),)).at((..., b)))
+                for shifted, of in known.items()
+            }
             yield {shifted: model for shifted, model in of_box.items() if model}
 
 
 def _enclosed(
-    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int, others: int = 0
+    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int
 ) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
     """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
 
-    The number of boxes in a group limits the memory, if a box takes a model of each of the `wanted` signals, and
-    `others` further models.
+    The number of boxes in a group limits the memory for models of the `wanted` signals.
     """
     signals, step = {s: ManyCentres.of(subject.signals[s]) for s, _ in wanted}, Fraction(subject.system.sampling_time)
-    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1 + others))))
+    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1))))
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
         with np.errstate(all="ignore"):
@@ -129,21 +112,22 @@ def _models_of(
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
-        none = Floats.exact(np.zeros((1, len(where))))
-        return where, join([none + c for c in (*model.coefficients, model.missed)], axis=0)
+        return where, stack([*model.coefficients, model.missed], where.shape)
     return where, Floats.exact(np.empty((n + 1, 0)))
 
 
-def _end(constant: Real | None, count: int) -> Floats:
-    """Return the `constant` end of a bound for `count` boxes; NaN, which shows nothing, if the end moves (None)."""
-    return Floats.exact(np.full(count, np.nan)) if constant is None else stack([constant], (count,)).at(0)
+def _end(constant: Real | None) -> Floats:
+    """Return the `constant` end of a bound; NaN, which shows nothing, if the end moves (None)."""
+    return Floats.of(nan if constant is None else constant)
 
 
-def _model(models: Model, b: int) -> Model | None:
-    """Return the model of one box in the arithmetic of mpmath; None if it is not finite."""
-    every: Any = (*models.coefficients, models.missed)
-    ends = [(float(c.low[b]), float(c.high[b])) for c in every]
-    if not all(isfinite(low) and isfinite(high) for low, high in ends):
+def _model(of_box: Floats) -> Model | None:
+    """Return the model of one box in the arithmetic of mpmath, from its coefficients and its bound of the remainder.
+
+    Return None if the model is not finite.
+    """
+    ends = list(zip(of_box.low.tolist(), of_box.high.tolist(), strict=True))
+    if not np.isfinite(ends).all():
         return None
     return Model([between(*of) for of in ends[:-1]], exactly(ends[-1][1]))
 
