@@ -291,9 +291,14 @@ def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Calla
 
 def real_number(value: object, where: str) -> float:
     """Read a finite number that float64 holds exactly."""
-    if type(value) not in (int, float) or not abs(value) < 2**1023 or float(value) != value:  # type: ignore[arg-type]
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) < 2**1023
+        or float(value) != value
+    ):
         raise UnreadableError(f"{where} must be a finite number, exact in float64, got {short(value)}")
-    return float(value)  # type: ignore[arg-type]
+    return float(value)
 
 
 def positive_number(value: object, where: str) -> float:

@@ -137,8 +137,7 @@ def dynamics(system: System) -> str:
     """Return the equations of a system as text, with its numbers or formulas."""
     if isinstance(system, NonlinearSystem):
         return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
-    A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
-    return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"
+    return f"x⁺ = A x + B u + c with A = {_lists(system.A)}, B = {_lists(system.B)}, c = {list(system.c)!r}"
 
 
 def robust_statement(subject: Subject, robust: Robust | None) -> str:
@@ -154,7 +153,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     if robust.model:
         hull = "; ".join(f"A = {_lists(v.A)}, B = {_lists(v.B)}, c = {list(v.c)!r}" for v in robust.model)
         wrong = f" where (A, B, c) is at each step anywhere in the convex hull of {hull}"
-    K, N, s = [list(row) for row in robust.feedback], robust.head, robust.terms
+    K, N, s = _lists(robust.feedback), robust.head, robust.terms
     seen, model, sequence = "x", "", "w in W and every start"
     parts, sets = "W", f"W is {_set(robust.disturbance)}"
     if robust.noise:
@@ -172,7 +171,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     return (
         f" Under disturbance, x⁺ = A x + B u + c + w{model}{wrong}: for every sequence of {sequence} in "
         f"x_r(t₀) ⊕ Z at one of these times, the inputs u = u_r + K ({seen} - x_r) keep x in {states} and u in "
-        f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K!r}, and, with "
+        f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K}, and, with "
         f"F = A + B K, Z = {of} ⊕ F {of} ⊕ … ⊕ F^{N - 1} {of} ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / "
         f"(1 - {robust.contraction!r}), where P holds all x with |x_i| ≤ p_i, p = {list(robust.box)!r}."
     )
