@@ -712,8 +712,8 @@ read_certificate = file_of(
 
 def _counterexample(claim: Claim, at: object, quantity: str, violation: float, **about: Any) -> Counterexample:
     field, read = ("step", whole_number(_LATEST_STEP, 0)) if isinstance(claim, Instants) else ("time", real_number)
-    (found,) = record(dict, **{field: read})(at, "counterexample.at").values()
-    return Counterexample(_subject(**about), claim, found, quantity, violation)
+    found: dict[str, float] = record(dict, **{field: read})(at, "counterexample.at")
+    return Counterexample(_subject(**about), claim, found[field], quantity, violation)
 
 
 _claimed_times = by_tag(

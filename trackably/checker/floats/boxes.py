@@ -41,8 +41,8 @@ def boxes_left(
             with np.errstate(all="ignore"):  # results that are not finite prove nothing
                 where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
                 where, found = _models_of(needs, subject, q, known, where, terms)
-                first, others = found.at(0), found.at(slice(1, -1))
-                near: Any = join([around(first, found.at(-1)).at(None), others], axis=0)  # type: ignore[arg-type]
+                first: Any = around(found.at(0), found.at(-1))
+                near = join([first.at(None), found.at(slice(1, -1))], axis=0)
                 kept = stay_between(bernstein_on_box(near), *(_end(limit.after(start)) for limit in (q.lower, q.upper)))
             tried |= {(some[b], q.name): (bool(kept[i]), found.at((..., i))) for i, b in enumerate(where.tolist())}
         for box in some:
@@ -83,8 +83,9 @@ def _enclosed(
     at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1))))
     for begin in range(0, len(boxes), at_once):
         some = boxes[begin : begin + at_once]
+        starts, ends, radii = np.array(some).T
         with np.errstate(all="ignore"):
-            known = {(s, j): signals[s].enclose(Boxes(*np.array(some).T, j * step), terms) for s, j in wanted}
+            known = {(s, j): signals[s].enclose(Boxes(starts, ends, radii, j * step), terms) for s, j in wanted}
         yield some, known
 
 
@@ -99,7 +100,7 @@ def _needs(q: Quantity) -> list[Shifted]:
 
 def _models_of(
     needs: FormulaNeeds, subject: Subject, q: Quantity, known: Mapping[Shifted, Any], where: Indices, n: int
-) -> tuple[Indices, Floats]:
+) -> tuple[Indices, Any]:
     """Return the indices, among `where`, of the B boxes in which q is certainly defined, and its models, (n + 1, B).
 
     The first n rows have the coefficients, and the last row the bounds of the remainders. `known` has models of shifted
