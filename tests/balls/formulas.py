@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 from flint import arb
 
-from trackably.checker.formulas import Formula, evaluate
+from tests.formulas import evaluate
+from trackably.checker.formulas import Formula
 
 MOST_MULTIPLIED = 64
 

@@ -14,7 +14,7 @@ from trackably.checker.certificate import AllPhases, Certificate, Steps
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point
 from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.kernels import Decay
-from trackably.checker.models import Model, Models
+from trackably.checker.models import Model
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
@@ -50,7 +50,7 @@ class Enclosures:
 
     def combination(self, argument: LinearCombination) -> Model:
         """Return a Taylor model of a linear combination of shifted signals."""
-        found = Models(self.terms).number(argument.offset)
+        found = Model.constant(argument.offset, self.terms)
         for (s, j), w in terms_of(argument):
             found += self._signal(s, j).times(w)
         return found
@@ -121,48 +121,39 @@ def check_boxes(
     """
     subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
-    for held, terms, first, count in _boxes(certificate, quantities):
-        for i, (box, rest) in enumerate(first_pass.boxes(needs, subject, terms, held), first):
-            progress(i, count)
-            for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
-                where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"
-                what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
-                step = "instants" if at_instants else "box"
-                return OfBound(q.name, f"{step}: the {q.name} is not shown to {what}")
+    held, terms = _boxes(certificate, quantities)
+    for i, (box, rest) in enumerate(first_pass.boxes(needs, subject, terms, held)):
+        progress(i, len(held))
+        for q, undefined in refusals(needs, Enclosures(subject, terms, box), rest):
+            where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"
+            what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
+            step = "instants" if at_instants else "box"
+            return OfBound(q.name, f"{step}: the {q.name} is not shown to {what}")
     return None
 
 
-_TERMS, _AT_ONCE = 4, 4096
+_TERMS = 4
 
 
-def _boxes(certificate: Certificate, quantities: list[Quantity]) -> Iterator[tuple[Held, int, int, int]]:
-    """Yield the boxes of a proof in groups.
+def _boxes(certificate: Certificate, quantities: list[Quantity]) -> tuple[Held, int]:
+    """Return the boxes of a proof, with the quantities that are checked there, and the number of Taylor coefficients.
 
-    A group is a mapping from boxes to the quantities that are checked there, the number of Taylor coefficients, the
-    index of the group's first box, and how many boxes all groups have. If only instants are claimed, the index of the
-    box around k T is k.
+    If only instants are claimed, the box around k T has the index k.
     """
     proof, step = certificate.proof, certificate.subject.system.sampling_time
     if isinstance(proof, Steps):
-        for first in range(0, proof.last + 1, _AT_ONCE):
-            steps = range(first, min(first + _AT_ONCE, proof.last + 1))
-            yield (
-                dict.fromkeys((around_instant(k, step) for k in steps), quantities),
-                _TERMS,
-                first,
-                proof.last + 1,
-            )
-        return
+        return dict.fromkeys((around_instant(k, step) for k in range(proof.last + 1)), quantities), _TERMS
     found: dict[Box, list[Quantity]] = {}
     for q in quantities:
         boxes = proof.boxes[q.name]
         for (start, end), radius in zip(pairwise(boxes.ends), boxes.radii, strict=True):
             found.setdefault(Box(start, end, radius), []).append(q)
-    yield found, proof.terms, 0, len(found)
+    return found, proof.terms
 
 
 def around_instant(k: int, step: float) -> Box:
     """Return a narrow box that contains k T, for T = `step` [s]; UndecidedError if its rounded ends exclude k T."""
+    tick()
     half = step * 2.0**-40 + k * step * 2.0**-50
     box = Box(k * step - half, k * step + half, half * 2.0**20)
     if not Fraction(box.start) <= k * Fraction(step) <= Fraction(box.end):

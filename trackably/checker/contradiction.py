@@ -206,8 +206,8 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
 
 def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
     rows, n, m = list(_weighted_rows(of, proof)), len(system.states), len(system.inputs)
-    A, B, c = ([[Fraction(v) for v in row] for row in matrix] for matrix in (system.A, system.B, (system.c,)))
-    q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c[0]])
+    A, B, c = system.exact
+    q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
     if of.steps * q.bit_length() > _MOST_BITS:
         return "proof: the check would take hours, for too many steps, or too many digits in A, B and c"
     dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps

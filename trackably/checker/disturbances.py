@@ -115,11 +115,8 @@ def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) ->
 
 def product(a: Sequence[int], b: Sequence[int]) -> int:
     """Return a · b."""
-    found = 0
-    for x, y in zip(a, b, strict=True):
-        tick()
-        found += x * y
-    return found
+    tick()
+    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 _MOST_BITS = 2_000_000  # with more bits in a power of A + B K, a certificate is refused: its check would take hours

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
-from functools import cache, partial
+from functools import partial
 from reprlib import Repr
 from typing import Any, NamedTuple, TypeVar
 
@@ -217,10 +217,7 @@ def many(reader: Reader[T], most: int, empty: bool = False) -> Reader[tuple[T, .
             raise UnreadableError(f"{where} must be a list{'' if empty else ', not empty'}, got {short(value)}")
         if len(value) > most:
             raise UnreadableError(f"{where} must have no more than {most} entries, got {len(value)}")
-        try:
-            return tuple([reader(item, where) for item in value])
-        except UnreadableError:  # read again, more slowly, to name the place of the entry
-            return tuple(reader(item, f"{where}[{i}]") for i, item in enumerate(value))
+        return tuple([reader(item, f"{where}[{i}]") for i, item in enumerate(value)])
 
     return read
 
@@ -294,8 +291,6 @@ def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Calla
 
 def real_number(value: object, where: str) -> float:
     """Read a finite number that float64 holds exactly."""
-    if type(value) is float and abs(value) < 2.0**1023:  # true of nearly all numbers
-        return value
     if (
         isinstance(value, bool)
         or not isinstance(value, int | float)
@@ -372,7 +367,7 @@ _exact_vector = many(rational_number, COORDINATES)
 
 def a_kernel(value: object, where: str) -> Kernel:
     """Read a kernel: an object with its type, and either positive hyperparameters, or the two kernels it combines."""
-    found = _nested_kernel(KERNEL_DEPTH)(value, where)
+    found = _nested_kernel(value, where)
     if (count := _count(found)) > KERNELS:
         raise UnreadableError(f"{where} must be made of no more than {KERNELS} kernels, got {count}")
     return found
@@ -382,18 +377,18 @@ def _count(kernel: Kernel) -> int:
     return _count(kernel.left) + _count(kernel.right) if isinstance(kernel, Combination) else 1
 
 
-@cache
-def _nested_kernel(deepest: int) -> Reader[Kernel]:
-    def part(value: object, where: str) -> Kernel:
-        if not deepest:
-            raise UnreadableError(f"{where} must not be nested more than {KERNEL_DEPTH} deep")
-        return _nested_kernel(deepest - 1)(value, where)
+_elementary: dict[str, Reader[Kernel]] = {
+    name: record(family, **{field.name: positive_number for field in fields(family)})
+    for name, family in ELEMENTARY.items()
+}
 
-    known: dict[str, Reader[Kernel]] = {
-        name: record(family, **{field.name: positive_number for field in fields(family)})
-        for name, family in ELEMENTARY.items()
-    }
-    return by_tag("type", known | {name: record(both, left=part, right=part) for name, both in COMBINATIONS.items()})
+
+def _nested_kernel(value: object, where: str, deepest: int = KERNEL_DEPTH) -> Kernel:
+    if deepest < 0:
+        raise UnreadableError(f"{where} must not be nested more than {KERNEL_DEPTH} deep")
+    part = partial(_nested_kernel, deepest=deepest - 1)
+    both = {name: record(family, left=part, right=part) for name, family in COMBINATIONS.items()}
+    return by_tag("type", _elementary | both)(value, where)
 
 
 def a_formula(value: object, where: str, deepest: int = DEPTH) -> Formula:
@@ -716,10 +711,9 @@ read_certificate = file_of(
 
 
 def _counterexample(claim: Claim, at: object, quantity: str, violation: float, **about: Any) -> Counterexample:
-    read: Reader[float] = record(lambda time: time, time=real_number)
-    if isinstance(claim, Instants):
-        read = record(lambda step: step, step=whole_number(_LATEST_STEP, 0))
-    return Counterexample(_subject(**about), claim, read(at, "counterexample.at"), quantity, violation)
+    field, read = ("step", whole_number(_LATEST_STEP, 0)) if isinstance(claim, Instants) else ("time", real_number)
+    found: dict[str, float] = record(dict, **{field: read})(at, "counterexample.at")
+    return Counterexample(_subject(**about), claim, found[field], quantity, violation)
 
 
 _claimed_times = by_tag(

@@ -1,9 +1,9 @@
-"""Formulas of a nonlinear system as trees, and their values in any arithmetic."""
+"""Formulas of a nonlinear system as trees."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from operator import add, mul, sub, truediv
-from typing import Any, Literal, Protocol, Self, TypeVar
+from typing import Any, Literal
 
 from trackably.checker.watch import tick
 
@@ -61,61 +61,6 @@ class Angle:
 
 
 Formula = Number | Name | Operation | Power | Function | Angle
-
-
-class Summand(Protocol):
-    """A type of values that can be added, subtracted and multiplied."""
-
-    def __add__(self, other: Self, /) -> Self: ...
-    def __sub__(self, other: Self, /) -> Self: ...
-    def __mul__(self, other: Self, /) -> Self: ...
-
-
-T = TypeVar("T", bound=Summand)
-
-
-class Arithmetic(Protocol[T]):
-    """Operations on values of type T, besides + − ·; each raises UndefinedError if its result may be undefined."""
-
-    def constant(self, value: float, /) -> T: ...
-
-    def over(self, a: T, b: T, /) -> T: ...
-
-    def power(self, a: T, exponent: float, /) -> T: ...
-
-    def function(self, name: str, a: T, /) -> T: ...
-
-    def angle(self, y: T, x: T, /) -> T: ...
-
-
-def evaluate(
-    formula: Formula, values: Mapping[str, T], arithmetic: Arithmetic[T], known: dict[Formula, T] | None = None
-) -> T:
-    """Return the value of a formula from the `values` of its names. Raise UndefinedError if it may be undefined.
-
-    `known` has the values of some parts, which are not computed again; the values of all other parts are added to it.
-    """
-    known = {} if known is None else known
-    for node in parts(formula):
-        tick()
-        if node in known:
-            continue
-        match node:
-            case Number(value):
-                known[node] = arithmetic.constant(value)
-            case Name(name):
-                known[node] = values[name]
-            case Operation("/", left, right):
-                known[node] = arithmetic.over(known[left], known[right])
-            case Operation(symbol, left, right):
-                known[node] = OPERATORS[symbol](known[left], known[right])
-            case Power(base, exponent):
-                known[node] = arithmetic.power(known[base], exponent)
-            case Function(function, argument):
-                known[node] = arithmetic.function(function, known[argument])
-            case Angle(y, x):
-                known[node] = arithmetic.angle(known[y], known[x])
-    return known[formula]
 
 
 def parts(formula: Formula, besides: Collection[Formula] = ()) -> list[Formula]:

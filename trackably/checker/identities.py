@@ -58,24 +58,6 @@ def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
     return {m: c for m, c in found.items() if c}
 
 
-def quotient(p: Polynomial, q: Polynomial) -> Polynomial | None:
-    """Return p/q if it is a polynomial; None if it is not. Raise TooLongError if it has too many terms."""
-    rest, found, highest = p, dict[Monomial, Fraction](), max(q)
-    while rest:
-        m = max(rest)
-        left = dict(m)
-        for i, power in highest:
-            left[i] = left.get(i, 0) - power
-        if min(left.values(), default=0) < 0:
-            return None
-        if len(found) == _MOST_TERMS:
-            raise TooLongError(_TOO_LONG)
-        term = _sort(left)
-        found[term] = rest[m] / q[highest]
-        rest = add(rest, multiply({term: found[term]}, q), -1)
-    return found
-
-
 def powers_of(i: int, p: Polynomial) -> dict[int, Polynomial]:
     """Return the coefficients of the powers of variable i, as polynomials in the other variables."""
     found: dict[int, dict[Monomial, Fraction]] = {}
@@ -106,19 +88,13 @@ class Quotient:
 
     @classmethod
     def of(cls, above: Polynomial, below: Polynomial) -> "Quotient":
-        """Return above/below, without common monomials, and divided out if that gives a polynomial.
-
-        Raise ZeroDivisionError if `below` is zero.
-        """
+        """Return above/below, without common monomials. Raise ZeroDivisionError if `below` is zero."""
         tick()
         if not below:
             raise ZeroDivisionError("a divisor in them is zero")
         common = _common([*above, *below])
         if common:
             above, below = (_without(p, common) for p in (above, below))
-        if len(below) > 1:
-            whole = quotient(above, below)
-            above, below = (above, below) if whole is None else (whole, _UNIT)
         leading = below[max(below)]
         return cls({m: c / leading for m, c in above.items()}, {m: c / leading for m, c in below.items()})
 
@@ -152,10 +128,11 @@ class Quotient:
 
     @property
     def constant(self) -> Fraction | None:
-        """The value of a constant quotient; None if it is not constant."""
-        if set(self.above) <= {()} and set(self.below) == {()}:
-            return self.above.get((), Fraction(0)) / self.below[()]
-        return None
+        """The value of a constant quotient; None if it is not constant, or zero."""
+        if self.above.keys() != self.below.keys():
+            return None
+        values = {c / self.below[m] for m, c in self.above.items()}
+        return values.pop() if len(values) == 1 else None
 
 
 def _common(monomials: Iterable[Monomial]) -> Monomial:
@@ -286,7 +263,7 @@ class Values:
 
     def _direction_of_term(self, term: Quotient) -> tuple[Quotient, Quotient]:
         for atom in self.atoms:
-            if Quotient.variable(atom.number) == term:
+            if self.is_zero(term - Quotient.variable(atom.number)):
                 if atom.function == "atan2":
                     y, x = atom.arguments
                     length = self._length(x, y)

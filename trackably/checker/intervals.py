@@ -260,14 +260,10 @@ def in_fixed_point(numbers: Sequence[Real]) -> list[tuple[int, int]] | None:
 
 def exact_sum(numbers: Iterable[Fraction]) -> Fraction:
     """Return the sum of rational numbers, exactly."""
-    found = _NOTHING
-    for number in numbers:
-        if number:
-            found = short(found + number if found else number)
+    found = Fraction(0)
+    for number in filter(None, numbers):
+        found = short(found + number)
     return found
-
-
-_NOTHING = Fraction(0)
 
 
 def exact_dot(xs: Iterable[Fraction], ys: Iterable[Fraction]) -> Fraction:
@@ -358,12 +354,11 @@ def side(y: Real, x: Real) -> int:
     Angles are continuous in each of these half-planes. For arrays of vectors, the result is 0, because each vector may
     have another half-plane. Raise UndefinedError if no half-plane is certain.
     """
-    certain = [x.a > 0, y.a > 0, y.b < 0]
-    require(either(*certain), "it takes the angle of a vector that may be zero, or cross the direction of ±π")
+    certain = either(x.a > 0, y.a > 0, y.b < 0)
+    require(certain, "it takes the angle of a vector that may be zero, or cross the direction of ±π")
     if isinstance(x, Many) or isinstance(y, Many):
         return 0
-    steep = abs(y).mid > abs(x).mid or not certain[0]
-    return (1 if certain[1] else -1) if steep and (certain[1] or certain[2]) else 0
+    return 1 if y.a > 0 else -1 if y.b < 0 else 0
 
 
 def angle(y: Real, x: Real) -> Real:

@@ -78,17 +78,6 @@ class Sizes(NamedTuple):
     roundings: Real
 
 
-class Kink(NamedTuple):
-    """Whether the differences r + h x with |x| ≤ 1 are certainly all ≤ 0 (`before`), or certainly all ≥ 0 (`after`).
-
-    `oddness` is the result of `Kernel.oddness`; None if it is not computed yet.
-    """
-
-    before: Any
-    after: Any
-    oddness: Real | None
-
-
 class Kernel(ABC):
     """A stationary kernel κ(r), even in r.
 
@@ -144,31 +133,32 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a, and at most n coefficients in x of g, for κ(r + h x) = a e^g(x); None if κ has no such form."""
+        """Return a, and n or three coefficients in x of g, for κ(r + h x) = a e^g(x); None if κ has no such form."""
         return None
 
-    def model(self, r: Real, h: Real, radius: Real, n: int, kink: Kink | None = None) -> Model:
+    def model(self, r: Real, h: Real, radius: Real, n: int, sides: tuple[Any, Any] | None = None) -> Model:
         """Enclose κ(r + h x) for all x ∈ [−1, 1], where h > 0.
 
         By Cauchy's estimate, the remainder of n terms of the Taylor series is at most M (h/ρ)ⁿ/(1 − h/ρ), where |κ| ≤ M
         on the disc of radius ρ. If the box contains a kink, the branch of its middle is continued to the other side.
-        `kink` may be given if it is known already; otherwise it is found from r and h.
+        `sides` say whether the differences r + h x are certainly all ≤ 0, and whether they are certainly all ≥ 0; they
+        are found from r and h if they are not given.
         """
         missed = ZERO
         if self.has_kink:
-            kink = kink or Kink(surely_at_most(h, -r), surely_at_most(h, r), None)
+            before, after = sides or (surely_at_most(h, -r), surely_at_most(h, r))
             # κ is even: differences are mirrored to the positive side
-            is_positive = either(kink.after, surely_at_most(ZERO, r))
+            is_positive = either(after, surely_at_most(ZERO, r))
             r, h = select(is_positive, r, -r), select(is_positive, h, -h)
-            if not everywhere(one_side := either(kink.before, kink.after)):
-                missed = select(one_side, ZERO, self._beyond_kink(r, abs(h), radius, n, kink.oddness))
+            if not everywhere(one_side := either(before, after)):
+                missed = select(one_side, ZERO, self._beyond_kink(r, abs(h), radius, n))
         missed += self.largest_on_disc(r, radius) * geometric_rest(abs(h) / radius, n) + self.jump(r, abs(h))
         return Model(self.taylor(r, h, n), missed)
 
-    def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int, oddness: Real | None) -> Real:
+    def _beyond_kink(self, r: Real, half: Real, radius: Real, n: int) -> Real:
         """Over-estimate |κ − branch at r| on the other side of a kink at 0, for differences within `half` of r."""
         # If r is the kink itself, r ≥ 0 may not be certain. r ≥ −0.01 half suffices, as `oddness` covers 1.01 half.
-        error = select(surely_at_most(-0.01 * half, r), oddness or self.oddness(half, radius, n), INFINITE)
+        error = select(surely_at_most(-0.01 * half, r), self.oddness(half, radius, n), INFINITE)
         # `oddness` bounds the odd powers of the branch at 0, which must be the branch at the middle of the box
         return select(surely_at_most(self.jump(ZERO, abs(r)), ZERO), error, INFINITE)
 
@@ -235,15 +225,8 @@ class Elementary(Kernel):
         return Sizes(size, slope, stretch, moment, self.roundings * size)
 
     def beyond(self, distance: Real) -> Decay:
-        value, farthest = self.taylor(distance, ZERO, 1)[0], self.length * self.steepest
-        if everywhere(surely_at_most(distance, farthest)):
-            return Decay(abs(value), self.largest_slope)
-        return Decay(abs(value), abs(self.taylor(max_of(farthest, distance), ONE, 2)[1]))
-
-    @cached_property
-    def largest_slope(self) -> Real:
-        """An over-estimate of |κ̇| at all distances."""
-        return abs(self.taylor(self.length * self.steepest, ONE, 2)[1])
+        steepest = max_of(self.length * self.steepest, distance)
+        return Decay(abs(self.taylor(distance, ZERO, 1)[0]), abs(self.taylor(steepest, ONE, 2)[1]))
 
 
 @dataclass(frozen=True)
@@ -259,12 +242,7 @@ class SquaredExponential(Elementary):
         return 2 * self.length**2
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
-        g = [-(r**2) / self.p]
-        if n > 1:
-            g.append(-2 * r * h / self.p)
-        if n > 2:
-            g.append(-(h**2) / self.p)
-        return self.variance, g
+        return self.variance, [-(r**2) / self.p, -2 * r * h / self.p, -(h**2) / self.p]
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         return _exponential_series(*self.exponential(r, h, n), n)
@@ -406,9 +384,8 @@ class Periodic(Elementary):
         return 2 * pi() / exactly(self.period)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
-        omega = self.omega
-        cosine, sine = cos(omega * r), sin(omega * r)
-        turn, step, scale = (cosine, -sine, -cosine, sine), omega * h, [1 / self.length**2]
+        cosine, sine = cos(self.omega * r), sin(self.omega * r)
+        turn, step, scale = (cosine, -sine, -cosine, sine), self.omega * h, [1 / self.length**2]
         for k in range(1, n):
             scale.append(scale[-1] * step / k)
         g = [turn[k % 4] * scale[k] for k in range(n)]

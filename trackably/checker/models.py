@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import factorial
 
-from trackably.checker.formulas import Angle, Formula, Function, Operation, Power, evaluate
+from trackably.checker.formulas import OPERATORS, Angle, Formula, Function, Name, Number, Operation, Power, parts
 from trackably.checker.intervals import (
     ONE,
     ZERO,
@@ -39,6 +39,7 @@ from trackably.checker.intervals import (
     total,
     whole_power,
 )
+from trackably.checker.watch import tick
 
 
 def exp_series(g: list[Real], n: int) -> list[Real]:
@@ -72,6 +73,11 @@ class Model:
 
     coefficients: list[Real]
     missed: Real
+
+    @classmethod
+    def constant(cls, value: Real, terms: int) -> "Model":
+        """Return the model of a constant, with this number of coefficients."""
+        return cls([value] + [ZERO] * (terms - 1), ZERO)
 
     @property
     def size(self) -> Real:
@@ -117,37 +123,30 @@ class Model:
     def _beside(self, other: "Model") -> list[tuple[Real, Real]]:
         return list(zip(self.coefficients, other.coefficients, strict=True))
 
+    def __truediv__(self, other: "Model") -> "Model":
+        require_nonzero(other.span)
+        if self.is_interval:
+            return Model([self.span / other.span], ZERO)
+        if other.is_number:
+            return self.times(ONE / other.coefficients[0])
+        found = _near_quotient(self, other)
+        return _within(found, self - found * other, abs(other.span))
 
-@dataclass(frozen=True)
-class Models:
-    """The arithmetic of formulas on Taylor models with this number of `terms`."""
+    @property
+    def is_interval(self) -> bool:
+        """Whether the model has a single coefficient. Then results are computed from its span."""
+        return len(self.coefficients) == 1
 
-    terms: int
-
-    def constant(self, value: float) -> Model:
-        return self.number(exactly(value))
-
-    def number(self, value: Real) -> Model:
-        """Return the model of a constant."""
-        return Model([value] + [ZERO] * (self.terms - 1), ZERO)
-
-    def over(self, a: Model, b: Model) -> Model:
-        require_nonzero(b.span)
-        if self.terms == 1:
-            return self.number(a.span / b.span)
-        if b.is_number:
-            return a.times(ONE / b.coefficients[0])
-        found = _near_quotient(a, b)
-        return _within(found, a - found * b, abs(b.span))
-
-    def power(self, a: Model, exponent: float) -> Model:
-        if self.terms == 1:
-            return self.number(power(a.span, exponent))
+    def power(self, exponent: float) -> "Model":
+        """Return the model to the power of `exponent`. Raise UndefinedError if it may be undefined."""
+        if self.is_interval:
+            return Model([power(self.span, exponent)], ZERO)
         if not is_multiplied(exponent):
-            return self._compose("power", a, exponent)
+            return _compose("power", self, exponent)
+        found = Model.constant(ONE, len(self.coefficients))
         if exponent < 0:
-            return self.over(self.number(ONE), self.power(a, -exponent))
-        found, square, left = self.number(ONE), a, int(exponent)
+            return found / self.power(-exponent)
+        square, left = self, int(exponent)
         while left:
             if left % 2:
                 found = found * square
@@ -155,51 +154,84 @@ class Models:
             square = square * square if left else square
         return found
 
-    def function(self, name: str, a: Model) -> Model:
-        if self.terms == 1:
-            return self.number(function(name, a.span))
-        return self._root(a) if name == "sqrt" else self._compose(name, a)
+    def function(self, name: str) -> "Model":
+        """Return exp, log, sqrt, sin, cos or atan of the model. Raise UndefinedError if it may be undefined."""
+        if self.is_interval:
+            return Model([function(name, self.span)], ZERO)
+        return self._root() if name == "sqrt" else _compose(name, self)
 
-    def _root(self, a: Model) -> Model:
-        require_positive("sqrt", a.span)
-        found = _near_root(a)
-        both = sqrt(a.span) + found.span
+    def _root(self) -> "Model":
+        require_positive("sqrt", self.span)
+        found = _near_root(self)
+        both = sqrt(self.span) + found.span
         require(both.a > 0, "a square root is not enclosed")
-        return _within(found, a - found * found, both)
+        return _within(found, self - found * found, both)
 
-    def angle(self, y: Model, x: Model) -> Model:
-        """Return the angle of (x, y), relative to a vector (c, s) in a half-plane in which angles are continuous.
+    def angle(self, x: "Model") -> "Model":
+        """Return the angle of (x, y), where y is this model, relative to a vector (c, s) in a half-plane.
 
-        If x c + y s > 0, the angle of (x, y) is that of (c, s) plus atan((y c − x s)/(x c + y s)), up to whole turns.
-        There are no whole turns, as angles in such a half-plane differ by less than π. (c, s) is in the span of (x, y).
+        Angles are continuous in the half-plane. If x c + y s > 0, the angle of (x, y) is that of (c, s) plus
+        atan((y c − x s)/(x c + y s)), up to whole turns. There are no whole turns, as angles in such a half-plane
+        differ by less than π. (c, s) is in the span of (x, y).
         """
-        side(y.span, x.span)
-        many = [type(one) for one in (y.span, x.span) if isinstance(one, Many)]
-        if self.terms == 1 and not many:
-            return self.number(angle(y.span, x.span))
-        s, c = y.coefficients[0].mid, x.coefficients[0].mid
-        along = x.times(c) + y.times(s)
+        side(self.span, x.span)
+        many = [type(one) for one in (self.span, x.span) if isinstance(one, Many)]
+        if self.is_interval and not many:
+            return Model([angle(self.span, x.span)], ZERO)
+        s, c = self.coefficients[0].mid, x.coefficients[0].mid
+        along = x.times(c) + self.times(s)
         require(along.span.a > 0, "it takes the angle of a vector that turns too far at these times")
-        turned = self._compose("atan", self.over(y.times(c) - x.times(s), along))
-        return self.number(many[0].direction(s, c) if many else angle(s, c)) + turned
+        turned = _compose("atan", (self.times(c) - x.times(s)) / along)
+        own = many[0].direction(s, c) if many else angle(s, c)
+        return Model.constant(own, len(self.coefficients)) + turned
 
-    def _compose(self, name: str, a: Model, exponent: float = 0.0) -> Model:
-        """Return φ of a model, where `name` says which function φ is; `exponent` is that of the function "power"."""
-        centre, d = a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
-        reach = require_bounds(d.size + d.missed)
-        span = around(centre, reach)
-        require_positive(name, span)
-        found = Model([_derivative(name, centre, self.terms - 1, exponent)], ZERO)
-        for k in reversed(range(self.terms - 1)):  # Horner's rule: one term more in each step, as d has no constant
-            found = _times_powers(found, d)
-            found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
-        rest = abs(_derivative(name, span, self.terms, exponent)) * reach**self.terms
-        return Model(found.coefficients, require_bounds(found.missed + rest))
+
+def _compose(name: str, a: Model, exponent: float = 0.0) -> Model:
+    """Return φ of a model, where `name` says which function φ is; `exponent` is that of the function "power"."""
+    n, centre, d = len(a.coefficients), a.coefficients[0], Model([ZERO, *a.coefficients[1:]], a.missed)
+    reach = require_bounds(d.size + d.missed)
+    span = around(centre, reach)
+    require_positive(name, span)
+    found = Model([_derivative(name, centre, n - 1, exponent)], ZERO)
+    for k in reversed(range(n - 1)):  # Horner's rule: one term more in each step, as d has no constant
+        found = _times_powers(found, d)
+        found = Model([_derivative(name, centre, k, exponent), *found.coefficients[1:]], found.missed)
+    rest = abs(_derivative(name, span, n, exponent)) * reach**n
+    return Model(found.coefficients, require_bounds(found.missed + rest))
 
 
 def constants(values: Mapping[str, Real], terms: int) -> dict[str, Model]:
     """Return constant Taylor models, with this number of `terms`, of the numbers or intervals in `values`, by name."""
-    return {name: Models(terms).number(value) for name, value in values.items()}
+    return {name: Model.constant(value, terms) for name, value in values.items()}
+
+
+def evaluate(
+    formula: Formula, values: Mapping[str, Model], terms: int, known: dict[Formula, Model] | None = None
+) -> Model:
+    """Return a model of a formula, with this number of `terms`, from the models of its names.
+
+    `known` has the models of some parts, which are not computed again; the models of all other parts are added to it.
+    Raise UndefinedError if a part may be undefined.
+    """
+    known = {} if known is None else known
+    for node in parts(formula):
+        tick()
+        if node in known:
+            continue
+        match node:
+            case Number(value):
+                known[node] = Model.constant(exactly(value), terms)
+            case Name(name):
+                known[node] = values[name]
+            case Operation(symbol, left, right):
+                known[node] = OPERATORS[symbol](known[left], known[right])
+            case Power(base, exponent):
+                known[node] = known[base].power(exponent)
+            case Function(name, argument):
+                known[node] = known[argument].function(name)
+            case Angle(y, x):
+                known[node] = known[y].angle(known[x])
+    return known[formula]
 
 
 def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
@@ -207,7 +239,7 @@ def enclose(formula: Formula, values: Mapping[str, Real]) -> Real:
 
     Raise UndefinedError if it may be undefined.
     """
-    return evaluate(formula, constants(values, 1), Models(1)).span
+    return evaluate(formula, constants(values, 1), 1).span
 
 
 def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Sequence[Real]], Real]:

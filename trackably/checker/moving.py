@@ -151,15 +151,13 @@ def _values(end: End, t: Fraction) -> list[Fraction]:
 
 def room(higher: End, lower: End) -> Fraction | None:
     """Return the least value of higher − lower over time; None unless the ends differ by a constant on each piece."""
-    pairs = [(higher, lower)]
-    if isinstance(higher, Pieces) and isinstance(lower, Pieces):
-        one, other = ((z.breakpoints, z.beyond, [c[1:] for c in z.coefficients]) for z in (higher, lower))
-        if one != other:
-            return None
-        pairs = [(a[0], b[0]) for a, b in zip(higher.coefficients, lower.coefficients, strict=True)]
-    elif isinstance(higher, Pieces) or isinstance(lower, Pieces):
+    if not isinstance(higher, Pieces) and not isinstance(lower, Pieces):
+        return Fraction(higher) - Fraction(lower)
+    if not (isinstance(higher, Pieces) and isinstance(lower, Pieces)):
         return None
-    return min(Fraction(a) - Fraction(b) for a, b in pairs if not isinstance(a, Pieces) and not isinstance(b, Pieces))
+    one, other = ((z.breakpoints, z.beyond, [c[1:] for c in z.coefficients]) for z in (higher, lower))
+    pairs = zip(higher.coefficients, lower.coefficients, strict=False)
+    return min(Fraction(a[0]) - Fraction(b[0]) for a, b in pairs) if one == other else None
 
 
 def repeats(bound: Bound, period: float) -> bool:

@@ -140,13 +140,11 @@ def check_sizes(certificate: Certificate) -> str | None:
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     subject = certificate.subject
-    lengths = {times: z.lengths for times, z in {z.breakpoints: z for z in subject.pieces}.items()}  # once each
-    longest = {times: max([*each, Fraction(1)]) for times, each in lengths.items()}
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
-        if largest > _LARGEST or z.degree > _HIGHEST or longest[z.breakpoints] ** z.degree > _LARGEST_POWER:
+        if largest > _LARGEST or z.degree > _HIGHEST or max([*z.lengths, Fraction(1)]) ** z.degree > _LARGEST_POWER:
             return "sizes: some number of a piece, or its degree or length, is too large for the analysis of rounding"
-    factors = [length for each in lengths.values() for length in each]
+    factors = [length for z in subject.pieces for length in z.lengths]
     for bound in subject.bounds:
         weights, offset = gross_of(bound.row, functionals(subject, bound.of))
         factors += [*weights, offset]

@@ -56,7 +56,7 @@ def _halves(b: list[int]) -> tuple[list[int], list[int]]:
     for k in reversed(range(len(b))):
         left.append(b[0] << k)
         right.append(b[-1] << k)
-        b = [one + next_one for one, next_one in pairwise(b)]
+        b = [low + high for low, high in pairwise(b)]
     return left, right[::-1]
 
 

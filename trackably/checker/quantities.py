@@ -1,6 +1,6 @@
 """The bounded quantities: weighted sums of formulas in the signals at shifted times t + j T, and their values."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -94,6 +94,11 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
     signals = range(len(subject.signals))
     shifted = {shifted_name(s, j): shifted_signal(subject, s, j, n) for s in signals for j in range(n)}
     known = {name: _combine(subject, (Fraction(1),), (part,)) for name, part in shifted.items()}
+
+    def arguments_of(every: Iterable[Formula]) -> dict[str, LinearCombination]:
+        held = {name for formula in every for name in names(formula)}
+        return {name: argument for name, argument in known.items() if name in held}
+
     found: list[Quantity] = []
     for bound in subject.bounds:
         named = zip(bound.row, system.states if bound.of == "state" else system.inputs, strict=True)
@@ -103,12 +108,10 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
             row, parts = zip(*single, strict=True)
             found.append(_of_signals(subject, bound, row, parts, errors[bound.name]))
         else:
-            held = {name for _, formula in used for name in names(formula)}
-            arguments = {name: argument for name, argument in known.items() if name in held}
+            arguments = arguments_of(formula for _, formula in used)
             found.append(Quantity(bound.name, used, arguments, *limits(bound, errors[bound.name])))
     if found and needed:
-        held = {name for need in needed for name in names(need.formula)}
-        more = {name: argument for name, argument in known.items() if name in held}
+        more = arguments_of(need.formula for need in needed)
         found[-1] = replace(found[-1], needs=tuple(needed), arguments={**more, **found[-1].arguments})
     return found
 
@@ -150,8 +153,6 @@ def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functiona
 def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
     """Return Σ_i row_i part_i."""
     used = [(r, part) for r, part in zip(row, parts, strict=True) if r] or [(Fraction(0), parts[0])]
-    if len(used) == 1 and used[0][0] == 1:
-        return used[0][1]
 
     def total(values: Sequence[Fraction]) -> Fraction:
         return exact_sum([r * v for (r, _), v in zip(used, values, strict=True) if v])

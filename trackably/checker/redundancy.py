@@ -109,7 +109,7 @@ def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]
 
 def _idle(system: LinearSystem) -> list[list[Fraction]]:
     """Return a basis of all v with B v = 0."""
-    return null_space([[Fraction(b) for b in row] for row in system.B], len(system.inputs))
+    return null_space(system.exact[1], len(system.inputs))
 
 
 def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tuple[int, Fraction]]]:

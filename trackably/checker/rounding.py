@@ -11,15 +11,16 @@ operation in each box, at each instant and in the tail, where the formula is als
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 from trackably.checker.certificate import Certificate
-from trackably.checker.formulas import Formula, Name, Number, Operation, evaluate, numbers, operands, parts, text
+from trackably.checker.formulas import Formula, Name, Number, Operation, numbers, operands, parts, text
 from trackably.checker.intervals import (
     SIGN,
     UNIT,
     ZERO,
     Real,
+    around,
     at_most,
     either,
     exact_sum,
@@ -30,7 +31,7 @@ from trackably.checker.intervals import (
     total,
 )
 from trackably.checker.kernels import Decay
-from trackably.checker.models import Model, Models, differential
+from trackably.checker.models import Model, differential, evaluate
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
@@ -38,19 +39,6 @@ from trackably.checker.watch import tick
 _HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest intervals
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
-
-
-@dataclass(frozen=True)
-class Tracked:
-    """Real numbers in a `model`, and their float64 values, which differ from them by at most `error`."""
-
-    model: Model
-    error: Real
-
-    @cached_property
-    def computed(self) -> Real:
-        """An interval that contains the float64 values and the real numbers."""
-        return self.model.span + SIGN * self.error
 
 
 TINY = exactly(2) ** -300
@@ -139,23 +127,19 @@ def largest_sums(signal: Signal) -> Decay:
         tick()
         cell = int((Fraction(t) - first) // width) if width else 0
         cells[cell] = cells.get(cell, 0.0) + abs(c)
-    widest = dict[float, Fraction]()  # for equal weights, the largest width, where κ's bound is lowest
+    size, slope = signal.kernel.peak
+    of_size = of_slope = ZERO
     for _ in range(_HALVINGS):
         tick()
         heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
-        widest[heaviest] = width
-        wider = dict[int, float]()
-        for cell, own in cells.items():
-            wider[cell // 2] = wider.get(cell // 2, 0.0) + own
-        cells, width = wider, 2 * width
-    size, slope = signal.kernel.peak
-    of_size = of_slope = ZERO
-    for heaviest, far in widest.items():
-        beyond = signal.kernel.beyond(ratio(far))
+        beyond = signal.kernel.beyond(ratio(width))
         smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
         of_size += heaviest * (size.b - smaller.b)
         of_slope += heaviest * (slope.b - flatter.b)
-        size, slope = smaller, flatter
+        wider = dict[int, float]()
+        for cell, own in cells.items():
+            wider[cell // 2] = wider.get(cell // 2, 0.0) + own
+        cells, width, size, slope = wider, 2 * width, smaller, flatter
     weight, grown = sum(cells.values()), 1 + 2 * (len(signal.weights) + 2) * UNIT
     return Decay(grown * (of_size + weight * size.b), grown * (of_slope + weight * slope.b))
 
@@ -226,12 +210,12 @@ class FormulaNeeds:
 
 @dataclass(frozen=True)
 class FormulaValues:
-    """Values of formulas for given values of the shifted signals; each part is computed once."""
+    """Values of formulas, and rounding errors, for given values of the shifted signals; each part is computed once."""
 
     needs: FormulaNeeds
     terms: int
     known: dict[Formula, Model] = field(default_factory=dict)
-    tracked: dict[Formula, Tracked] = field(default_factory=dict)
+    errors: dict[Formula, Real] = field(default_factory=dict)
 
     def enclose(self, q: Quantity, arguments: Mapping[str, Model]) -> Model:
         """Return a model of a quantity q from the models of its `arguments`.
@@ -240,7 +224,7 @@ class FormulaValues:
         UndefinedError if a formula in q may be undefined, or if the rounding error of q may exceed the stated error.
         """
         for need in q.needs:
-            span = self.track(need.formula, arguments).model.span
+            span = self.track(need.formula, arguments)[0].span
             what = "may be zero" if need.may_be_negative else "may not be positive"
             holds = either(span.a > 0, need.may_be_negative and span.b < 0)
             require(holds, f"{text(need.formula, _OUTER)} {what}")
@@ -248,25 +232,28 @@ class FormulaValues:
             return arguments[ITSELF]
         stated = self.needs.stated[q.name]
         require(self.error(q, arguments).b <= stated, f"it can be off by more than {stated!r} in float64")
-        found = Models(self.terms).number(ZERO)
+        found = Model.constant(ZERO, self.terms)
         for r, part in q.parts:
             found += self.known[part].times(ratio(r))
         return found
 
     def error(self, q: Quantity, arguments: Mapping[str, Model]) -> Real:
         """Over-estimate the rounding error of a sum of formulas. Raise UndefinedError if a formula may be undefined."""
-        parts_of = [(abs(ratio(r)), self.track(part, arguments)) for r, part in q.parts]
-        error = total(r * part.error for r, part in parts_of)
-        size = total(r * abs(part.computed) for r, part in parts_of)
+        tracked = [(abs(ratio(r)), *self.track(part, arguments)) for r, part in q.parts]
+        error = total(r * each for r, _, each in tracked)
+        size = total(r * abs(around(model.span, each)) for r, model, each in tracked)
         return exactly(1.01) * (error + self.needs.roundings * UNIT * size) + TINY
 
-    def track(self, formula: Formula, arguments: Mapping[str, Model]) -> Tracked:
-        """Return a formula's model and rounding error. Raise UndefinedError if it may be undefined, or overflow."""
-        evaluate(formula, arguments, Models(self.terms), self.known)
+    def track(self, formula: Formula, arguments: Mapping[str, Model]) -> tuple[Model, Real]:
+        """Return a formula's model, and how far float64 values may be from it.
+
+        Raise UndefinedError if the formula may be undefined, or overflow.
+        """
+        evaluate(formula, arguments, self.terms, self.known)
         for part in parts(formula):
-            if part not in self.tracked:
-                self.tracked[part] = Tracked(self.known[part], self._error(part))
-        return self.tracked[formula]
+            if part not in self.errors:
+                self.errors[part] = self._error(part)
+        return self.known[formula], self.errors[formula]
 
     def _error(self, part: Formula) -> Real:
         """Over-estimate the error of a part, from errors of its operands and its own rounding.
@@ -277,9 +264,9 @@ class FormulaValues:
             return self.needs.of_arguments[part.name]
         if isinstance(part, Number):
             return ZERO
-        span, inner = self.known[part].span, [self.tracked[one] for one in operands(part)]
-        changes = [SIGN * one.error for one in inner]
-        propagated = abs(differential(part, span, [one.computed for one in inner])(changes)).b
+        span, changes = self.known[part].span, [SIGN * self.errors[one] for one in operands(part)]
+        inner = [self.known[one].span + change for one, change in zip(operands(part), changes, strict=True)]
+        propagated = abs(differential(part, span, inner)(changes)).b
         computed = abs(span + SIGN * propagated)
         require(computed.b < _OVERFLOW, "it may overflow")
         roundings = 1 if isinstance(part, Operation) else 8

@@ -1,9 +1,8 @@
 """What valid files show, in words and numbers. Names are in quotes; no name has a quote, a space or a comparison."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 
-from trackably.checker.boxes import NO_FIRST_PASS, Box, FirstPass
 from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
 from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
@@ -11,16 +10,13 @@ from trackably.checker.formulas import text
 from trackably.checker.intervals import ZERO, Real
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
-from trackably.checker.quantities import Shifted, combination_at, functionals, shifts_of, states_of
+from trackably.checker.quantities import Shifted, combination_at, functionals, states_of
 from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples, contradiction_of
 
-_RADIUS = 1e-30
-"""Radius [s] of the discs in Cauchy's estimate at the single time t = 0, at which Taylor series have no error."""
 
-
-def statement(certificate: Certificate, first_pass: FirstPass) -> str:
+def statement(certificate: Certificate) -> str:
     """Return the statement that a certificate proves, with the identity of its reference."""
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
@@ -36,7 +32,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     return (
         f"For {certificate.claim} the reference keeps {kept}, and the system {_dynamics_text(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
-        f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
+        f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject)}"
         f"{robust_statement(subject, robust)}{''.join(map(truth_statement, truth))}"
     )
 
@@ -50,7 +46,7 @@ def refutation(counterexample: Counterexample) -> str:
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {counterexample.claim}; the system "
-        f"{_dynamics_text(subject.system)}. {identity(subject, NO_FIRST_PASS)}"
+        f"{_dynamics_text(subject.system)}. {identity(subject)}"
     )
 
 
@@ -84,12 +80,12 @@ def table_refutation(refuted: RefutedTable) -> str:
     )
 
 
-def identity(subject: Subject, first_pass: FirstPass) -> str:
+def identity(subject: Subject) -> str:
     """Return the reference's identity: its fingerprint, the number of its kernels, its first and last centre, and its
     states at time zero (signals for a flat form).
 
     For polynomial pieces, `where_pieces_are` says where they are and what the states are. States are printed with six
-    digits, which are computed in mpmath if the `first_pass` does not determine them.
+    digits.
     """
     if subject.pieces:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
@@ -97,21 +93,10 @@ def identity(subject: Subject, first_pass: FirstPass) -> str:
     span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
     is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
     names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
-    states = zip(names, _at_zero(subject, first_pass), strict=True)
-    values = ", ".join(f'"{name}" = {digits}' for name, digits in states)
+    known, states = dict[Shifted, Real](), zip(names, states_of(subject), strict=True)
+    at_zero = ((name, combination_at(subject, state, ZERO, known)) for name, state in states)
+    values = ", ".join(f'"{name}" = {float(value.mid):.6g}' for name, value in at_zero)
     return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
-
-
-def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
-    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system."""
-    states = states_of(subject)
-    wanted = {shifted for state in states for shifted in shifts_of(state)}
-    (models,) = first_pass.models(subject, sorted(wanted), [Box(0.0, 0.0, _RADIUS)], 1)
-    quick, exact = {shifted: model.span for shifted, model in models.items()}, dict[Shifted, Real]()
-    for state in states:
-        near = combination_at(subject, state, ZERO, quick)
-        digits, others = (f"{float(end):.6g}" for end in (near.a, near.b))
-        yield digits if digits == others else f"{float(combination_at(subject, state, ZERO, exact).mid):.6g}"
 
 
 def _names(system: System, bound: Bound) -> tuple[str, ...]:
@@ -152,8 +137,7 @@ def dynamics(system: System) -> str:
     """Return the equations of a system as text, with its numbers or formulas."""
     if isinstance(system, NonlinearSystem):
         return ", ".join(f'"{name}"⁺ = {text(formula)}' for name, formula in zip(system.states, system.f, strict=True))
-    A, B = ([list(row) for row in matrix] for matrix in (system.A, system.B))
-    return f"x⁺ = A x + B u + c with A = {A!r}, B = {B!r}, c = {list(system.c)!r}"
+    return f"x⁺ = A x + B u + c with A = {_lists(system.A)}, B = {_lists(system.B)}, c = {list(system.c)!r}"
 
 
 def robust_statement(subject: Subject, robust: Robust | None) -> str:
@@ -169,7 +153,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     if robust.model:
         hull = "; ".join(f"A = {_lists(v.A)}, B = {_lists(v.B)}, c = {list(v.c)!r}" for v in robust.model)
         wrong = f" where (A, B, c) is at each step anywhere in the convex hull of {hull}"
-    K, N, s = [list(row) for row in robust.feedback], robust.head, robust.terms
+    K, N, s = _lists(robust.feedback), robust.head, robust.terms
     seen, model, sequence = "x", "", "w in W and every start"
     parts, sets = "W", f"W is {_set(robust.disturbance)}"
     if robust.noise:
@@ -187,7 +171,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     return (
         f" Under disturbance, x⁺ = A x + B u + c + w{model}{wrong}: for every sequence of {sequence} in "
         f"x_r(t₀) ⊕ Z at one of these times, the inputs u = u_r + K ({seen} - x_r) keep x in {states} and u in "
-        f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K!r}, and, with "
+        f"{inputs} at all later times t₀ + k T among these, and {seen} in x_r ⊕ Z. Here {sets}, K = {K}, and, with "
         f"F = A + B K, Z = {of} ⊕ F {of} ⊕ … ⊕ F^{N - 1} {of} ⊕ F^{N} (P ⊕ F P ⊕ … ⊕ F^{s - 1} P) / "
         f"(1 - {robust.contraction!r}), where P holds all x with |x_i| ≤ p_i, p = {list(robust.box)!r}."
     )

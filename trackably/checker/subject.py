@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
+from math import frexp
 from typing import Literal, Self
 
 from trackably.checker.formulas import Formula
@@ -61,8 +62,8 @@ def why_no_signal(pieces: Pieces) -> str | None:
     return None
 
 
-_NEGLIGIBLE = 2.0**-130
-"""A kernel counts as far from a time at which |κ| ≤ κ(0) times this number, the reserve of all mpmath functions."""
+_NEGLIGIBLE = 2.0**-60
+"""A kernel counts as far from a time at which |κ| ≤ κ(0) times this number; the errors of evaluation are larger."""
 
 
 @dataclass(frozen=True)
@@ -82,8 +83,9 @@ class Signal:
     @cached_property
     def reach(self) -> Reach:
         """The distance [s] beyond which kernels count as far, and upper bounds of |κ| and |κ̇| there."""
-        span = min(max(self.centres) - min(self.centres), 1e300)
-        return reach(self.kernel, span, _NEGLIGIBLE)
+        # The span is rounded up to a power of two, so that many signals with the same kernel share one result.
+        _, exponent = frexp(max(self.centres) - min(self.centres))
+        return reach(self.kernel, 2.0 ** min(exponent, 1000), _NEGLIGIBLE)
 
     @cached_property
     def far(self) -> Decay:

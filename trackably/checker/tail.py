@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllTimes, Certificate, Steps
-from trackably.checker.formulas import Formula, Name, evaluate, operands, parts
+from trackably.checker.formulas import Formula, Name, operands, parts
 from trackably.checker.intervals import (
     ONE,
     ZERO,
@@ -23,7 +23,7 @@ from trackably.checker.intervals import (
     total,
 )
 from trackably.checker.kernels import Decay
-from trackably.checker.models import Model, Models, constants, differential
+from trackably.checker.models import Model, constants, differential, evaluate
 from trackably.checker.quantities import ITSELF, Quantity, value_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import OfBound, Signal, is_far
@@ -140,7 +140,7 @@ def slopes_of(formula: Formula, box: Mapping[str, Real], of_names: Mapping[str, 
     undefined.
     """
     values, slopes, count = dict[Formula, Model](), dict[Formula, Sequence[Real]](), len(next(iter(of_names.values())))
-    evaluate(formula, constants(box, 1), Models(1), values)
+    evaluate(formula, constants(box, 1), 1, values)
     for part in parts(formula):
         inner = operands(part)
         along = differential(part, values[part].span, [values[one].span for one in inner])

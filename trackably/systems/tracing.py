@@ -258,10 +258,10 @@ def _rounding_error(formula: Formula, values: dict[str, float]) -> float:
     """Return an over-estimate of the error of the formula in float64; infinite if it may be undefined."""
     exact, without_errors = {name: exactly(value) for name, value in values.items()}, dict.fromkeys(values, ZERO)
     try:
-        found = FormulaValues(FormulaNeeds({}, without_errors, 0), 1).track(formula, constants(exact, 1))
+        _, error = FormulaValues(FormulaNeeds({}, without_errors, 0), 1).track(formula, constants(exact, 1))
     except UndefinedError:
         return np.inf
-    return float(found.error.b)
+    return float(error.b)
 
 
 def formulas_of(call: Callable[[], Any]) -> tuple[tuple[Formula, ...], tuple[Formula, ...]]:

@@ -5,16 +5,15 @@ A box is an interval of time. An instant is checked as a narrow box around it.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 import numpy as np
 
 from trackably.checker.boxes import Box, Enclosures, FirstPass, stays_inside
-from trackably.checker.floats.intervals import Floats, Mask, bernstein_on_box, join, stack, stay_between, sums
+from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stack, stay_between, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
-from trackably.checker.formulas import parts
 from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
@@ -35,50 +34,33 @@ def boxes_left(
     `held` has the quantities of each box, and `terms` is the number of Taylor coefficients.
     """
     every = {q.name: q for h in held.values() for q in h}
-    formulas = {f for q in every.values() for f in (*(f for _, f in q.parts), *(need.formula for need in q.needs))}
     wanted = {shifted for q in every.values() for shifted in _needs(q)}
-    beside = len(every) + sum(len(parts(formula)) for formula in formulas)
-    for some, known in _enclosed(subject, wanted, list(held), terms, beside):
-        start, tried, rows = exactly(min(box.start for box in some)), list[tuple[Box, Quantity]](), []
-        with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            for q in every.values():
+    for some, known in _enclosed(subject, wanted, list(held), terms):
+        start, tried = exactly(min(box.start for box in some)), dict[tuple[Box, str], tuple[bool, Floats]]()
+        for q in every.values():
+            with np.errstate(all="ignore"):  # results that are not finite prove nothing
                 where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
                 where, found = _models_of(needs, subject, q, known, where, terms)
-                tried += [(some[b], q) for b in where.tolist()]
-                rows.append((found, *(_end(limit.after(start), len(where)) for limit in (q.lower, q.upper))))
-            found, low, high = (join(each) for each in zip(*rows, strict=True))
-            every_row: Any = [found.at(k) for k in range(terms + 1)]
-            first, *others, missed = every_row
-            near = join([c.at(None) for c in (around(first, missed), *others)], axis=0)
-            coefficients = bernstein_on_box(near)
-            kept, at_ends = stay_between(coefficients, low, high), coefficients.at([0, -1])
-            lost = np.any((at_ends.high > high.low) | (at_ends.low < low.high), axis=0)
-        found_at = {(box, q.name): i for i, (box, q) in enumerate(tried)}
-        yield from _left(held, some, found_at, kept, lost, Model([first, *others], missed))
+                first: Any = around(found.at(0), found.at(-1))
+                near = join([first.at(None), found.at(slice(1, -1))], axis=0)
+                near, low, high = bernstein_on_box(near), *(_end(limit.after(start)) for limit in (q.lower, q.upper))
+                kept, ends = stay_between(near, low, high), near.at([0, -1])
+                lost = ~kept & np.any((ends.high > high.low) | (ends.low < low.high), axis=0)
+            promising = np.flatnonzero(~lost).tolist()
+            tried |= {(some[where[i]], q.name): (bool(kept[i]), found.at((..., i))) for i in promising}
+        for box in some:
+            yield box, [q for q in held[box] if not _is_inside(q, box, *tried.get((box, q.name), (False, None)))]
 
 
-def _left(
-    held: Mapping[Box, list[Quantity]],
-    boxes: Sequence[Box],
-    found_at: Mapping[tuple[Box, str], int],
-    kept: Mask,
-    lost: Mask,
-    models: Model,
-) -> Iterator[tuple[Box, list[Quantity]]]:
-    """Yield boxes with the quantities that are left to be proved.
+def _is_inside(q: Quantity, box: Box, is_kept: bool, of_box: Floats | None) -> bool:
+    """Return whether q is shown to stay inside its bounds in a box.
 
-    `found_at` has, for a box and a quantity's name, the index i of the quantity in kept[i] and in the arrays of
-    `models`; it has none if the quantity may be undefined in the box. A quantity that is not `kept` inside its bounds
-    is tried again in integers, unless it is `lost`: its enclosure at an end of the box leaves the bounds.
+    `of_box` has the coefficients of its model, and the bound of the remainder. It is None if q may be undefined in the
+    box, or if the enclosure of q leaves the bounds at an end of the box. Any other quantity that is not known to be
+    kept inside its bounds is tried again in integers.
     """
-    for box in boxes:
-        left = []
-        for q in held[box]:
-            i = found_at.get((box, q.name))
-            of_box = None if i is None or kept[i] or lost[i] else _model(models, i)
-            if i is None or not (kept[i] or (of_box and stays_inside(of_box, q, box))):
-                left.append(q)
-        yield box, left
+    model = None if is_kept or of_box is None else _model(of_box)
+    return is_kept or (model is not None and stays_inside(model, q, box))
 
 
 def models(
@@ -87,42 +69,33 @@ def models(
     """Yield for each box models of shifted signals in the arithmetic of mpmath, without those that are not finite."""
     for some, known in _enclosed(subject, wanted, boxes, terms):
         for b in range(len(some)):
-            of_box = {shifted: _model(of, b) for shifted, of in known.items()}
+            of_box = {
+                shifted: _model(stack([*of.coefficients, of.missed], (len(some),)).at((..., b)))
+                for shifted, of in known.items()
+            }
             yield {shifted: model for shifted, model in of_box.items() if model}
 
 
 def _enclosed(
-    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int, others: int = 0
+    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int
 ) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
     """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
 
-    The number of boxes in a group limits the memory, if a box takes a model of each of the `wanted` signals, and
-    `others` further models.
+    The number of boxes in a group limits the memory for models of the `wanted` signals.
     """
-    shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
-    signals, step = {s: ManyCentres.of(subject.signals[s]) for s in shifts}, Fraction(subject.system.sampling_time)
-    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1 + others))))
+    signals, step = {s: ManyCentres.of(subject.signals[s]) for s, _ in wanted}, Fraction(subject.system.sampling_time)
+    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1))))
     for begin in range(0, len(boxes), at_once):
-        some, known = boxes[begin : begin + at_once], dict[Shifted, Model]()
-        for s, of in signals.items():
-            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all boxes, once for each shift
-            with np.errstate(all="ignore"):
-                found = of.enclose(Boxes(starts, ends, radii, [j * step for j in shifts[s] for _ in some]), terms)
-            for i, j in enumerate(shifts[s]):
-                known[s, j] = _at(found, slice(i * len(some), (i + 1) * len(some)))
+        some = boxes[begin : begin + at_once]
+        starts, ends, radii = np.array(some).T
+        with np.errstate(all="ignore"):
+            known = {(s, j): signals[s].enclose(Boxes(starts, ends, radii, j * step), terms) for s, j in wanted}
         yield some, known
 
 
-def _at(models: Any, index: slice | Indices) -> Model:
-    """Return the models of some boxes; `index` selects these boxes in the last axis of the arrays."""
-    return Model([c.at((..., index)) for c in models.coefficients], models.missed.at(index))
-
-
-def _joined(models: Any) -> Model:
-    """Return models of B boxes with all coefficients but the first in one array (n − 1, B): fewer operations."""
-    first, *others = models.coefficients
-    rest: Any = stack(others, first.low.shape)
-    return Model([first, rest], models.missed)
+def _at(models: Any, where: Indices) -> Model:
+    """Return the models of some boxes."""
+    return Model([c.at(where) for c in models.coefficients], models.missed.at(where))
 
 
 def _needs(q: Quantity) -> list[Shifted]:
@@ -131,36 +104,35 @@ def _needs(q: Quantity) -> list[Shifted]:
 
 def _models_of(
     needs: FormulaNeeds, subject: Subject, q: Quantity, known: Mapping[Shifted, Any], where: Indices, n: int
-) -> tuple[Indices, Floats]:
+) -> tuple[Indices, Any]:
     """Return the indices, among `where`, of the B boxes in which q is certainly defined, and its models, (n + 1, B).
 
     The first n rows have the coefficients, and the last row the bounds of the remainders. `known` has models of shifted
     signals in all boxes, with n coefficients.
     """
-    is_sum = q.combination is not None and not q.needs and bool(_needs(q))
     while len(where):
-        at = {shifted: _at(_joined(known[shifted]) if is_sum else known[shifted], where) for shifted in _needs(q)}
-        enclosures = Enclosures(subject, 2 if is_sum else n, _NO_BOX, at)
+        enclosures = Enclosures(subject, n, _NO_BOX, {shifted: _at(known[shifted], where) for shifted in _needs(q)})
         try:
             model = FormulaValues(needs, n).enclose(q, enclosures.arguments(q))
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
-        none = Floats.exact(np.zeros((1, len(where))))
-        return where, join([none + c for c in (*model.coefficients, model.missed)], axis=0)
+        return where, stack([*model.coefficients, model.missed], where.shape)
     return where, Floats.exact(np.empty((n + 1, 0)))
 
 
-def _end(constant: Real | None, count: int) -> Floats:
-    """Return the `constant` end of a bound for `count` boxes; NaN, which shows nothing, if the end moves (None)."""
-    return Floats.exact(np.full(count, np.nan)) if constant is None else stack([constant], (count,)).at(0)
+def _end(constant: Real | None) -> Floats:
+    """Return the `constant` end of a bound; NaN, which shows nothing, if the end moves (None)."""
+    return Floats.of(nan if constant is None else constant)
 
 
-def _model(models: Model, b: int) -> Model | None:
-    """Return the model of one box in the arithmetic of mpmath; None if it is not finite."""
-    every: Any = (*models.coefficients, models.missed)
-    ends = [(float(c.low[b]), float(c.high[b])) for c in every]
-    if not all(isfinite(low) and isfinite(high) for low, high in ends):
+def _model(of_box: Floats) -> Model | None:
+    """Return the model of one box in the arithmetic of mpmath, from its coefficients and its bound of the remainder.
+
+    Return None if the model is not finite.
+    """
+    ends = list(zip(of_box.low.tolist(), of_box.high.tolist(), strict=True))
+    if not np.isfinite(ends).all():
         return None
     return Model([between(*of) for of in ends[:-1]], exactly(ends[-1][1]))
 

@@ -55,13 +55,7 @@ class Floats(Many):
     @classmethod
     def of(cls, number: Any) -> "Floats":
         """Return arrays of intervals unchanged; for a number or an interval of mpmath, an interval that contains it."""
-        if isinstance(number, Floats):
-            return number
-        if isinstance(number, float):
-            return cls.exact(number)
-        if isinstance(number, int) and abs(number) <= 2**53:
-            return cls.exact(float(number))
-        return _of_interval(number)
+        return number if isinstance(number, Floats) else _of_interval(number)
 
     @property
     def a(self) -> "Floats":
@@ -143,13 +137,9 @@ class Floats(Many):
         y = self.of(other)
         if y.low is y.high:  # exact numbers, not intervals
             return _hull(self.low * y.low, self.high * y.low)
-        if self.low is self.high:
-            return _hull(self.low * y.low, self.low * y.high)
         return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
 
     def __truediv__(self, other: Any) -> "Floats":
-        if isinstance(other, int) and 0 < other <= 2**53:
-            return _outwards(self.low / other, self.high / other)
         y = self.of(other)
         known = (y.low > 0) | (y.high < 0)
         low = np.where(known, y.low, np.nan)

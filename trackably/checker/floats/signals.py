@@ -12,7 +12,6 @@ moments m_k (`kernels`) instead of all centres, and is expanded in their place; 
 over centres: only c_i may be negative.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -22,17 +21,13 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.floats.intervals import Array, Floats, Mask, join, stack, sums
-from trackably.checker.intervals import ONE, ratio, total
-from trackably.checker.kernels import Kink, Matern, geometric_rest, reach
+from trackably.checker.intervals import ONE, Real, ratio, total
+from trackably.checker.kernels import Matern, geometric_rest
 from trackably.checker.models import Model
 from trackably.checker.subject import Signal
 from trackably.checker.watch import tick
 
 Indices = npt.NDArray[np.intp]
-
-
-_CENTRES = 2**14
-"""Centres whose moments are computed at once, so that few further numbers are in memory beside the results."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +64,12 @@ class CentresBefore:
         low[0] = self.weights, np.abs(self.weights)
         found = [Floats(*ends) for ends in zip(low, low.copy(), strict=True)]
         while step < len(self.centres):  # `found` has the moments of the last `step` centres up to each
-            for end in range(len(self.centres), step, -_CENTRES):  # from the last: earlier ones are needed as they are
-                tick()
-                now = slice(max(end - _CENTRES, step), end)
-                then = slice(now.start - step, end - step)
-                since = self.kernel.rate * (Floats.exact(self.centres[now]) - Floats.exact(self.centres[then]))
-                moved = _move([m.at((slice(None), then)) for m in found], since)
-                for m, more in zip(found, moved, strict=True):
-                    both = m.at((slice(None), now)) + more
-                    m.low[:, now], m.high[:, now] = both.low, both.high
+            tick()
+            since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
+            moved = _move([m.at((slice(None), slice(-step))) for m in found], since)
+            for m, more in zip(found, moved, strict=True):
+                both = m.at((slice(None), slice(step, None))) + more
+                m.low[:, step:], m.high[:, step:] = both.low, both.high
             step *= 2
         return found
 
@@ -94,33 +86,27 @@ def _move(moments: list[Floats], d: Floats) -> list[Floats]:
 _PAIRS = 4096
 """Pairs of a box and a centre that are enclosed at once, so that they fit the cache."""
 
-_NEGLIGIBLE = 2.0**-60
-"""A centre is far from times at which |κ| is at most κ(0) times this number; the reserve for rounding is larger."""
-
 
 @dataclass(frozen=True, eq=False)
 class Boxes:
     """B boxes, the times from `starts` to `ends` [s], with `radii` [s] of discs in Cauchy's estimate; shapes (B,).
 
-    In box b, signals are enclosed at t + s for the times t of the box, with the rational number s = `shifts`[b] [s].
+    Signals are enclosed at t + `shift` [s] for the times t of each box; `move` is an interval that contains the shift.
     """
 
     starts: Array
     ends: Array
     radii: Array
-    shifts: Sequence[Fraction]
+    shift: Fraction
 
     @cached_property
-    def moves(self) -> Floats:
-        """Intervals that contain the shifts."""
-        known = {shift: Floats.of(ratio(shift)) for shift in {*self.shifts}}
-        every = [known[shift] for shift in self.shifts]
-        return Floats(np.array([of.low for of in every]), np.array([of.high for of in every]))
+    def move(self) -> Floats:
+        return Floats.of(ratio(self.shift))
 
     @cached_property
     def middles(self) -> Floats:
-        """The middles of the boxes, plus the shifts [s]."""
-        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2 + self.moves
+        """The middles of the boxes, plus the shift [s]."""
+        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2 + self.move
 
     @cached_property
     def halves(self) -> Floats:
@@ -130,11 +116,13 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class ManyCentres:
-    """Σ_i c_i κ(t − t_i) with the centres in increasing order."""
+    """Σ_i c_i κ(t − t_i) with the centres in increasing order; those that are far from a box add at most `far`."""
 
     kernel: Any  # a `Kernel`; its formulas accept intervals of mpmath and arrays of intervals alike
     centres: Array
     weights: Array
+    reach: float
+    far: Real
 
     @staticmethod
     @lru_cache(maxsize=8)
@@ -142,19 +130,7 @@ class ManyCentres:
         """Return z − m for a signal z with mean m, centres sorted. Results are cached, and so are their moments."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
-        return ManyCentres(signal.kernel, centres[order], weights[order])
-
-    @cached_property
-    def reach(self) -> tuple[float, Floats]:
-        """A distance d [s], and an upper bound of Σ_i |c_i| |κ(r_i)| for all distances |r_i| beyond d.
-
-        If no such distance is found, d is infinite, and the bound is 0.
-        """
-        # The span is rounded up to a power of two, so that many signals with the same kernel share one result.
-        _, exponent = np.frexp(self.centres[-1] - self.centres[0])
-        distance, decay = reach(self.kernel, float(np.ldexp(1.0, exponent)), _NEGLIGIBLE)
-        weight = sums(abs(Floats.exact(self.weights)), np.zeros(1, dtype=np.intp))
-        return distance, weight * decay.size
+        return ManyCentres(signal.kernel, centres[order], weights[order], signal.reach.distance, signal.far.size)
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
@@ -171,14 +147,14 @@ class ManyCentres:
         every: Any = [Floats(low, high) for low, high in zip(*ends, strict=True)]
         if isinstance(self.kernel, Matern):
             return Model(every[:n], every[n]) + self._outside(boxes, first, stop, n)
-        return Model(every[:n], every[n] + self.reach[1])
+        return Model(every[:n], every[n] + self.far)
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
         """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
-        reach, shift = self.reach[0], boxes.moves.low
+        shift = boxes.move.low
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + np.abs(shift)
         # The reach is enlarged by more than the rounding errors of these sums, so that no near centre is left out.
-        reaches = reach * (1 + 2.0**-20) + 2.0**-48 * sizes
+        reaches = self.reach * (1 + 2.0**-20) + 2.0**-48 * sizes
         first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
         return first, np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right")
 
@@ -188,7 +164,7 @@ class ManyCentres:
 
         Only the centres from the first index to just before the second may be inside the box.
         """
-        start, end = (Floats.exact(times) + boxes.moves for times in (boxes.starts, boxes.ends))
+        start, end = (Floats.exact(times) + boxes.move for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, end.high), first)
 
@@ -215,11 +191,8 @@ class ManyCentres:
         tick()
         centres, weights, radii = self.centres[which], Floats.exact(self.weights[which]), Floats.exact(boxes.radii)
         r = boxes.middles.at(of_box) - Floats.exact(centres)
-        kink = None
-        if self.kernel.has_kink:
-            oddness = self.kernel.oddness(boxes.halves, radii, n).at(of_box)
-            kink = Kink(*self._sides(boxes, of_box, centres), oddness)
-        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, kink)
+        sides = self._sides(boxes, of_box, centres) if self.kernel.has_kink else None
+        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, sides)
         rows, missed = stack(each.coefficients, of_box.shape) * weights, abs(weights) * each.missed
         return join([sums(rows, begins), sums(missed, begins).at(None)], axis=0)
 
@@ -229,12 +202,11 @@ class ManyCentres:
         They say whether no time of the box is after the centre, and whether no time of the box is before the centre.
         `of_box` has the index of the box in each pair.
         """
-        starts, ends, shifts = boxes.starts[of_box], boxes.ends[of_box], boxes.moves.at(of_box)
-        given = Floats.exact(centres)
-        moved = given.choose((shifts.low == 0) & (shifts.high == 0), given, given - shifts)
+        starts, ends, given = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres)
+        moved = given - boxes.move if boxes.shift else given
         before, after = ends <= moved.low, starts >= moved.high
         unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
         for i in np.flatnonzero(unclear).tolist():
-            exact = Fraction(float(centres[i])) - boxes.shifts[of_box[i]]
+            exact = Fraction(float(centres[i])) - boxes.shift
             before[i], after[i] = ends[i] <= exact, starts[i] >= exact
         return before, after

@@ -15,23 +15,22 @@ from mpmath import mp
 from trackably.checker import models
 from trackably.checker.floats.intervals import Floats, join
 from trackably.checker.intervals import ZERO, UndefinedError, between, exactly, iv
-from trackably.checker.models import Model, Models
+from trackably.checker.models import Model
 
 TERMS, COUNT = 12, 8
-MODELS = Models(TERMS)
 SERIES = {
-    "a quotient": (MODELS.over, lambda a, b: a / b),
-    "a reciprocal": (lambda _, b: MODELS.power(b, -1.0), lambda _, b: 1 / b),
-    "sqrt": (lambda _, b: MODELS.function("sqrt", b), lambda _, b: mp.sqrt(b)),
+    "a quotient": (lambda a, b: a / b, lambda a, b: a / b),
+    "a reciprocal": (lambda _, b: b.power(-1.0), lambda _, b: 1 / b),
+    "sqrt": (lambda _, b: b.function("sqrt"), lambda _, b: mp.sqrt(b)),
 }
 FORMED = {
     **SERIES,
     "a product": (lambda a, b: a * b, lambda a, b: a * b),
-    "a power": (lambda _, b: MODELS.power(b, 1.7), lambda _, b: b ** mp.mpf(1.7)),
-    "an angle": (MODELS.angle, mp.atan2),
-    "the other angle": (lambda a, b: MODELS.angle(b, a), lambda a, b: mp.atan2(b, a)),
+    "a power": (lambda _, b: b.power(1.7), lambda _, b: b ** mp.mpf(1.7)),
+    "an angle": (Model.angle, mp.atan2),
+    "the other angle": (lambda a, b: b.angle(a), lambda a, b: mp.atan2(b, a)),
     **{
-        name: (lambda _, b, name=name: MODELS.function(name, b), lambda _, b, name=name: getattr(mp, name)(b))
+        name: (lambda _, b, name=name: b.function(name), lambda _, b, name=name: getattr(mp, name)(b))
         for name in ("exp", "log", "sin", "cos", "atan")
     },
 }
@@ -121,15 +120,15 @@ def test_series_miss_what_is_of_the_order_of_the_next_term(formed):
 def test_where_one_may_have_no_value_is_said():
     for (formed, _), slope in product(SERIES.values(), (1.0, 1.5)):
         with pytest.raises(UndefinedError):
-            formed(MODELS.number(exactly(1)), Model([exactly(1), exactly(slope), *[ZERO] * (TERMS - 2)], ZERO))
+            formed(Model.constant(exactly(1), TERMS), Model([exactly(1), exactly(slope), *[ZERO] * (TERMS - 2)], ZERO))
     with pytest.raises(UndefinedError) as caught:
-        MODELS.over(MODELS.number(ZERO + 1), Model([Floats.exact(np.array([1.0, 0.0, np.nan]))] * TERMS, ZERO))
+        _ = Model.constant(ZERO + 1, TERMS) / Model([Floats.exact(np.array([1.0, 0.0, np.nan]))] * TERMS, ZERO)
     assert not np.any(caught.value.where[1:])
     for y, x in (([1e-4, 1e-2], [-1.0, -1.0]), ([0.0, 1.0], [0.0, 0.0])):
         other = [Floats.exact(np.array([1e-3, 0.0])), *[ZERO] * (TERMS - 2)]
         vector = [Model([Floats.exact(np.array(of)), *other], ZERO) for of in (y, x)]
         with pytest.raises(UndefinedError) as caught:
-            MODELS.angle(*vector)
+            Model.angle(*vector)
         assert caught.value.where.tolist() == [False, True]
 
 

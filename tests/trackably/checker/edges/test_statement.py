@@ -24,8 +24,6 @@ from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, Refuted, check
 from trackably.checker.floats import boxes
 from trackably.checker.formulas import Number, Operation, Power, text
-from trackably.checker.intervals import ZERO, between
-from trackably.checker.models import Model
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 
 KINDS = (*VALID, "redundant inputs in the plane", "tank", "rest", "period", "end")
@@ -57,14 +55,6 @@ def test_a_learned_reference_shows_the_same() -> None:
     assert found.fingerprint == sha(statement)
     assert found.identity in repr(found)
     assert f"SHA-256 {found.fingerprint}, 25 kernels centred from 0 s to 8 s" in found.identity
-
-
-def test_digits_that_float64_does_not_determine_are_asked_of_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
-    data = file_of("scalar")
-    known = said(data)
-    for model in ({}, {(0, 0): Model([between(-1, 1)], ZERO)}):
-        monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, models=lambda *_, model=model: [model]))
-        assert said(data) == known
 
 
 def test_all_zero_weights_are_seen() -> None:

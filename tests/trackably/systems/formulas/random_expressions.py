@@ -6,6 +6,7 @@ from mpmath import mp
 
 from tests.balls.arithmetic import ball_arithmetic
 from tests.balls.formulas import UndefinedError, at_balls
+from tests.formulas import evaluate
 from trackably.checker.formulas import (
     FUNCTIONS,
     SYMBOLS,
@@ -16,7 +17,6 @@ from trackably.checker.formulas import (
     Number,
     Operation,
     Power,
-    evaluate,
     parts,
 )
 

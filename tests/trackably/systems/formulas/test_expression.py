@@ -60,17 +60,17 @@ def models_hold(tree: Formula, values: dict[str, float]) -> bool:
         name: Model([exactly(v), exactly(REACH[name])] + [ZERO] * (TERMS - 2), ZERO) for name, v in values.items()
     }
     try:
-        tracked = FormulaValues(FormulaNeeds({}, dict.fromkeys(around, INPUT_ERROR), 0), TERMS).track(tree, around)
+        model, error = FormulaValues(FormulaNeeds({}, dict.fromkeys(around, INPUT_ERROR), 0), TERMS).track(tree, around)
     except UndefinedError:
         return False
     for s in (-1.0, 0.3, 1.0):
         at = {name: v + REACH[name] * s for name, v in values.items()}
         true = many_digits(tree, at)
-        middle = sum((c * s**k for k, c in enumerate(tracked.model.coefficients)), ZERO)
-        missed = tracked.model.missed.b + tracked.error.b  # the error also holds the rounding of `at`
+        middle = sum((c * s**k for k, c in enumerate(model.coefficients)), ZERO)
+        missed = model.missed.b + error.b  # the error also holds the rounding of `at`
         assert (middle - missed).a <= float(true) <= (middle + missed).b
         off = float(evaluate_floats(tree, {name: np.array(v) for name, v in at.items()})) - true
-        assert abs(off) <= float(tracked.error.b)
+        assert abs(off) <= float(error.b)
     return True
 
 

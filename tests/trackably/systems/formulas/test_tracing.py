@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, reject, settings
 
+from tests.formulas import evaluate
 from tests.trackably.systems.formulas.random_expressions import expressions
-from trackably.checker.formulas import evaluate, text
+from trackably.checker.formulas import text
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.tracing import require_same_values, trace
 
