@@ -81,7 +81,7 @@ def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
 
 def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
     """Factorise K + V as a dense matrix; None if it is not positive definite in float64."""
-    return Dense.of(samples.entries(prior.kernel), noise_variance(prior, samples))
+    return Dense.of(*samples.covariance(prior.kernel), noise_variance(prior, samples))
 
 
 def candidates(prior: Prior, samples: Samples) -> list[Candidate]:

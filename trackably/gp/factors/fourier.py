@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.kernels.base import SpectralDensity
 
 _STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling of the reach
@@ -118,7 +118,7 @@ class Ladder:
 
 @dataclass(frozen=True)
 class Fourier(Factorisation):
-    """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the stored entries of the `factor` L of B = I + Mᵀ M = L Lᵀ.
+    """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the Cholesky `factor` L of B = I + Mᵀ M = L Lᵀ.
 
     M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the Fourier coefficients of κ, and ϱ is relative noise.
     `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
@@ -142,13 +142,13 @@ class Fourier(Factorisation):
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
-        factor, info = scipy.linalg.lapack.dpftrf(len(b), pack(b), uplo=LOWER, overwrite_a=True)
+        factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
         return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
 
     @property
     def log_determinant(self) -> float:
         of_noise = 0.5 * len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_relative_noise
-        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor[diagonal(len(self.root))]))))
+        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor.diagonal()))))
 
     def solve(self, right: Array) -> Array:
         y = right.T / self.ladder.relative_noise
@@ -163,8 +163,8 @@ class Fourier(Factorisation):
         return np.asarray(self._spread(self.slope * self._along(noise * c)) * noise * self.noise_variance)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        inverse, _ = scipy.linalg.lapack.dpftri(len(self.root), self.factor, uplo=LOWER)
-        lost, scaled = inverse[diagonal(len(self.root))], self.ladder.relative_noise * c
+        inverse, _ = scipy.linalg.lapack.dpotri(self.factor, lower=True)
+        lost, scaled = inverse.diagonal(), self.ladder.relative_noise * c
         by_kernel = self.slope.dot(1 - lost - self.noise_variance * self._along(scaled) ** 2)
         # With noise V, A = V^½ (I + M Mᵀ) V^½ (n, n) and B = I + Mᵀ M (m, m): tr(A⁻¹ V) = n − m + tr(B⁻¹). The diagonal
         # of B⁻¹ is `lost`.
@@ -181,5 +181,5 @@ class Fourier(Factorisation):
 
     def _solve(self, rows: Array) -> Array:
         """Return B⁻¹ times each of the rows, shape (…, m)."""
-        solved, _ = scipy.linalg.lapack.dpftrs(len(self.root), self.factor, rows.T, uplo=LOWER)
+        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
         return np.asarray(solved.T.reshape(rows.shape))
