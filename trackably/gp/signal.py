@@ -1,7 +1,7 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Self
 
@@ -12,7 +12,6 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
-_FEW = 2**16  # terms (times times centres): for more, `nearly` evaluates `jet`, which works in blocks of bounded memory
 _MANY_OF_MOMENTS = 2**18  # terms (times times centres): for fewer, moments of all centres take longer than the sum
 _NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that the times of a block lie close together
 
@@ -82,12 +81,6 @@ class KernelSum:
     def __call__(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 0)[0])
 
-    def nearly(self, t: Array) -> Array:
-        """Return m⁺(t), with a few more rounding errors than `jet` if that is faster. Use it for searches only."""
-        if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
-            return np.asarray(self.jet(t, 0)[0])
-        return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)
-
     def summed(self, t: Array) -> Array:
         """Return m⁺ at t [s] as plain sums of products. Certificates bound the rounding errors of this evaluation."""
         return np.asarray(self._blocks(np.asarray(t, dtype=float), 0)[0] + self.mean)
@@ -134,35 +127,3 @@ class KernelSum:
         """Centres in increasing order, and their weights."""
         order = np.argsort(self.centres, kind="stable")
         return self.centres[order], self.weights[order]
-
-
-# Signals that remember their values, as several quantities are evaluated at the same times.
-
-_LONG_ROW = 32  # shorter rows of times are not cached: they refine minima of one quantity, and no other one needs them
-
-
-@dataclass(frozen=True)
-class CachedSum(KernelSum):
-    """A sum of kernels whose values (by `nearly`) are `known` for ever for each long row of an array of times."""
-
-    known: dict[bytes, Array] = field(default_factory=dict)
-
-    def __call__(self, t: Array) -> Array:
-        if np.ndim(t) != 2 or t.shape[-1] < _LONG_ROW:
-            return self.nearly(t)
-        keys = [row.tobytes() for row in t]
-        new = [j for j, key in enumerate(keys) if key not in self.known]
-        if new:
-            self.known.update(zip((keys[j] for j in new), self.nearly(t[new]), strict=True))
-        return np.stack([self.known[key] for key in keys])
-
-
-@dataclass(frozen=True)
-class EvaluationCache:
-    """The `signals` of a posterior or a learned function, which cache their values."""
-
-    signals: tuple[CachedSum, ...]
-
-    @classmethod
-    def of(cls, signals: Sequence[KernelSum]) -> Self:
-        return cls(tuple(CachedSum(of.kernel, of.mean, of.centres, of.weights) for of in signals))

@@ -28,13 +28,6 @@ class SquaredExponential(Radial):
                 phi[n + 1] -= n * phi[n - 1]
         return phi
 
-    def value(self, r: Array) -> Array:
-        value = np.asarray(r * r)
-        value *= -0.5 / self.lengthscale**2
-        np.exp(value, out=value)
-        value *= self.signal_std**2
-        return value
-
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         """For order 0, return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
         if order:
