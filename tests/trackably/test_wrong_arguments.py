@@ -74,11 +74,6 @@ WRONG = {
     "repeated": (lambda: Samples([0, 1, 1], [0, 0, 0]), "times[2] = 1 s repeats times[1] = 1 s"),
     "unsorted": (lambda: Samples([0, 2, 1.5, 1], [0] * 4), "times[2] = 1.5 s lies before times[1] = 2 s"),
     "A of texts": (lambda: system([["a"]], [[1]]), "system: A: expected numbers, got [['a']]"),
-    "a function in place of formulas": (
-        partial(NonlinearSystem, lambda x, u: [x[0] + u[0]], ["a"], ["b"], 1.0),
-        "f: expected formulas, got a function; use NonlinearSystem.of(f, states, inputs, sampling_time)",
-    ),
-    "a function alone": (partial(NonlinearSystem, np.sin), "f: expected formulas, got a function"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "rows, a number": (lambda: Polytope(3, [0], [1]), "set: rows must have shape (any, any), got shape ()"),
     "two sets of wrong dimension": (
