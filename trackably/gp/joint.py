@@ -76,12 +76,10 @@ class JointPrior(Parametrized):
         if len(log_theta) != len(self.learned):
             raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(log_theta)}")
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
-        moved = self.with_parts(
+        return self.with_parts(
             part.with_hyperparameters({name: values[self.name_of(process, name)] for name in part.learned})
             for process, part in self._named
         )
-        vars(moved).update(learned=self.learned, places=self.places)  # optimisers need not compute them at each step
-        return moved
 
     def with_parts(self, parts: Iterable[Prior]) -> Self:
         """Return the joint prior with other priors of the processes."""

@@ -103,9 +103,6 @@ class _Shifts:
             raise ValueError(f"z[j]: expected a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
         return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
-    def __iter__(self) -> Any:
-        raise ValueError("z: expected z[j] with a step j, got a loop over z, which has no end; use z[0], z[1], …")
-
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
 #

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import scipy
@@ -167,7 +167,6 @@ class LinearSystem:
 
     if TYPE_CHECKING:
 
-        @overload
         def __init__(
             self,
             A: ArrayLike,
@@ -176,15 +175,8 @@ class LinearSystem:
             states: Sequence[str] = (),
             inputs: Sequence[str] = (),
             *,
-            sampling_time: float,
+            sampling_time: float | None = None,
         ) -> None: ...
-
-        @overload
-        def __init__(
-            self, A: ArrayLike, B: ArrayLike, c: float, states: Sequence[str] = (), inputs: Sequence[str] = ()
-        ) -> None: ...
-
-        def __init__(self, *given: Any, **named: Any) -> None: ...
 
     def __post_init__(self) -> None:
         given: tuple[Any, Any] = self.c, self.sampling_time
