@@ -136,8 +136,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         yield partial(of_blocks, near)
 
     most = min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
-    if density and is_allowed(ROUNDING * largest) and (rung := samples.ladder.rung(density, most)):
-        yield partial(Fourier.of, samples.ladder, rung, density, prior.noise_std**2)
+    if density and is_allowed(ROUNDING * largest) and (waves := samples.ladder.waves(density, most)):
+        yield partial(Fourier.of, samples.ladder, waves, density, prior.noise_std**2)
 
     slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
     # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.

@@ -190,15 +190,11 @@ def period_of(kernels: Sequence[Kernel]) -> float:
 
     Without a common period, constraints on a finite window say nothing about other times.
     """
-    needed = "a guarantee for all times from one period needs"
-    for kernel in kernels:
-        if kernel.period is None:
-            raise TypeError(f"{needed} a periodic kernel, got {type(kernel).__name__}")
     period = common_period(kernels)
     if period is None:
         raise TypeError(
-            f"{needed} the same period for all signals, got the periods [s] "
-            f"{sorted(kernel.period or 0.0 for kernel in kernels)}"
+            "a guarantee for all times from one period needs a periodic kernel, with the same period for all signals, "
+            f"got the periods [s] {[kernel.period for kernel in kernels]}"
         )
     return period
 

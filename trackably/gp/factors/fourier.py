@@ -49,13 +49,6 @@ class Waves(NamedTuple):
         return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
 
 
-class Rung(NamedTuple):
-    """An entry of the ladder of periods: its index `place`, and the number of `waves` that a density needs for it."""
-
-    place: int
-    waves: int
-
-
 @dataclass(frozen=True)
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
@@ -77,8 +70,8 @@ class Ladder:
         """Σ_i ln ϱ_i, with the relative noise ϱ_i of sample i."""
         return float(np.sum(np.log(self.relative_noise)))
 
-    def rung(self, density: SpectralDensity, most: float) -> Rung | None:
-        """Return the rung of the shortest period that suffices for a density.
+    def waves(self, density: SpectralDensity, most: float) -> Waves | None:
+        """Return the waves of the shortest period that suffices for a density, from the cache if they are there.
 
         Return None if this period is too long, or takes more than `most` waves.
         """
@@ -87,20 +80,18 @@ class Ladder:
             return None
         place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
         count = 1 + 2 * math.floor(density.limit * self._period(place) / math.tau)
-        return Rung(place, count) if count <= most else None
-
-    def waves(self, rung: Rung) -> Waves:
-        """Return the waves of a rung, from the cache of the most recently used ones if they are there."""
+        if count > most:
+            return None
         # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else the
         # last bits of results would depend on earlier calls.
-        key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
+        key = place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
-            found = self._compute(self._period(rung.place), key[1])
+            found = self._compute(self._period(place), key[1])
             while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
                 del self._cache[next(iter(self._cache))]
         self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
-        return found.first(rung.waves)
+        return found.first(count)
 
     def _period(self, place: int) -> float:
         return self.span * (1 + math.exp2(place / _STEPS))
@@ -132,9 +123,8 @@ class Fourier(Factorisation):
     factor: Array
 
     @classmethod
-    def of(cls, ladder: Ladder, rung: Rung, density: SpectralDensity, noise_variance: float) -> Self | None:
+    def of(cls, ladder: Ladder, waves: Waves, density: SpectralDensity, noise_variance: float) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
-        waves = ladder.waves(rung)
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
         power[0] *= 0.5
