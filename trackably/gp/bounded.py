@@ -32,12 +32,12 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
 
     The result satisfies all rows up to 1e-9. Return None if there is no such w, or if it is not found in float64.
     """
-    w = np.zeros(normals.shape[1])
+    w: Array = np.zeros(normals.shape[1])
     if (normals @ w + offsets).min(initial=0.0) < -_HELD:
         try:
             found, _ = scipy.optimize.nnls(np.vstack([normals.T, -offsets]), np.append(w, 1.0))
             active = found > 0
-            w = np.linalg.lstsq(normals[active], -offsets[active])[0]
+            w = np.asarray(np.linalg.lstsq(normals[active], -offsets[active])[0], dtype=float)
         except (RuntimeError, np.linalg.LinAlgError):  # rounding makes the active-set method cycle
             return None
     return w if (normals @ w + offsets).min(initial=0.0) >= -_HELD else None

@@ -310,7 +310,7 @@ class Quantities:
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
-        return np.take_along_axis(self.values(t), np.broadcast_to(which, t.shape)[None], axis=0)[0]
+        return np.asarray(np.take_along_axis(self.values(t), np.broadcast_to(which, t.shape)[None], axis=0)[0])
 
     def margins(self, t: Array) -> Array:
         """Return the margins of all quantities at t [s], as `Quantity.margin` does; shape (Q, *t.shape)."""
