@@ -80,7 +80,10 @@ WRONG = {
         lambda: ConstrainedSystem(AXIS.system, Polytope.box([-1.0], [1.0]), AXIS.state_set),
         "system: state_set must have dimension 2, got 1, and input_set must have dimension 1, got 2",
     ),
-    "half a box": (lambda: Polytope.box([-0.0], [np.inf]), "got [1.0] in [0.0, inf]; if one side does not matter, give a bound"),
+    "half a box": (
+        lambda: Polytope.box([-0.0], [np.inf]),
+        "got [1.0] in [0.0, inf]; if one side does not matter, give a bound",
+    ),
     "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1 - 2 x2 has no lower bound on it"),
     "no system": (
         lambda: ConstrainedSystem((1, 2), AXIS.state_set, AXIS.input_set),
