@@ -74,18 +74,16 @@ WRONG = {
     "repeated": (lambda: Samples([0, 1, 1], [0, 0, 0]), "times[2] = 1 s repeats times[1] = 1 s"),
     "unsorted": (lambda: Samples([0, 2, 1.5, 1], [0] * 4), "times[2] = 1.5 s lies before times[1] = 2 s"),
     "A of texts": (lambda: system([["a"]], [[1]]), "system: A: expected numbers, got [['a']]"),
-    "a function in place of formulas": (
-        partial(NonlinearSystem, lambda x, u: [x[0] + u[0]], ["a"], ["b"], 1.0),
-        "f: expected formulas, got a function; use NonlinearSystem.of(f, states, inputs, sampling_time)",
-    ),
-    "a function alone": (partial(NonlinearSystem, np.sin), "f: expected formulas, got a function"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "rows, a number": (lambda: Polytope(3, [0], [1]), "set: rows must have shape (any, any), got shape ()"),
     "two sets of wrong dimension": (
         lambda: ConstrainedSystem(AXIS.system, Polytope.box([-1.0], [1.0]), AXIS.state_set),
         "system: state_set must have dimension 2, got 1, and input_set must have dimension 1, got 2",
     ),
-    "half a box": (lambda: Polytope.box([-0.0], [np.inf]), "coordinate 1 has the bounds [0, inf]"),
+    "half a box": (
+        lambda: Polytope.box([-0.0], [np.inf]),
+        "got [1.0] in [0.0, inf]; if one side does not matter, give a bound",
+    ),
     "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1 - 2 x2 has no lower bound on it"),
     "no system": (
         lambda: ConstrainedSystem((1, 2), AXIS.state_set, AXIS.input_set),

@@ -10,7 +10,6 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.outcome import Unproved
 from trackably.checker.formulas import Angle, Formula, parts
-from trackably.gp.signal import EvaluationCache
 from trackably.learning.index_set import AROUND, lowest_of_parabolas
 from trackably.systems.formulas import evaluate_floats
 from trackably.systems.pieces import PolynomialPieces
@@ -63,9 +62,7 @@ def sketches(reference: Reference, start: float, end: float) -> list[Sketch]:
 def _of_kernels(reference: Reference, start: float, end: float) -> tuple[Quantities, Array]:
     """Return the quantities in float64, and the times [s] at which they are examined first."""
     quantities, of_signals = reference.quantities, reference.kernel_sums
-    every = Quantities(quantities, [signal.nearly for signal in of_signals])
-    if not every.is_linear:  # several formulas evaluate the same signals: cache values
-        every = Quantities(quantities, EvaluationCache.of(of_signals).signals)
+    every = Quantities(quantities, of_signals)
     shortest = min(signal.kernel.correlation_time for signal in of_signals)
     fewest = _FEWEST_POINTS if every.is_linear else _FEWEST_OF_FORMULAS
     count = int(np.clip(_POINTS_PER_CORRELATION_TIME * (end - start) / shortest, fewest, _MOST_POINTS))

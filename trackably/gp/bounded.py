@@ -24,30 +24,23 @@ import scipy
 
 from trackably.arrays import Array
 
-_MOST_STEPS = 30  # steps of the solver for each wall (a bound that is in the program), before it gives up
 _HELD = 1e-9  # standard deviations: a bound that is violated by no more than this counts as satisfied
 
 
 def least_norm(normals: Array, offsets: Array) -> Array | None:
     """Return the w of least norm with N w + g ≥ 0, for `normals` N (W, r) of length one and `offsets` g (W,).
 
-    The result satisfies all rows up to 1e-9. Return None if there is no such w, or if it is not found in float64. The
-    program grows by one row at a time, the one that the last w violates most.
+    The result satisfies all rows up to 1e-9. Return None if there is no such w, or if it is not found in float64.
     """
-    w, walls = np.zeros(normals.shape[1]), list[int]()
-    while (height := normals @ w + offsets).min(initial=0.0) < -_HELD:
-        worst = int(np.argmin(height))
-        if worst in walls:
-            return None
-        walls.append(worst)
-        system, target = np.vstack([normals[walls].T, -offsets[walls]]), np.append(np.zeros(len(w)), 1.0)
+    w: Array = np.zeros(normals.shape[1])
+    if (normals @ w + offsets).min(initial=0.0) < -_HELD:
         try:
-            found, _ = scipy.optimize.nnls(system, target, maxiter=_MOST_STEPS * len(walls))
-            pushes = np.array(walls)[found > 0]
-            w = np.linalg.lstsq(normals[pushes], -offsets[pushes])[0]
+            found, _ = scipy.optimize.nnls(np.vstack([normals.T, -offsets]), np.append(w, 1.0))
+            active = found > 0
+            w = np.asarray(np.linalg.lstsq(normals[active], -offsets[active])[0], dtype=float)
         except (RuntimeError, np.linalg.LinAlgError):  # rounding makes the active-set method cycle
             return None
-    return w
+    return w if (normals @ w + offsets).min(initial=0.0) >= -_HELD else None
 
 
 _NEGLIGIBLE = 1e-12  # smaller eigenvalues, relative to the largest, are dropped: they are rounding errors

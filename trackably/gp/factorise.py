@@ -11,14 +11,13 @@
   times as fast as `Dense` for 1,500 samples.
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
-The factorisations that apply are tried in the order of their estimated cost. Where a dense matrix is possible, the
+The factorisations that apply are tried in the order of their speed. Where a dense matrix is possible, the
 others apply only if their estimated difference from it is negligible.
 """
 
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -43,7 +42,7 @@ _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are 
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
-_COST_OF_LOOKING = 5e5  # nanoseconds: if `Fourier` costs less, no other way is looked for, as that takes as long
+_MANY_BLOCKS = 20  # blocks without tails: with as many, they are faster than cosines and sines, or Chebyshev points
 _AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
 _LOOSENED = 1e3  # factor by which `_AGREEMENT` is loosened if a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
@@ -63,54 +62,51 @@ def terms_of(samples: Samples, origin: float = 0.0) -> Terms:
     return Terms(at, samples.stencil.spread(np.ones(n)), np.tile(np.arange(n), len(at) // n))
 
 
-class Candidate(NamedTuple):
-    """A way to factorise A = K + V: `compute` takes about `cost` ns, and returns None if A is not positive definite."""
-
-    cost: float
-    compute: Callable[[], Factorisation | None]
-
-
 def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
     """Factorise K + V, where K is the covariance of the samples; None if K + V is not positive definite in float64.
 
     ValueError: the samples are too many, or too many of several kinds (`candidates`).
     """
-    found = (each.compute() for each in sorted(candidates(prior, samples), key=lambda each: each.cost))
+    found = (compute() for compute in candidates(prior, samples))
     return next((factor for factor in found if factor is not None), None)
 
 
 def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
     """Factorise K + V as a dense matrix; None if it is not positive definite in float64."""
-    return Dense.of(samples.entries(prior.kernel), noise_variance(prior, samples))
+    return Dense.of(*samples.covariance(prior.kernel), noise_variance(prior, samples))
 
 
-def candidates(prior: Prior, samples: Samples) -> list[Candidate]:
-    """Return the ways to factorise K + V that are exact up to rounding.
+Candidate = Callable[[], Factorisation | None]
+"""A way to factorise A = K + V; returns None if A is not positive definite in float64."""
 
-    Costs were measured on one machine; only their order matters. ValueError: none fits into memory, or there are
-    too many samples of several kinds for a dense matrix.
+
+def candidates(prior: Prior, samples: Samples) -> Iterator[Candidate]:
+    """Yield the ways to factorise K + V that are exact up to rounding, the fastest first.
+
+    ValueError: none fits into memory, or there are too many samples of several kinds for a dense matrix.
     """
-    n, stencil, found = len(samples), samples.stencil, list[Candidate]()
+    n, stencil, is_structured = len(samples), samples.stencil, False
     if isinstance(stencil, Stencil):
-        found += _structured_factorisations(prior, samples, stencil)
+        for found in _structured_factorisations(prior, samples, stencil):
+            is_structured = True
+            yield found
     elif n > LARGEST_DENSE:
         raise ValueError(
             f"samples: {n} of {' and '.join(stencil.names)} are too many to learn from together; thin them out to "
             f"{LARGEST_DENSE}, or give samples of one kind only"
         )
-    if not found and n**2 > _LARGEST_MATRIX:
+    if not is_structured and n**2 > _LARGEST_MATRIX:
         raise ValueError(
             f"samples: {n} are too many for a correlation time of {prior.kernel.correlation_time:.3g} s within "
             f"{samples.ladder.span:.6g} s; thin them out to {math.isqrt(_LARGEST_MATRIX)}, or choose a Matérn kernel, "
             "whose memory grows with the number of samples"
         )
-    if n <= LARGEST_DENSE or not found:
-        found.append(Candidate(0.025 * n**3 + 8 * n**2 + 2e5, partial(dense_factorisation, prior, samples)))
-    return found
+    if n <= LARGEST_DENSE or not is_structured:
+        yield partial(dense_factorisation, prior, samples)
 
 
 def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Candidate]:
-    """Yield the factorisations that use structure of K.
+    """Yield the factorisations that use structure of K, the fastest first.
 
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). If a dense matrix is
     possible, these changes have to stay below `_AGREEMENT`.
@@ -125,42 +121,34 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     def is_allowed(error: float) -> bool:
         return n > LARGEST_DENSE or error <= tolerance
 
-    if (
-        density
-        and is_allowed(ROUNDING * largest)
-        and (rung := samples.ladder.rung(density, min(_MOST_WAVES * n, _LARGEST_MATRIX / n)))
-    ):
-        m = rung.waves
-        # Waves are computed once for about ten factorisations.
-        cost = 0.03 * m**3 + 6 * m**2 + 3 * n * m + 0.01 * n * m**2 + 6e4
-        yield Candidate(cost, partial(Fourier.of, samples.ladder, rung, density, prior.noise_std**2))
-        if cost < _COST_OF_LOOKING:
-            return
-    if n < _FEWEST:
-        return
-
-    def of_blocks(cut: Cut) -> Candidate:
+    def of_blocks(cut: Cut) -> Quasiseparable | None:
         terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
-        of_instants = kernel.value_and_gradient
-        return Candidate(cut.cost, lambda: Quasiseparable.of(row_blocks(terms, cut, of_instants), variances))
+        return Quasiseparable.of(row_blocks(terms, cut, kernel.value_and_gradient), variances)
 
-    longest, far = stencil.lags[-1][1], kernel.decays
-    if far and is_allowed(_EPS * largest) and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
-        yield of_blocks(Cut(blocks(times, longest, _BLOCK), far))
+    longest, far, near = stencil.lags[-1][1], kernel.decays, Cut([], [])
+    if n >= _FEWEST and is_allowed(_EPS * largest):
+        if far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
+            yield partial(of_blocks, Cut(blocks(times, longest, _BLOCK), far))
+        near = Cut(blocks(times, kernel.negligible_distance + longest), [])
+        if max(row.stop - row.start for row in near.rows) > _LARGEST_BLOCK:
+            near = Cut([], [])
+    if len(near.rows) >= _MANY_BLOCKS:
+        yield partial(of_blocks, near)
 
-    if is_allowed(_EPS * largest):
-        cut = Cut(blocks(times, kernel.negligible_distance + longest), [])
-        if len(cut.rows) > 2 and max(row.stop - row.start for row in cut.rows) <= _LARGEST_BLOCK:
-            yield of_blocks(cut)
+    most = min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
+    if density and is_allowed(ROUNDING * largest) and (waves := samples.ladder.waves(density, most)):
+        yield partial(Fourier.of, samples.ladder, waves, density, prior.noise_std**2)
 
     slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
     # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
     moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
-    if not (kernel.is_analytic and moved <= tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)):
-        return
-    covariance, bases, most = stencil.covariance(kernel), samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
-    if is_allowed(ROUNDING * largest + _EPS * slope * bases.span) and (count := bases.points_for(covariance, most)):
-        # A basis is computed once for about ten factorisations.
-        cost = 0.2 * count**3 + 12 * count**2 + 4 * n * count + 0.01 * n * count**2 + 2e5
-        known = samples.relative_noise, prior.noise_std**2
-        yield Candidate(cost, lambda: LowRank.of(bases.of(count), covariance, *known))
+    is_smooth = kernel.is_analytic and moved <= tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)
+    bases, points = samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
+    if n >= _FEWEST and is_smooth and is_allowed(ROUNDING * largest + _EPS * slope * bases.span):
+        covariance = stencil.covariance(kernel)
+        if count := bases.points_for(covariance, points):
+            noise = samples.relative_noise, prior.noise_std**2
+            yield lambda: LowRank.of(bases.of(count), covariance, *noise)
+
+    if 2 < len(near.rows) < _MANY_BLOCKS:
+        yield partial(of_blocks, near)

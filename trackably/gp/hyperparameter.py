@@ -95,8 +95,6 @@ def hyperparameter(given: Any) -> float:
 
     ValueError: the given value is none of these; the message says what is expected.
     """
-    if type(given) in (Learned, float) and 0 < given < math.inf:  # a fast path: optimisers ask thousands of times
-        return given  # type: ignore[no-any-return]
     match given:
         case None:
             return Learned(1.0)

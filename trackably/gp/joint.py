@@ -76,12 +76,10 @@ class JointPrior(Parametrized):
         if len(log_theta) != len(self.learned):
             raise ValueError(f"prior: expected {len(self.learned)} logarithms, got {len(log_theta)}")
         values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
-        moved = self.with_parts(
+        return self.with_parts(
             part.with_hyperparameters({name: values[self.name_of(process, name)] for name in part.learned})
             for process, part in self._named
         )
-        vars(moved).update(learned=self.learned, places=self.places)  # optimisers need not compute them at each step
-        return moved
 
     def with_parts(self, parts: Iterable[Prior]) -> Self:
         """Return the joint prior with other priors of the processes."""
@@ -192,15 +190,11 @@ def period_of(kernels: Sequence[Kernel]) -> float:
 
     Without a common period, constraints on a finite window say nothing about other times.
     """
-    needed = "a guarantee for all times from one period needs"
-    for kernel in kernels:
-        if kernel.period is None:
-            raise TypeError(f"{needed} a periodic kernel, got {type(kernel).__name__}")
     period = common_period(kernels)
     if period is None:
         raise TypeError(
-            f"{needed} the same period for all signals, got the periods [s] "
-            f"{sorted(kernel.period or 0.0 for kernel in kernels)}"
+            "a guarantee for all times from one period needs a periodic kernel, with the same period for all signals, "
+            f"got the periods [s] {[kernel.period for kernel in kernels]}"
         )
     return period
 

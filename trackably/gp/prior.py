@@ -1,6 +1,6 @@
 """The prior of one process: mean, kernel and noise, with hyperparameters that are known or learned."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property as cached
 from typing import Self
@@ -49,8 +49,3 @@ class Prior(Parametrized):
 
     def map_values(self, change: Callable[[str, float], float]) -> Self:
         return type(self)(self.kernel.map_values(change), change(NOISE, self.noise_std), self.mean)
-
-    def with_hyperparameters(self, values: Mapping[str, float]) -> Self:
-        moved = super().with_hyperparameters(values)
-        vars(moved).update(learned=self.learned, places=self.places)  # names do not depend on values
-        return moved

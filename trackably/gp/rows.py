@@ -53,31 +53,20 @@ class Terms:
         """Return L_a v for each of `count` rows, from values v (P, …) at the `times`; the shape is (count, …)."""
         values = np.asarray(values, dtype=float)
         total = np.zeros((count, *values.shape[1:]))
-        for terms in self._turns:
-            weights = self.weights[terms].reshape(-1, *[1] * (values.ndim - 1))
-            total[self.of_row[terms]] += weights * values[terms]
+        np.add.at(total, self.of_row, (self.weights * values.T).T)
         return total
-
-    @cached
-    def _turns(self) -> tuple[npt.NDArray[np.intp], ...]:
-        """The indices of the first term of each row, then of the second, and so on.
-
-        There are many rows with few terms each, so that few vectorised sums add up all terms.
-        """
-        order = np.argsort(self.of_row, kind="stable")
-        rows = self.of_row[order]
-        turn = np.arange(len(rows)) - np.searchsorted(rows, rows)
-        return tuple(order[turn == k] for k in range(int(np.max(turn, initial=-1)) + 1))
 
     def by_row(self, count: int) -> tuple[Array, Array]:
         """Return times [s] and weights of the terms of each of `count` rows, shapes (count, J) for the longest row.
 
         Shorter rows are filled up with zero weights at their first times.
         """
-        times = np.repeat(self.first_times(count)[:, None], len(self._turns), axis=1)
+        order = np.argsort(self.of_row, kind="stable")
+        rows = self.of_row[order]
+        turn = np.arange(len(rows)) - np.searchsorted(rows, rows)  # 0 for the first term of each row, 1 for the second
+        times = np.repeat(self.first_times(count)[:, None], np.max(turn, initial=-1) + 1, axis=1)
         weights = np.zeros(times.shape)
-        for j, terms in enumerate(self._turns):
-            times[self.of_row[terms], j], weights[self.of_row[terms], j] = self.times[terms], self.weights[terms]
+        times[rows, turn], weights[rows, turn] = self.times[order], self.weights[order]
         return times, weights
 
     def first_times(self, count: int) -> Array:

@@ -11,7 +11,6 @@ import numpy as np
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
-from trackably.gp.factors.factorisation import Entries, differences
 from trackably.gp.factors.fourier import Ladder
 from trackably.gp.factors.low_rank import Bases
 from trackably.gp.kernels.base import Kernel
@@ -201,17 +200,14 @@ class Samples:
         """The times [s] at which the samples depend on the process (`Stencil.centres`); cached."""
         return self.stencil.centres(self.times)
 
-    def entries(self, kernel: Kernel) -> Entries:
-        """Return the function that computes stored entries of the covariance of the samples, without noise."""
-        if isinstance(self.stencil, Stencils):
-            return self.stencil.entries(kernel, self.times)
-        covariance, apart = self.stencil.covariance(kernel), self._apart
-        return lambda part: covariance(apart[part])
+    def covariance(self, kernel: Kernel) -> tuple[Array, Array]:
+        """Return the covariance (n, n) of the samples, without noise, and its ∂/∂ln θ_j, shape (p, n, n)."""
+        return self.stencil.covariance_at(kernel, self._apart)
 
     @cached_property
     def _apart(self) -> Array:
-        """t_i − t_j [s] for the stored entries of a matrix; cached, as they do not depend on hyperparameters."""
-        return differences(self.times)
+        """t_i − t_j [s], shape (n, n); cached, as it does not depend on hyperparameters."""
+        return np.subtract.outer(self.times, self.times)
 
     def __len__(self) -> int:
         return self.times.size

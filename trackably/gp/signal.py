@@ -1,7 +1,7 @@
 """The learned signal: a constant plus a sum of kernels, as plain stored numbers."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Self
 
@@ -12,9 +12,7 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
-_FEW = 2**16  # terms (times times centres): for more, `nearly` evaluates `jet`, which works in blocks of bounded memory
 _MANY_OF_MOMENTS = 2**18  # terms (times times centres): for fewer, moments of all centres take longer than the sum
-_NEARBY = 2**14  # terms in a block if far kernels are left out: few, so that the times of a block lie close together
 
 
 # Evaluate functions of many times block by block, in bounded memory.
@@ -23,15 +21,15 @@ _WHOLE = 2**16  # numbers (times × width): up to this many, one call is faster 
 _BLOCK = 2**15  # numbers in a block, which stay in the cache: larger arrays are fetched from memory for each operation
 
 
-def in_blocks(function: Callable[[Array], Array], t: Array, width: int, most: int | None = None) -> Array:
+def in_blocks(function: Callable[[Array], Array], t: Array, width: int) -> Array:
     """Evaluate a function of times t (any shape) that returns an array (…, *t.shape), block by block.
 
     The function must treat each time separately; it needs memory for `width` numbers for each time. It is called only
-    once if it needs at most `most` numbers in all; by default, if these are so few that one call is fastest.
+    once if it needs so few in all that one call is fastest.
     """
-    if t.size * width <= (most or _WHOLE):
+    if t.size * width <= _WHOLE:
         return function(t)
-    flat, height = t.reshape(-1), max(1, (most or _BLOCK) // width)
+    flat, height = t.reshape(-1), max(1, _BLOCK // width)
     joined = np.concatenate([function(flat[i : i + height]) for i in range(0, flat.size, height)], axis=-1)
     return joined.reshape((*joined.shape[:-1], *t.shape))
 
@@ -82,15 +80,9 @@ class KernelSum:
     def __call__(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 0)[0])
 
-    def nearly(self, t: Array) -> Array:
-        """Return m⁺(t), with a few more rounding errors than `jet` if that is faster. Use it for searches only."""
-        if t.size * len(self.centres) > _FEW or len(self.centres) >= _LONG:
-            return np.asarray(self.jet(t, 0)[0])
-        return np.asarray(self.kernel.value(t[..., None] - self.centres) @ self.weights + self.mean)
-
     def summed(self, t: Array) -> Array:
         """Return m⁺ at t [s] as plain sums of products. Certificates bound the rounding errors of this evaluation."""
-        return np.asarray(self._blocks(np.asarray(t, dtype=float), 0)[0] + self.mean)
+        return np.asarray(self._blocks(np.asarray(t, dtype=float), 0, self.kernel.vanishing_distance)[0] + self.mean)
 
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
@@ -98,14 +90,10 @@ class KernelSum:
     def _sums(self, t: Array, order: int) -> Array:
         if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
             return sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
-        if self._most_relevant > len(self.centres) // 2:
-            return self._blocks(t, order)
-        products = partial(self._products, order, self.kernel.negligible_distance)
-        return in_blocks(products, t, self._most_relevant * (order + 1), _NEARBY)
+        return self._blocks(t, order, self.kernel.negligible_distance)
 
-    def _blocks(self, t: Array, order: int) -> Array:
-        products = partial(self._products, order, self.kernel.vanishing_distance)
-        return in_blocks(products, t, len(self.centres) * (order + 1))
+    def _blocks(self, t: Array, order: int, reach: float) -> Array:
+        return in_blocks(partial(self._products, order, reach), t, len(self.centres) * (order + 1))
 
     def _products(self, order: int, reach: float, t: Array) -> Array:
         centres, weights = self._relevant(t, reach)
@@ -120,49 +108,7 @@ class KernelSum:
         return centres[first:last], weights[first:last]
 
     @cached_property
-    def _most_relevant(self) -> int:
-        """The largest number of centres whose kernels are not negligible at one time."""
-        reach = self.kernel.negligible_distance
-        if not (len(self.centres) >= _LONG and np.isfinite(reach)):
-            return len(self.centres)
-        centres, _ = self._in_order
-        last = np.searchsorted(centres, centres + 2 * reach, side="right")
-        return int(np.max(last - np.arange(len(last))))
-
-    @cached_property
     def _in_order(self) -> tuple[Array, Array]:
         """Centres in increasing order, and their weights."""
         order = np.argsort(self.centres, kind="stable")
         return self.centres[order], self.weights[order]
-
-
-# Signals that remember their values, as several quantities are evaluated at the same times.
-
-_LONG_ROW = 32  # shorter rows of times are not cached: they refine minima of one quantity, and no other one needs them
-
-
-@dataclass(frozen=True)
-class CachedSum(KernelSum):
-    """A sum of kernels whose values (by `nearly`) are `known` for ever for each long row of an array of times."""
-
-    known: dict[bytes, Array] = field(default_factory=dict)
-
-    def __call__(self, t: Array) -> Array:
-        if np.ndim(t) != 2 or t.shape[-1] < _LONG_ROW:
-            return self.nearly(t)
-        keys = [row.tobytes() for row in t]
-        new = [j for j, key in enumerate(keys) if key not in self.known]
-        if new:
-            self.known.update(zip((keys[j] for j in new), self.nearly(t[new]), strict=True))
-        return np.stack([self.known[key] for key in keys])
-
-
-@dataclass(frozen=True)
-class EvaluationCache:
-    """The `signals` of a posterior or a learned function, which cache their values."""
-
-    signals: tuple[CachedSum, ...]
-
-    @classmethod
-    def of(cls, signals: Sequence[KernelSum]) -> Self:
-        return cls(tuple(CachedSum(of.kernel, of.mean, of.centres, of.weights) for of in signals))

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Entries, places, weighted_sum
+from trackably.gp.factors.factorisation import Covariance, weighted_sum
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
 _CANCELLED = 1e-9  # relative to the largest weight: smaller sums of weights count as 0, and the stencil as a difference
@@ -88,6 +88,10 @@ class Stencil(_Instants):
             return kernel.value_and_gradient
         return lambda r: weighted_sum(kernel.value_and_gradient, ((rho, r + lag) for rho, lag in self.lags))
 
+    def covariance_at(self, kernel: Kernel, apart: Array) -> tuple[Array, Array]:
+        """Return the covariance (n, n) of samples whose times are `apart` [s], t_i − t_j, and ∂/∂ln θ: (p, n, n)."""
+        return self.covariance(kernel)(apart)
+
     def gain(self, omega: Array) -> Array:
         """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
         phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
@@ -156,22 +160,14 @@ class Stencils(_Instants):
         """Return the measured values of a process that is constant at `level`; the shape is (n,)."""
         return np.array([part.at_rest(level) for part in self.parts])[self.places]
 
-    def entries(self, kernel: Kernel, t: Array) -> Entries:
-        """Return the function that computes stored entries of the covariance of samples at t [s], shape (n,).
+    def covariance_at(self, kernel: Kernel, apart: Array) -> tuple[Array, Array]:
+        """Return the covariance (n, n) of samples whose times are `apart` [s], t_i − t_j, and ∂/∂ln θ: (p, n, n).
 
-        An entry is Σ_jk w_j w'_k κ(t − t' + (j − k) step), with its ∂/∂ln θ.
+        An entry is Σ_jk w_j w'_k κ(t − t' + (j − k) step).
         """
-        weights, stored, shifts = self.weights, places(len(t)), range(len(self.weights))
-
-        def entries(part: slice) -> tuple[Array, Array]:
-            row, column = (each[part] for each in stored)
-            apart = t[row] - t[column]
-            pairs = (
-                (weights[j, row] * weights[k, column], apart + (j - k) * self.step) for j in shifts for k in shifts
-            )
-            return weighted_sum(kernel.value_and_gradient, pairs)
-
-        return entries
+        each = list(enumerate(self.weights))
+        pairs = ((w[:, None] * v, apart + (j - k) * self.step) for j, w in each for k, v in each)
+        return weighted_sum(kernel.value_and_gradient, pairs)
 
     def only(self, chosen: npt.NDArray[np.intp]) -> "Stencil | Stencils":
         """Return the stencils of some samples; a single stencil if these are of one kind."""

@@ -20,7 +20,6 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
-from trackably.gp.signal import EvaluationCache
 from trackably.learning import sqp
 from trackably.learning.constraint import closest, joined, worst
 from trackably.learning.nonlinear import Program
@@ -46,7 +45,7 @@ class Candidate:
         """Evaluate the problem at ln θ. Raises IllConditioned if K + σ_n² I has no Cholesky factor."""
         posterior = problem.posterior(log_theta)
         objective, _ = posterior.negative_log_marginal_likelihood()
-        minima = tuple(closest(problem.constraints, EvaluationCache.of(posterior.signals)))
+        minima = tuple(closest(problem.constraints, posterior))
         return cls(log_theta, posterior, objective, minima)
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":

@@ -95,14 +95,11 @@ class Zonotope(checker.Zonotope, _ExactSet):
 
         ValueError: a lower bound exceeds the upper one, or shapes do not fit.
         """
-        low, high = (
-            np.atleast_1d(numbers(f"disturbance: {name}", of)) for name, of in (("lower", lower), ("upper", upper))
-        )
-        if low.shape != high.shape or low.ndim != 1:
-            raise ValueError(f"disturbance: lower and upper need the same shape (n,), got {low.shape} and {high.shape}")
-        for i in np.flatnonzero(~((low <= high) & np.isfinite(low) & np.isfinite(high))).tolist():
+        low = array("disturbance: lower", lower, None)
+        high = array("disturbance: upper", upper, len(low))
+        for i in np.flatnonzero(low > high).tolist():
             raise ValueError(
-                f"disturbance: needs finite bounds, lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
+                f"disturbance: needs bounds lower ≤ upper, got [{low[i]:g}, {high[i]:g}] for state {i + 1}"
             )
         halves = (exact(high) - exact(low)) / 2
         return cls((exact(low) + halves).tolist(), np.diag(halves)[halves != 0].tolist())

@@ -25,7 +25,7 @@ from trackably.checker.formulas import (
 )
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.subject import shifted_name
-from trackably.systems.formulas import ONE, evaluate_floats, size_and_depth
+from trackably.systems.formulas import ONE, size_and_depth
 from trackably.systems.intervals import Interval
 from trackably.systems.tracing import Symbol, formulas_of
 
@@ -103,21 +103,12 @@ class _Shifts:
             raise ValueError(f"z[j]: expected a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
         return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
-    def __iter__(self) -> Any:
-        raise ValueError("z: expected z[j] with a step j, got a loop over z, which has no end; use z[0], z[1], …")
-
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
 #
 # The checker judges: it compares both sides by normal forms, so that the identity holds wherever all parts are defined.
 # For a state that is an angle, it shows that both sides have the same sine and cosine, and that changes of x by 2π in
-# angles change f(x, u) by multiples of 2π in angles only (`checker.flatness` has the theorem and its proof). If the
-# checker refuses a flat form, both sides are compared in float64 at drawn values, to say where f and the flat form
-# differ.
-
-# Draws for each standard deviation; the standard deviations; the error, relative to 1 + the largest drawn value, above
-# which f and the flat form differ clearly.
-_TRIALS, _SPREADS, _CLEARLY = 20, (0.3, 1.0, 3.0), 1e-6
+# angles change f(x, u) by multiples of 2π in angles only (`checker.flatness` has the theorem and its proof).
 
 
 def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
@@ -131,34 +122,7 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
         return f"calls {min(unknown)} an angle, which is no state"
     if (why := flatness.why_not_flat(system, form)) is None:
         return None
-    reached, later = flatness.successor_formulas(system, form), flatness.one_step_later(form.states)
-    for state, a, b in zip(system.states, reached, later, strict=True):
-        off: Formula = Operation("-", a, b)
-        if state in form.angles:  # sin(off/2) is zero if off is whole turns
-            off = Function("sin", Operation("*", Number(0.5), off))
-        if found := _not_zero(off, form.positive):
-            return f"does not satisfy f, as {state} differs one step later{found}"
     return f"is not proved to satisfy f, as {why.removeprefix('flat: ')}"
-
-
-def _not_zero(error: Formula, positive: Sequence[Formula]) -> str | None:
-    """Return a text with drawn values at which a formula is clearly not zero in float64; None if none are found.
-
-    Only values at which all formulas in `positive` are positive count.
-    """
-    unknown = sorted({name for formula in (error, *positive) for name in names(formula)})
-    rng = np.random.default_rng(0)
-    for spread in np.repeat(_SPREADS, _TRIALS):
-        at = {
-            name: np.asarray(value) for name, value in zip(unknown, rng.normal(1.0, spread, len(unknown)), strict=True)
-        }
-        off = float(evaluate_floats(error, at))
-        if not all(evaluate_floats(p, at) > 0 for p in positive):
-            continue
-        if np.isfinite(off) and abs(off) > _CLEARLY * (1 + max(map(abs, map(float, at.values())), default=0.0)):
-            where = ", ".join(f"{name} = {float(value):.4g}" for name, value in at.items())
-            return f" where {where}"
-    return None
 
 
 # Find flat forms of systems whose equations can be solved one after the other, in small blocks.

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import scipy
@@ -168,7 +167,6 @@ class LinearSystem:
 
     if TYPE_CHECKING:
 
-        @overload
         def __init__(
             self,
             A: ArrayLike,
@@ -177,15 +175,8 @@ class LinearSystem:
             states: Sequence[str] = (),
             inputs: Sequence[str] = (),
             *,
-            sampling_time: float,
+            sampling_time: float | None = None,
         ) -> None: ...
-
-        @overload
-        def __init__(
-            self, A: ArrayLike, B: ArrayLike, c: float, states: Sequence[str] = (), inputs: Sequence[str] = ()
-        ) -> None: ...
-
-        def __init__(self, *given: Any, **named: Any) -> None: ...
 
     def __post_init__(self) -> None:
         given: tuple[Any, Any] = self.c, self.sampling_time
@@ -232,20 +223,16 @@ class LinearSystem:
     ) -> Self:
         """Sample ẋ = A x + B u + c with the input held over each `sampling_time` [s]; exact at the sampling instants.
 
-        exp([[A, B, c], [0, 0, 0]] T_s) has the discrete A, B and c in its upper rows. Columns of B that are multiples
-        of each other by ± 2^k remain exact multiples, so that redundant inputs stay redundant.
+        exp([[A, I], [0, 0]] T_s) has the discrete A and Γ in its upper rows, and Γ B and Γ c are the discrete B and c.
+        Each column of Γ B is summed up in the same order, so that columns of B that are multiples of each other by
+        ± 2^k remain exact multiples, and redundant inputs stay redundant.
         """
         continuous = cls(A, B, c, states, inputs, sampling_time=sampling_time)
-        n, m = continuous.B.shape
-        generator = np.zeros((n + m + 1, n + m + 1))
-        generator[:n] = np.hstack([continuous.A, continuous.B, continuous.c[:, None]])
-        held = scipy.linalg.expm(generator * sampling_time)[:n]
-        B_held = held[:, n : n + m].copy()
-        for j in range(m):
-            factors = ((i, _power_of_two(continuous.B[:, j], continuous.B[:, i])) for i in range(j))
-            if alike := next(((i, factor) for i, factor in factors if factor), None):
-                B_held[:, j] = alike[1] * B_held[:, alike[0]]
-        return replace(continuous, A=held[:, :n], B=B_held, c=held[:, -1])
+        n = len(continuous.A)
+        generator = np.block([[continuous.A, np.eye(n)], [np.zeros((n, 2 * n))]])
+        held, gamma = np.hsplit(scipy.linalg.expm(generator * sampling_time)[:n], 2)
+        B_held = sum(np.multiply.outer(of, row) for of, row in zip(gamma.T, continuous.B, strict=True))
+        return replace(continuous, A=held, B=B_held, c=gamma @ continuous.c)
 
     @classmethod
     def of_state_space(cls, given: Any, sampling_time: float | None = None) -> Self:
@@ -309,11 +296,3 @@ class LinearSystem:
             tuple(orders),
             [(scale * row).tolist() for scale, row in zip(scales, q, strict=True)],
         )
-
-
-def _power_of_two(column: Array, other: Array) -> float:
-    """Return the factor ± 2^k with `column` = factor · `other`, or zero if there is none."""
-    i = int(np.argmax(np.abs(other)))
-    factor = float(column[i] / other[i]) if other[i] else 0.0
-    is_power = abs(math.frexp(factor)[0]) == 0.5
-    return factor if is_power and np.array_equal(factor * other, column) else 0.0

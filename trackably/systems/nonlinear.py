@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
@@ -39,30 +39,11 @@ class NonlinearSystem(subject.NonlinearSystem):
     formula is too long; a name is invalid (`require_names`); or the sampling time is not positive.
     """
 
-    states: tuple[str, ...] = ()
-    inputs: tuple[str, ...] = ()
-    sampling_time: float = None  # type: ignore[assignment]  # __post_init__ refuses it
     flat: FlatForm | None = None
-
-    if TYPE_CHECKING:  # at run time, NonlinearSystem(function) reaches __post_init__, which says what to call
-
-        def __init__(
-            self,
-            f: tuple[Formula, ...],
-            states: tuple[str, ...],
-            inputs: tuple[str, ...],
-            sampling_time: float,
-            flat: FlatForm | None = None,
-        ) -> None: ...
 
     __eq__, __hash__ = object.__eq__, object.__hash__  # by identity; the parent class compares by value
 
     def __post_init__(self) -> None:
-        if callable(self.f):
-            raise TypeError(
-                "system: f: expected formulas, got a function; use NonlinearSystem.of(f, states, inputs, "
-                "sampling_time), which finds the formulas of a function"
-            )
         object.__setattr__(self, "sampling_time", positive("system: sampling_time", self.sampling_time))
         n = len(self.states)
         self._require_formulas()

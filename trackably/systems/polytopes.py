@@ -69,7 +69,7 @@ class Polytope:
             if not (np.any(row) and is_bounded):
                 raise ValueError(
                     f"set: row {i} needs entries other than zero, and finite bounds, lower ≤ upper, got {row.tolist()} "
-                    f"in [{low}, {high}]"
+                    f"in [{low + 0.0}, {high + 0.0}]; if one side does not matter, give a bound that is never reached"
                 )
         object.__setattr__(self, "_intervals", list(zip(rows, map(interval, lower, upper), strict=True)))
         if self.moves:
@@ -135,16 +135,6 @@ class Polytope:
         if np.shape(low) != np.shape(high) or np.ndim(low) != 1:
             raise ValueError(f"set: lower and upper need the same shape (n,), got {np.shape(low)} and {np.shape(high)}")
         both = list(zip(low, high, strict=True))
-        for i, (a, b) in enumerate(both):
-            if _any_moves(a, b):
-                continue
-            if not a < b:
-                raise ValueError(f"set: must have an interior, got [{a + 0.0:g}, {b + 0.0:g}] for coordinate {i + 1}")
-            if np.isinf(a) != np.isinf(b):
-                raise ValueError(
-                    f"set: coordinate {i + 1} has the bounds [{a + 0.0:g}, {b + 0.0:g}]; give two finite bounds or "
-                    "none; if one side does not matter, give a bound that is never reached"
-                )
         bounded = [i for i, ends in enumerate(both) if ends != (-np.inf, np.inf)]
         return cls(np.eye(len(low))[bounded], [low[i] for i in bounded], [high[i] for i in bounded], len(low))
 
@@ -156,14 +146,8 @@ class Polytope:
         its minimum on the set, which excludes nothing. ValueError: the set is unbounded or has no interior, or shapes
         do not fit.
         """
-        H, h = numbers("set: H", H), numbers("set: h", h)
-        if H.ndim != 2 or h.shape != (len(H),) or not H.size:
-            raise ValueError(f"set: H must be a matrix with a row for each entry of h, got {H.shape} and {h.shape}")
-        if bad := np.flatnonzero(~np.isfinite(np.column_stack([H, h])).all(axis=1)).tolist():
-            raise ValueError(
-                f"set: row {bad[0]} of H x ≤ h must be finite, got {H[bad[0]].tolist()} and {h[bad[0]]:g}; leave out "
-                "rows that bound nothing"
-            )
+        H = array("set: H", H, None, None)
+        h = array("set: h", h, len(H))
         rows: list[Array] = []
         bounds: list[tuple[float, float]] = []
         taken: set[int] = set()

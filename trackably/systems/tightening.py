@@ -338,53 +338,20 @@ class Tightening:
 
     def _shortage(self, fraction: float) -> str:
         """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
-        if self.model_error and self.invariant:
-            return self._shortage_of_model(self.model_error, self.invariant)
-        taken, left = np.array([float(low + high) for low, high in self.taken]), 1 - 2 * self.margin
-        worst = int(np.argmax(taken / bound_widths(self.given)))
-        bound, width = self.given.given_constraints[worst], bound_widths(self.given)[worst]
-        would = f"with {self._feedback} at most {fraction:.3g} of this disturbance set is possible"
+        what, whole = ("model_error", " and model's error") if self.model_error else ("disturbance", "")
+        feedback = "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
+        would = f"with {feedback} at most {fraction:.3g} of this disturbance set{whole} is possible"
         if fraction <= 0:
             would = "no disturbance is possible, however small"
-        if (missing := taken[worst] - left * width) < 0:
-            return (
-                f"disturbance: no point satisfies all bounds at once after they are tightened for the errors; {would}"
-            )
+        taken, widths = np.array([float(low + high) for low, high in self.taken]), bound_widths(self.given)
+        worst = int(np.argmax(taken / widths))
+        bound, width = self.given.given_constraints[worst], widths[worst]
+        if (missing := taken[worst] - (1 - 2 * self.margin) * width) < 0:
+            return f"{what}: no point satisfies all bounds at once after they are tightened for the errors; {would}"
         kept = f" in addition to the margin of {self.margin:g} of the width on either side" if self.margin else ""
         return (
-            f"disturbance: the errors take {taken[worst]:.4g} of the {width:.4g} between the bounds {bound.bounds} of "
+            f"{what}: the errors take {taken[worst]:.4g} of the {width:.4g} between the bounds {bound.bounds} of "
             f"{bound.name}{kept}, which are too close by {missing:.4g} at least; {would}"
-        )
-
-    @property
-    def _feedback(self) -> str:
-        return "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
-
-    def _shortage_of_model(self, error: ModelError, Z: InvariantSet) -> str:
-        """Return a message: which bounds the model's `error` tightens, by how much, and what part of it is possible."""
-        given, width = self.given, (1 - 2 * self.margin) * bound_widths(self.given)
-
-        def cost(of: ModelError) -> Array:
-            """Return how much of each width errors take, in its unit, if the model's error is the only disturbance."""
-            return widths_taken(given, of.added_to(Zonotope([Fraction(0)] * len(Z.box)), given), Z.feedback)
-
-        W, V = self.disturbance, self.noise
-        assert W is not None, "Z is that of disturbances"
-        by_vertex, whole = [cost(ModelError((each,))) for each in error.vertices], cost(error)
-        of_errors = of_measured_state(require_zonotope("disturbance", W), V, given.linear.A) if V else W
-        beside = widths_taken(given, of_errors, Z.feedback) + 0.0  # no −0 is printed
-        if V:  # a state differs from its measurement by the noise
-            rows = given.state_set.rows
-            beside[: len(rows)] += V.support(rows) + V.support(-rows)
-        left = np.where(whole > 0, (width - beside) / np.where(whole > 0, whole, 1.0), np.inf)
-        worst = int(np.argmin((width - beside - whole) / width))
-        vertex = int(np.argmax([of[worst] for of in by_vertex]))
-        bound, share = self.given.given_constraints[worst], float(np.min(left))
-        would = f"up to {share:.3g} of the model's error would do" if share > 0 else "no model's error would do"
-        return (
-            f"model_error: vertex {vertex + 1} costs the bounds {bound.bounds} of {bound.name} "
-            f"{by_vertex[vertex][worst]:.4g} and all of them {whole[worst]:.4g}, beside {beside[worst]:.4g} for "
-            f"disturbance and noise, of the {width[worst]:.4g} between them; with {self._feedback} {would}"
         )
 
 

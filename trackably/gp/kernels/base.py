@@ -280,10 +280,6 @@ class Kernel(Parametrized):
         jet = self.jet(np.zeros(()), 2)
         return float(np.sqrt(jet[0] / np.abs(jet[2])))
 
-    def value(self, r: Array) -> Array:
-        """Return κ(r), with a few more rounding errors than `jet` if that is faster. Use it for searches only."""
-        return np.asarray(self.jet(r, 0)[0])
-
     def __call__(self, r: Array) -> Array:
         """Return κ(r) for times r [s] apart, elementwise; an array of the same shape as r."""
         return np.asarray(self.jet(np.asarray(r, dtype=float), 0)[0])

@@ -36,9 +36,6 @@ class Periodic(Elementary):
         gradient[2] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
 
-    def value(self, r: Array) -> Array:
-        return np.asarray(self.signal_std**2 * correlation(r, self.lengthscale, self.period))
-
     def _of_order_0(self, r: Array) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ.
 

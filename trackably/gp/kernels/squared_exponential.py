@@ -28,27 +28,6 @@ class SquaredExponential(Radial):
                 phi[n + 1] -= n * phi[n - 1]
         return phi
 
-    def value(self, r: Array) -> Array:
-        value = np.asarray(r * r)
-        value *= -0.5 / self.lengthscale**2
-        np.exp(value, out=value)
-        value *= self.signal_std**2
-        return value
-
-    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """For order 0, return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = 2 g κ, with g = (r/θ₂)²/2."""
-        if order:
-            return super().jet_and_gradient(r, order)
-        g = np.asarray(r * (math.sqrt(0.5) / self.lengthscale))
-        g *= g
-        value = np.asarray(-g)
-        np.exp(value, out=value)
-        value *= self.signal_std**2
-        gradient = np.empty((2, *r.shape))
-        twice = np.multiply(value, 2.0, out=gradient[0, ...])
-        np.multiply(twice, g, out=gradient[1, ...])
-        return value[None], gradient[:, None]
-
     @property
     def spectral_density(self) -> SpectralDensity:
         """S = √(2π) θ₁² θ₂ e^(−s²/2) with s = θ₂ ω: a squared exponential again."""

@@ -5,7 +5,7 @@ New places are times at which a function comes near to its bounds: local minima 
 
 from bisect import bisect
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property as cached
 from itertools import accumulate
 from typing import NamedTuple
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
 from trackably.gp.rows import Rows, Terms
-from trackably.gp.signal import EvaluationCache, KernelSum
+from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import (
     CLOSER,
     Bounded,
@@ -255,9 +255,7 @@ class MarginScan:
 
     @cached
     def _all(self) -> Quantities:
-        quick = tuple(signal.nearly for signal in self.signals)
-        several = Quantities(tuple(constraint.quantity for constraint in self._known), quick)
-        return several if several.is_linear else replace(several, signals=EvaluationCache.of(self.signals).signals)
+        return Quantities(tuple(constraint.quantity for constraint in self._known), self.signals)
 
     @cached
     def _known(self) -> list[Constraint]:

@@ -83,7 +83,7 @@ DISGUISED = {
     ),
     "NaN": (lambda x, u: [x[0] + (u[0] if x.dtype == object else np.nan)], "it gives a = nan, and its formula"),
     "remembered": (lambda x, u: [x[0] + KEPT.setdefault("u", u[0])], "it raises Refusal"),
-    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "the same values in each call, .* f may draw random"),
+    "stateful": (lambda x, u: [x[0] + next(COUNTED) * u[0]], "all states, inputs and calls, but at .* it gives a = "),
     "another first call": (
         lambda x, u: [x[0] + (2 if next(CALLED) == 0 else 1) * u[0]],
         "all states, inputs and calls, but at .* it gives a = ",
