@@ -22,11 +22,11 @@ def best_solution(
 ) -> Solution | NoSolution:
     """Return the best local minimum that satisfies every bound on its whole index set, or the reason why there is none.
 
-    Deterministic. The likelihood of periodic kernels has a basin for nearly every period: the most promising basins are
-    searched one by one. For other kernels, the searches from the starts of the search space impose bounds at the same
-    times. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free` is
-    the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the problem
-    has required values, which a posterior mean cannot meet.
+    Deterministic. The likelihood of periodic kernels has a basin for nearly every period: searches go from the most
+    promising ones. For other kernels, they go from the starts of the search space. `near`, the solution of a problem
+    with fewer or slightly different constraints, is one more start. `free` is the solution without constraints, if it
+    is known: it saves the first search for its minima. ValueError: the problem has required values, which a posterior
+    mean cannot meet.
     """
     if problem.required:
         raise ValueError(
@@ -35,7 +35,7 @@ def best_solution(
         )
     exchange = Exchange(problem)
     if can_screen(problem.prior):
-        exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
+        exchange.together([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
     if exchange.best is None:
         _from_spread_starts(exchange, near, free)
     return exchange.outcome
@@ -93,13 +93,9 @@ def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solutio
     exchange.together(others)
     if exchange.closest is None:
         return
-    if exchange.best is None:
-        exchange.restore(starts)
-        exchange.together(_best(exchange) or [exchange.closest.log_theta])
     if exchange.best is None:  # the last resort is to try points of the whole space
         for point in space.points(_SPREAD_THINLY):
             exchange.try_point(point)
-        exchange.restore([exchange.closest.log_theta])
         exchange.together(_best(exchange) or [exchange.closest.log_theta])
 
 
