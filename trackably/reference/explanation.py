@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from trackably.arrays import Array, Flags
 from trackably.certificates.waypoint import Waypoint
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
@@ -13,6 +12,7 @@ from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
 from trackably.reference.fit import Fit, Misfit
+from trackably.reference.input_warnings import beyond_neighbours
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3  # most contacts (bounds that are active for some time) that a sentence names, by decreasing price
@@ -209,11 +209,13 @@ def _help(fit: Fit) -> str:
 
 
 def _outliers(misfit: Misfit) -> str:
+    if len(misfit.samples) < _FEWEST:
+        return ""
     off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
     typical = float(np.median(off)) / _NORMAL
     is_far = off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained)
-    far = np.flatnonzero(is_far & (_beyond_others(misfit.samples, ~is_far) > _BEYOND * np.abs(misfit.unconstrained)))
-    if len(off) < _FEWEST or not typical or not 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
+    far = np.flatnonzero(is_far & (beyond_neighbours(misfit.samples.values) > _BEYOND * np.abs(misfit.unconstrained)))
+    if not typical or not 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
         return ""
     i = int(far[np.argmax(off[far])])
     others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
@@ -223,17 +225,3 @@ def _outliers(misfit: Misfit) -> str:
         f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far as most"
         f"{others}: is it an outlier to be left out?{harm}"
     )
-
-
-def _beyond_others(samples: Samples, are_near: Flags) -> Array:
-    """Return how far each sample lies outside the range of its two neighbours, negative inside: shape (n,).
-
-    The neighbours are the last sample before it and the first after it that are near the fit (flags `are_near`).
-    """
-    values, near = samples.values, np.flatnonzero(are_near)
-    if not len(near):
-        return np.zeros(len(values))
-    after = np.searchsorted(near, np.arange(len(values)))
-    before, after = near[np.maximum(after - 1, 0)], near[np.minimum(after, len(near) - 1)]
-    beside = np.stack([values[before], values[after]])
-    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))

@@ -279,29 +279,25 @@ def _alone(outside: Array) -> Array:
 
 
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:
-    """Return the distance of each sample from what its neighbours predict, shape (n,); 0 if the sample is not far off.
+    """Return how far each sample lies outside the range of the samples beside it, shape (n,); 0 if it is not far off.
 
-    Predictions are the values before and after the sample, and the lines through two neighbours (the value before or
-    after a step of the signal lies on one of these lines). The distance is that from the nearest prediction. A sample
-    is far off if its distance exceeds the noise, the usual distance, and the changes between neighbours, each times a
-    factor. The first and the last sample are never far off, because the signal may have a step beside them.
+    A sample is far off if this distance exceeds the noise, the usual distance from the middle of its neighbours, and
+    the changes between samples nearby, each times a factor. The first and the last sample are never far off, because
+    the signal may have a step beside them.
     """
-    noise, n = noise_std * samples.relative_noise, len(samples)
-    t, y = (np.pad(of, 3, constant_values=np.nan) for of in (samples.times, samples.values))
-    ts, ys = ({j: of[3 + j : 3 + j + n] for j in range(-3, 4)} for of in (t, y))
-    lines = [ys[a] + (ys[b] - ys[a]) * (ts[0] - ts[a]) / (ts[b] - ts[a]) for a, b in ((-1, 1), (-2, -1), (1, 2))]
-    inner = slice(1, n - 1)
-    off = np.zeros(n)
-    off[inner] = np.nanmin(np.abs([of[inner] - ys[0][inner] for of in (ys[-1], ys[1], *lines)]), axis=0)
-    moves = [np.abs(ys[b] - ys[a]) for a, b in ((-3, -2), (-2, -1), (-1, 1), (1, 2), (2, 3))]
-    nearby = np.nanmax(np.array(moves)[:, inner], axis=0)
-    usual = float(np.median(off[inner])) / _NORMAL
-    is_far = off[inner] > np.maximum(
-        np.maximum(_TIMES_USUAL * usual, _TIMES_NOISE * noise[inner]), _TIMES_MOVES * nearby
-    )
-    is_far &= usual > 0  # in a signal that is mostly constant, single other values may be meant
-    off[inner] *= is_far
-    return off
+    y, noise = samples.values, noise_std * samples.relative_noise[1:-1]
+    off, steps = beyond_neighbours(y)[1:-1], np.pad(np.abs(np.diff(y)), 2)
+    nearby = np.max([np.abs(y[2:] - y[:-2]), *(steps[k : k + len(off)] for k in (0, 1, 4, 5))], axis=0)
+    usual = float(np.median(np.abs(y[1:-1] - (y[:-2] + y[2:]) / 2))) / _NORMAL
+    # In a signal that is mostly constant, single other values may be meant.
+    least = np.maximum(_TIMES_NOISE * noise, _TIMES_USUAL * usual or np.inf)
+    return np.pad(np.where(off > np.maximum(least, _TIMES_MOVES * nearby), off, 0.0), 1)
+
+
+def beyond_neighbours(values: Array) -> Array:
+    """Return how far each value lies outside the range of the two beside it, negative inside: shape (n,)."""
+    beside = np.stack([np.insert(values[:-1], 0, values[1]), np.append(values[1:], values[-2])])
+    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:
