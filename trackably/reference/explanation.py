@@ -27,9 +27,6 @@ _TIMES_NOISE = 5.0
 _BEYOND = 0.5
 _FEW = 0.1  # largest part of all samples that may be far off
 _FEWEST = 10  # with fewer samples, none is called an outlier
-_WINDOW = 24.0  # correlation times: the length of the window that is suggested for `learn_stream`
-_WINDOWS = 2.0  # `learn_stream` is suggested only if samples last at least this many windows
-_MANY = 500  # `learn_stream` is suggested only if a flat output has at least this many samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LAST = 0.1  # this last part of the samples shows the level at which a motion ends
 _FEWEST_LAST = 3  # at least this number of last samples shows the level at which a motion ends
@@ -100,21 +97,6 @@ def budget_sentence(fit: Fit) -> str | None:
     )
 
 
-def longer_than_memory(fit: Fit) -> str | None:
-    """Return a sentence that `learn_stream` is faster, if many samples last far longer than all kernels' memory.
-
-    Otherwise None.
-    """
-    kernels = [part.kernel for part in fit.prior.parts]
-    count = max(len(samples) for samples in fit.samples)
-    span = max(float(samples.times[-1] - samples.times[0]) for samples in fit.samples)
-    window = _WINDOW * max(kernel.correlation_time for kernel in kernels)
-    if count < _MANY or span < _WINDOWS * window or any(kernel.period is not None for kernel in kernels):
-        return None
-    faster = f"`learn_stream` with window={window:.2g} is faster and hardly differs"
-    return f"samples last much longer than the kernel's memory: {faster}"
-
-
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> Iterator[str]:
     """Yield a sentence on each prior mean; it also names the likeliest mean if that is no admissible equilibrium."""
     for name, of, *priors in zip(prior.names, samples, prior.parts, likeliest.parts, strict=True):
@@ -181,18 +163,12 @@ def _leaves(fit: Fit, i: int) -> str:
     last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
     values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
     level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0 turns -0 into 0
-    offset, rest = float(of.stencil.at_rest(0.0)), float(of.stencil.at_rest(prior.mean))
+    rest = float(of.stencil.at_rest(prior.mean))
     if np.any(np.abs(values - level) > _STAYS * noise) or abs(level - rest) <= _STAYS * np.max(noise):
         return ""
-    gain = float(of.stencil.at_rest(1.0)) - offset
-    means = [part.mean for part in fit.prior.parts]
-    means[i] = (level - offset) / gain
-    may_stay = all(q.bounds.rest.strictly_contains(q.at_rest(means)) for q in fit.reference.plant.quantities)
-    given = f"{level:.6g}" if len(means) == 1 else f"{{{name!r}: {level:.6g}, …}}"
-    stay = f"mean={given} would keep it there, and " if may_stay else ""
     return (
         f"{name} comes to rest at its mean, {abs(level - rest):.3g} away from its last samples, which stay at "
-        f"{level:.6g}: {stay}a window as claim ends with the samples"
+        f"{level:.6g}: give this as mean, if the system can rest there, or claim a window, which ends with the samples"
     )
 
 

@@ -2,8 +2,7 @@
 
 import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from itertools import product
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -11,11 +10,11 @@ from trackably.arrays import Array
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.checker.formulas import Formula, Function, Power, names, parts, text
-from trackably.checker.intervals import UndefinedError, between, exactly, is_multiplied
-from trackably.checker.models import enclose
+from trackably.checker.intervals import is_multiplied
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.formulas import evaluate_floats
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -151,15 +150,13 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
 def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
     """Return a root or fractional power in f whose argument is zero or negative well within the bounds, or None.
 
-    Such a part is returned if interval arithmetic does not exclude zero, and if the argument is zero or negative at a
-    point whose coordinates are zero or near their bounds. An argument that is zero only on the bounds is accepted: a
-    tank may be empty, if the reference never comes there. Arguments that depend on a state or input without bounds are
-    not examined.
+    Such a part is returned if its argument is zero or negative at a point whose coordinates are zero or near their
+    bounds. An argument that is zero only on the bounds is accepted: a tank may be empty, if the reference never comes
+    there. Arguments that depend on a state or input without bounds are not examined.
     """
     sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
     extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
     inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
-    box = {name: between(of.lower, of.upper) for name, of in inner.items()}
     at = {name: sorted({of.lower, of.upper, min(max(0.0, of.lower), of.upper)}) for name, of in inner.items()}
     for part in (part for formula in system.f for part in parts(formula)):
         match part:
@@ -169,12 +166,9 @@ def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Fo
                 pass
             case _:
                 continue
-        used = sorted(names(argument))
-        if not box.keys() >= {*used}:
-            continue
-        points = (dict(zip(used, map(exactly, of), strict=True)) for of in product(*(at[name] for name in used)))
-        with suppress(UndefinedError):
-            if not enclose(argument, box).a > 0 and any(not enclose(argument, point).a > 0 for point in points):
+        if at.keys() >= (used := names(argument)):
+            points = dict(zip(used, np.meshgrid(*(at[name] for name in used)), strict=True))
+            if np.any(evaluate_floats(argument, points) <= 0):
                 return part
     return None
 
