@@ -11,10 +11,12 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
-from trackably.checker.boxes import Box
+from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.certificate import Boxes
+from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import LinearCombination, Quantity, shifts_of
+from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import Subject
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -60,7 +62,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
         ends = np.array([*wanted]).T
         radii, _ = discs(draft.subject, reference, draft.arguments, *ends)
         boxes = np.vstack([ends, radii]).T.tolist()
-        tried = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
+        tried = {Box(*box): [*of] for box, of in zip(boxes, wanted.values(), strict=True)}
         refused: _Refused = _refusals(draft, tried, exactly=False)
         if halvings >= _EXACT_FROM and 0 < len(refused) <= _MOST_EXACT and not any(map(kinks.are_in, refused)):
             left = {box: [q for q in tried[box] if q.name in names] for box, names in refused.items()}
@@ -170,14 +172,17 @@ class _Kinks:
         return sorted(t for t in ends if start < t < end) or [start + (end - start) / 2]
 
 
-def _refusals(draft: Draft, held: Mapping[Box, Sequence[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
+def _refusals(draft: Draft, held: Mapping[Box, list[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
     """Return the boxes in which quantities are not shown to keep their bounds, with their names and the reasons.
 
-    If `exactly`, boxes that float64 intervals do not decide are checked again in mpmath.
+    `held` has the quantities to check in each box. Those that float64 intervals do not decide are refused with an empty
+    reason, or, if `exactly`, checked again in mpmath, which takes long.
     """
-    refused = dict[Box, dict[str, str]]()
-    for box, q, why in draft.refusals({box: list(of) for box, of in held.items()}, exactly):
-        refused.setdefault(box, {})[q.name] = why
+    needs, refused = FormulaNeeds.of(draft.certificate, list(draft.quantities)), dict[Box, dict[str, str]]()
+    for box, rest in FIRST_PASS.boxes(needs, draft.subject, TERMS, held):
+        left = refusals(needs, Enclosures(draft.subject, TERMS, box), rest) if exactly else ((q, "") for q in rest)
+        if names := {q.name: why for q, why in left}:
+            refused[box] = names
     return refused
 
 
