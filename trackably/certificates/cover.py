@@ -60,7 +60,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
     kinks, accepted = _Kinks.of(draft), {q.name: list[Box]() for q in draft.quantities}
     for halvings in range(_MOST_HALVINGS):
         ends = np.array([*wanted]).T
-        radii, _ = discs(draft.subject, reference, draft.arguments, *ends)
+        radii = discs(draft.subject, reference, draft.arguments, *ends)
         boxes = np.vstack([ends, radii]).T.tolist()
         tried = {Box(*box): [*of] for box, of in zip(boxes, wanted.values(), strict=True)}
         refused: _Refused = _refusals(draft, tried, exactly=False)
@@ -189,8 +189,7 @@ def _refusals(draft: Draft, held: Mapping[Box, list[Quantity]], exactly: bool) -
 def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
-    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. A box
-    near a centre is also halved while every disc around it holds a singularity of a kernel, as of a rational quadratic.
+    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
@@ -204,9 +203,6 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
         split = near & (widths > widest)
-        if not np.any(split):  # only now, as discs take longer to compute than widths
-            _, sizes = discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:])
-            split = near & ~np.isfinite(sizes)
         if not np.any(split):
             return edges
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
@@ -225,11 +221,11 @@ def discs(
     starts: Array,
     ends: Array,
     terms: int = TERMS,
-) -> tuple[Array, Array]:
-    """Return the radius [s] of a complex disc around each box, and the size of the Taylor polynomial's error there.
+) -> Array:
+    """Return the radius [s] of a complex disc around each box, in which the Taylor polynomial's error is estimated.
 
-    Of some radii, the one with the smallest error by Cauchy's estimate is chosen, for polynomials with `terms` terms. A
-    size is infinite if every disc holds a singularity. Every radius is valid; some only lead to large errors.
+    Of some radii, the one with the smallest error by Cauchy's estimate is chosen, for polynomials with `terms` terms.
+    Every radius is valid; some only lead to large errors.
     """
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
@@ -245,8 +241,7 @@ def discs(
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
         sizes = bounds * (halves / tried) ** terms
     sizes[~np.isfinite(sizes)] = np.inf
-    best = np.argmin(sizes, axis=0), np.arange(len(starts))
-    return tried[best], sizes[best]
+    return np.asarray(tried[np.argmin(sizes, axis=0), np.arange(len(starts))])
 
 
 def _join(start: float, found: Iterable[Box]) -> Boxes:

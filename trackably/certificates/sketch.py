@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.arrays import Array, subdivide
 from trackably.certificates.outcome import Unproved
 from trackably.checker.formulas import Angle, parts
 from trackably.gp.signal import EvaluationCache
@@ -94,14 +94,11 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
         if signal.beyond == "period":
             last = math.floor((end + shifts[-1] - ends[0]) / signal.period)
             turns = np.arange(math.floor((start - ends[0]) / signal.period), last + 1.0)
-        breaks.append(
-            np.subtract.outer(np.add.outer(ends, turns * signal.period) if len(turns) else ends, shifts).ravel()
-        )
+        breaks.append(np.subtract.outer(np.add.outer(ends, turns * signal.period), shifts).ravel())
     inner = np.unique(np.clip(np.concatenate(breaks), start, end))
-    count = 2 * max(signal.degree for signal in signals) + 3
-    between = inner[:-1] + np.diff(inner) * (1 - np.cos(np.pi * (np.arange(count)[:, None] + 0.5) / count)) / 2
-    beside = np.concatenate([np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)])
-    return np.unique(np.clip(np.concatenate([inner, between.ravel(), beside]), start, end))
+    between = subdivide(inner, 2 * max(signal.degree for signal in signals) + 4)
+    beside = [np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)]
+    return np.unique(np.clip(np.concatenate([between, *beside]), start, end))
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:

@@ -74,7 +74,8 @@ def _objectives(prior: Prior, samples: Samples, amplitudes: Array, theta: dict[s
     along = ((samples.values - stencil.at_rest(prior.mean)) / relative) @ vectors
     powers = amplitudes[:, None] ** 2 * np.maximum(power, 0)[:, None] + noise[:, None, None] ** 2
     objective = np.sum(np.log(2 * np.pi * powers) + along[:, None] ** 2 / powers, axis=2)
-    return objective + [[samples.scatter.negative_log_likelihood(each)[0]] for each in noise.tolist()]
+    objective += [[samples.scatter.negative_log_likelihood(each)[0]] for each in noise.tolist()]
+    return np.asarray(objective)
 
 
 def _few(samples: Samples) -> Samples:

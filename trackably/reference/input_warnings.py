@@ -35,12 +35,8 @@ _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # widths of the bounds: units are in doubt if most samples, or a mean, are further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
-_DEGREE = np.pi / 180
-# Factors between units that may have been mixed up, in the order in which they are tried.
-_SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6, _DEGREE, 1 / _DEGREE)
 _INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
 _DEEPEST = 6  # levels of nesting to which a formula is written out in a message
-_SEEN = 1e-3  # part of a width: samples in the right unit are expected to differ by more than this
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
 _LAST = 0.1  # this last part of the samples shows whether they still move at their end
 _FEWEST_LAST = 4  # at least this number of last samples, and at most half of all, shows whether samples still move
@@ -316,19 +312,15 @@ def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
     """
     off = float(np.quantile(_outside(samples, bounds), 1 - _MOST))
     if off > _BEYOND * bounds.width:
-        seen = [scale for scale in _SCALES if scale * np.ptp(samples.values) > _SEEN * bounds.width]
-        fitting = [scale for scale in seen if np.quantile(_outside(samples, bounds, scale), _MOST) <= 0]
-        degrees = ", or np.radians of them if they are degrees," if _DEGREE in fitting else ""
-        hint = f" Column(..., scale={fitting[0]:g}){degrees} would bring most of them inside" if fitting else ""
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
-            f"{np.median(samples.values):.6g}: are both in the same unit?{hint}"
+            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=) and np.radians change it"
         )
 
 
-def _outside(samples: Samples, bounds: Interval, scale: float = 1.0) -> Array:
-    """Return how far each sample, times `scale`, is outside of the bounds, shape (n,); negative inside."""
-    return -bounds.margin(scale * samples.values, samples.times)
+def _outside(samples: Samples, bounds: Interval) -> Array:
+    """Return how far each sample is outside of the bounds, shape (n,); negative inside."""
+    return -bounds.margin(samples.values, samples.times)
 
 
 def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:

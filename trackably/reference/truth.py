@@ -250,7 +250,7 @@ def true_signal(
     times = _in_cells(edges)
     upper, lower, derived = _choose(of, times, reference.state_at(times)[:, :, state], sought.derived)
     subject = as_subject(reference)
-    radii, _ = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
+    radii = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
     found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
