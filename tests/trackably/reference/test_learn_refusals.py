@@ -78,7 +78,7 @@ REFUSALS = {
     ),
     "values alone": (
         {"at": {0.0: {"position": 0.0}}, "method": "hyperparameters"},
-        'at: values at given times need method="joint"',
+        'at: needs method="joint"',
     ),
     "value of another": (
         {"at": {0.0: {"speed": 1.0}}},
