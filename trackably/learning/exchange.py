@@ -159,16 +159,10 @@ class Exchange:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                if self.try_point(self.problem.space.scaled_down(point, 2.0**halvings)):
+                candidate = self._evaluate(self.problem.space.scaled_down(point, 2.0**halvings))
+                if candidate is not None and candidate.is_feasible:
+                    self._keep(candidate)
                     break
-
-    def try_point(self, point: Array) -> bool:
-        """Evaluate a point without improving it, keep it if it is the best, and return whether it keeps all bounds."""
-        candidate = self._evaluate(point)
-        if candidate is None or not candidate.is_feasible:
-            return False
-        self._keep(candidate)
-        return True
 
     @property
     def _no_places(self) -> Places:

@@ -225,9 +225,7 @@ class ProvedReference(ExportMixin, ABC):
 
         ValueError: a step is not proved, or the horizon is below one step. TypeError: the horizon is no whole number.
         """
-        if whole("window: horizon", horizon) < 1:
-            raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
-        self._refuse_unproved(np.array([whole("window: k", k), k + horizon]))
+        self._refuse_unproved(np.array([whole("window: k", k), k + whole("window: horizon", horizon, least=1)]))
         return self.reference.window(k, horizon)
 
     @property

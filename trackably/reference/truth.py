@@ -288,7 +288,8 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
             apart[k] = max(map(np.min, furthest))
         worst = [k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not asked.issuperset(ends[k])]
         if of.second_derivative is None or len(derived) >= _DERIVED or not worst:
-            return *zip(*found, strict=True), tuple(derived)
+            above, below = zip(*found, strict=True)
+            return above, below, tuple(derived)
         new = {t for k in worst[:_AT_ONCE] for t in ends[k]} - asked
         asked |= new
         derived += filter(None, (_derive(of, t) for t in sorted(new)))
