@@ -173,15 +173,9 @@ def _leaves(fit: Fit, i: int) -> str:
 
 
 def _help(fit: Fit) -> str:
-    if fit.method == "hyperparameters":
-        return (
-            "only the hyperparameters were learned: wider bounds, a longer sampling time or another prior mean may help"
-        )
-    dearest = fit.contacts[0] if fit.contacts else None
-    if dearest is None:
-        return "wider bounds or another prior mean may help"
-    other = "another value" if dearest.side == "equal" else "wider bounds or another prior mean"
-    return f"{dearest}: {other} may help"
+    dearest = f"{fit.contacts[0]}: " if fit.contacts else ""
+    values = ", other given values" if fit.pinned else ""
+    return f"{dearest}wider bounds{values}, a longer sampling time or another prior mean may help"
 
 
 def _outliers(misfit: Misfit) -> str:
