@@ -14,12 +14,14 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic, correlation
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
+from trackably.learning.constraint import Bounded
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import amplitude
 from trackably.work import done
 
 _POINTS = 1200  # points of the search space that are evaluated, each at all amplitudes
 _AMPLITUDES, _LOWEST, _HIGHEST = 48, 0.02, 5.0  # number of amplitudes θ₁; least and largest, relative to the samples'
+_PHASES = 24  # phases of a period at which bounds are evaluated
 _MOST_SAMPLES, _NUMBERS = 100, 2**14  # most samples used of one signal; most entries of matrices decomposed at once
 # Two starts have to differ by more than this in some ln θ, otherwise only the better one is kept.
 _APART = {"lengthscale": 0.3, "period": 0.03, NOISE: 0.3}
@@ -31,12 +33,15 @@ def can_screen(prior: JointPrior) -> bool:
 
 
 def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
-    """Return ln θ of up to `keep` starts, the likeliest first, if all kernels are `Periodic`.
+    """Return ln θ of up to `keep` starts, the most promising first, if all kernels are `Periodic`.
 
-    Bounds are not considered. If a signal has many samples, only some are used.
+    First come points that satisfy all bounds at a few phases, sorted by objective; then the others, sorted by
+    violation. Bounds are evaluated at phases of one period, whatever the index sets of the constraints are. For several
+    signals, bounds are not evaluated, as one bound may depend on all signals. If a signal has many samples, only some
+    are used.
     """
-    points = problem.space.points(_POINTS)
-    objective = np.zeros(len(points))
+    points, constraints = problem.space.points(_POINTS), problem.constraints if len(problem.prior.parts) == 1 else ()
+    violation, objective = np.zeros(len(points)), np.zeros(len(points))
     for part, samples, places in zip(problem.prior.parts, problem.samples, problem.prior.places, strict=True):
         few = _few(samples)
         amplitudes = _amplitudes(problem, part, samples, places)
@@ -44,38 +49,50 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
         for some in np.split(np.arange(len(points)), np.arange(together, len(points), together)):
             done("evaluation")
             theta = dict(zip(part.learned, np.exp(points[some][:, places].T), strict=True))
-            values = _objectives(part, few, amplitudes, theta | {"": np.ones(len(some))})
-            objective[some] += np.min(values, axis=1)
+            broken, values = _rays(part, few, amplitudes, theta | {"": np.ones(len(some))}, constraints)
+            best = np.lexsort((values, broken))[:, 0]
+            at = np.arange(len(some)), best
+            violation[some], objective[some] = np.maximum(violation[some], broken[at]), objective[some] + values[at]
             if "signal_std" in part.learned:
-                points[some, places[part.learned.index("signal_std")]] = np.log(amplitudes[np.argmin(values, axis=1)])
+                points[some, places[part.learned.index("signal_std")]] = np.log(amplitudes[best])
     apart = np.array([_APART.get(name.rsplit(".", 1)[-1], np.inf) for name in problem.prior.learned])
     kept: list[Array] = []
-    for point in points[np.argsort(objective, kind="stable")]:
+    for point in points[np.lexsort((objective, violation))]:
         if len(kept) < keep and (not kept or (np.abs(point - kept) > apart).any(axis=1).all()):
             kept.append(point)
     return kept
 
 
-def _objectives(prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array]) -> Array:
-    """Return l at b points of the search space, each at a `amplitudes`: shape (b, a).
+def _rays(
+    prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
+) -> tuple[Array, Array]:
+    """Return the largest relative violation of bounds at 24 phases of a period, and l, both of shape (b, a).
 
-    `theta` has the values of hyperparameters at these points, each of shape (b,); all other hyperparameters keep their
-    values in the `prior`.
+    b points of the search space are evaluated, each at a `amplitudes`. `theta` has the values of hyperparameters at
+    these points, each of shape (b,); all other hyperparameters keep their values in the `prior`.
     """
     count = len(next(reversed(theta.values())))
     lengthscale, period, noise = (
         theta.get(name, np.full(count, float(prior.hyperparameters[name]))) for name in ("lengthscale", "period", NOISE)
     )
-    stencil, relative = samples.stencil, samples.relative_noise
+    stencil, times, relative = samples.stencil, samples.times, samples.relative_noise
     kernel = partial(correlation, lengthscale=lengthscale[:, None, None], period=period[:, None, None])
-    centres = stencil.centres(samples.times)
+    centres = stencil.centres(times)
     whole = stencil.combine(stencil.combine(kernel((centres[:, None] - centres)[None])).mT)
     power, vectors = np.linalg.eigh(whole / np.outer(relative, relative))
     along = ((samples.values - stencil.at_rest(prior.mean)) / relative) @ vectors
     powers = amplitudes[:, None] ** 2 * np.maximum(power, 0)[:, None] + noise[:, None, None] ** 2
     objective = np.sum(np.log(2 * np.pi * powers) + along[:, None] ** 2 / powers, axis=2)
     objective += [[samples.scatter.negative_log_likelihood(each)[0]] for each in noise.tolist()]
-    return np.asarray(objective)
+    damped = amplitudes[:, None] ** 2 * along[:, None] / powers
+    weights = stencil.spread(damped @ (vectors / relative[:, None]).mT).mT
+    phases = (np.arange(_PHASES) / _PHASES * period[:, None])[..., None]  # the last axis is that of the amplitudes
+    broken = np.zeros(objective.shape)
+    for constraint in constraints:
+        means = (lambda t: prior.mean + kernel(t - centres) @ weights,)
+        margin = np.min(constraint.quantity.margin(means, phases), axis=1) / constraint.quantity.bounds.width
+        broken = np.maximum(broken, -margin)
+    return broken, objective
 
 
 def _few(samples: Samples) -> Samples:
