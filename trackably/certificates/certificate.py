@@ -98,29 +98,20 @@ class Certificate:
     def first_unproved(self, t: Array) -> tuple[int, str] | None:
         """Return the index of the first of the times t [s] that is not proved, and the reason; None if all are."""
         (first, last), until, flat, claimed = self.claim.span, self.last_time, t.ravel(), times_of(self.claim)
-        tolerance = self.time_tolerance * np.abs(flat)
+        tolerance, step = self.time_tolerance * np.abs(flat), self.reference.plant.sampling_time
+        apart = np.abs(flat - np.round(flat / step) * step) if isinstance(self.proof, Steps) else 0 * flat
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
         for refused, why in (
             (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {claimed}"),
             (np.abs(flat) > until, rounding),
             (
-                self._from_instants(flat) > tolerance,
+                apart > tolerance,
                 f"between the sampled instants, which alone are proved, {claimed}",
             ),
         ):
             if refused.any():
                 return int(np.argmax(refused)), why
         return None
-
-    def _from_instants(self, t: Array) -> Array:
-        """Return the distance [s] of each time t [s] from the nearest instant k T_s.
-
-        Return zeros if the claim is about real times, not about instants only.
-        """
-        if not isinstance(self.proof, Steps):
-            return np.zeros(t.shape)
-        sampling_time = self.reference.plant.sampling_time
-        return np.abs(t - np.round(t / sampling_time) * sampling_time)
 
 
 def _truth(of: TrueSignal) -> str:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.draft import evaluated_until, evaluation_errors
+from trackably.certificates.draft import evaluated_until, evaluation_errors, last_examined
 from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure
@@ -330,7 +330,5 @@ def _relative_errors(reference: Reference) -> dict[str, float]:
     The errors are those up to as many periods as the proof claims, or up to a multiple of the latest centre's time if
     there is no period.
     """
-    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    window = reference.period or latest
-    errors = evaluation_errors(reference, evaluated_until(reference, window), window)
+    errors = evaluation_errors(reference, evaluated_until(reference, last_examined(reference)))
     return {q.name: errors[q.name] / q.bounds.width for q in reference.quantities}

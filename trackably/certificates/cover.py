@@ -11,10 +11,12 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
-from trackably.checker.boxes import Box
+from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.certificate import Boxes
+from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import LinearCombination, Quantity, shifts_of
+from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import Subject
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -58,9 +60,9 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
     kinks, accepted = _Kinks.of(draft), {q.name: list[Box]() for q in draft.quantities}
     for halvings in range(_MOST_HALVINGS):
         ends = np.array([*wanted]).T
-        radii, _ = discs(draft.subject, reference, draft.arguments, *ends)
+        radii = discs(draft.subject, reference, draft.arguments, *ends)
         boxes = np.vstack([ends, radii]).T.tolist()
-        tried = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
+        tried = {Box(*box): [*of] for box, of in zip(boxes, wanted.values(), strict=True)}
         refused: _Refused = _refusals(draft, tried, exactly=False)
         if halvings >= _EXACT_FROM and 0 < len(refused) <= _MOST_EXACT and not any(map(kinks.are_in, refused)):
             left = {box: [q for q in tried[box] if q.name in names] for box, names in refused.items()}
@@ -170,22 +172,24 @@ class _Kinks:
         return sorted(t for t in ends if start < t < end) or [start + (end - start) / 2]
 
 
-def _refusals(draft: Draft, held: Mapping[Box, Sequence[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
+def _refusals(draft: Draft, held: Mapping[Box, list[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
     """Return the boxes in which quantities are not shown to keep their bounds, with their names and the reasons.
 
-    If `exactly`, boxes that float64 intervals do not decide are checked again in mpmath.
+    `held` has the quantities to check in each box. Those that float64 intervals do not decide are refused with an empty
+    reason, or, if `exactly`, checked again in mpmath, which takes long.
     """
-    refused = dict[Box, dict[str, str]]()
-    for box, q, why in draft.refusals({box: list(of) for box, of in held.items()}, exactly):
-        refused.setdefault(box, {})[q.name] = why
+    needs, refused = FormulaNeeds.of(draft.certificate, list(draft.quantities)), dict[Box, dict[str, str]]()
+    for box, rest in FIRST_PASS.boxes(needs, draft.subject, TERMS, held):
+        left = refusals(needs, Enclosures(draft.subject, TERMS, box), rest) if exactly else ((q, "") for q in rest)
+        if names := {q.name: why for q, why in left}:
+            refused[box] = names
     return refused
 
 
 def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
-    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. A box
-    near a centre is also halved while every disc around it holds a singularity of a kernel, as of a rational quadratic.
+    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
@@ -199,9 +203,6 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
         widths = np.diff(edges)
         near = np.searchsorted(centres, edges[1:] + widths) > np.searchsorted(centres, edges[:-1] - widths)
         split = near & (widths > widest)
-        if not np.any(split):  # only now, as discs take longer to compute than widths
-            _, sizes = discs(draft.subject, reference, draft.arguments, edges[:-1], edges[1:])
-            split = near & ~np.isfinite(sizes)
         if not np.any(split):
             return edges
         edges = np.sort(np.concatenate([edges, edges[:-1][split] + widths[split] / 2]))
@@ -220,11 +221,11 @@ def discs(
     starts: Array,
     ends: Array,
     terms: int = TERMS,
-) -> tuple[Array, Array]:
-    """Return the radius [s] of a complex disc around each box, and the size of the Taylor polynomial's error there.
+) -> Array:
+    """Return the radius [s] of a complex disc around each box, in which the Taylor polynomial's error is estimated.
 
-    Of some radii, the one with the smallest error by Cauchy's estimate is chosen, for polynomials with `terms` terms. A
-    size is infinite if every disc holds a singularity. Every radius is valid; some only lead to large errors.
+    Of some radii, the one with the smallest error by Cauchy's estimate is chosen, for polynomials with `terms` terms.
+    Every radius is valid; some only lead to large errors.
     """
     halves, middles = (ends - starts) / 2, starts + (ends - starts) / 2
     tried, bounds = halves * _RATIOS[:, None], np.zeros((len(_RATIOS), len(starts)))
@@ -240,8 +241,7 @@ def discs(
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
         sizes = bounds * (halves / tried) ** terms
     sizes[~np.isfinite(sizes)] = np.inf
-    best = np.argmin(sizes, axis=0), np.arange(len(starts))
-    return tried[best], sizes[best]
+    return np.asarray(tried[np.argmin(sizes, axis=0), np.arange(len(starts))])
 
 
 def _join(start: float, found: Iterable[Box]) -> Boxes:

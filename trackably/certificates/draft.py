@@ -3,7 +3,7 @@
 Nothing here has to be correct: before a proof is handed out, the checker is asked about the whole file.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -16,7 +16,6 @@ from trackably.arrays import Array
 from trackably.certificates.form import as_subject, as_written
 from trackably.checker import certificate as checked
 from trackably.checker import piecewise
-from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.form import a_kernel
@@ -67,14 +66,18 @@ def _errors_grow(kernel: Kernel, far: float) -> bool:
     return not at_most(later, 2 * late)
 
 
-def evaluation_errors(reference: Reference, until: float, window: float | None = None) -> dict[str, float]:
+def last_examined(reference: Reference) -> float:
+    """Return the time [s] until which a reference of kernels is examined: its period, or its latest centre."""
+    return reference.period or max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
+
+
+def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
     """Return an upper bound of |float64 − exact| for each bounded quantity at all times |t| ≤ `until` [s].
 
-    For formulas, the bound is estimated at some times from 0 to `window` [s], by default to the latest centre. The
-    checker verifies this estimate in each box.
+    For formulas, the bound is estimated at some times from 0 to `last_examined`. The checker verifies this estimate in
+    each box.
     """
-    latest = max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
-    return _errors(reference, until, times_in(0.0, window or latest))[1]
+    return _errors(reference, until, times_in(0.0, last_examined(reference)))[1]
 
 
 def times_in(start: float, end: float) -> Array:
@@ -151,18 +154,6 @@ class Draft:
     def is_settled(self, start: float) -> bool:
         """Whether the decay of the kernels keeps all bounds from `start` [s] on, as float64 intervals show."""
         return is_settled(self.certificate, list(self.quantities), exactly(start), FIRST_PASS)
-
-    def refusals(self, held: Mapping[Box, list[Quantity]], exactly: bool) -> Iterator[tuple[Box, Quantity, str]]:
-        """Yield each box with a quantity that is not shown to keep its bounds there, and the reason.
-
-        `held` has the quantities to check in each box. Quantities that float64 intervals do not decide are refused with
-        an empty reason, or, if `exactly`, checked again in mpmath, which takes long.
-        """
-        needs = FormulaNeeds.of(self.certificate, list(self.quantities))
-        for box, rest in FIRST_PASS.boxes(needs, self.subject, TERMS, held):
-            enclosures = Enclosures(self.subject, TERMS, box)
-            left = refusals(needs, enclosures, rest) if exactly else ((q, "") for q in rest)
-            yield from ((box, q, why) for q, why in left)
 
     def value(self, name: str, t: Fraction) -> Real:
         """Enclose a bounded quantity at a time [s]. UndefinedError: it may be undefined there."""

@@ -2,13 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from trackably.checker.certificate import AllTimes, Claim
+from trackably.checker.certificate import Claim
 from trackably.files import ACCEPTED, new_file, write_atomically
 from trackably.learning.problem import NoSolution
 from trackably.systems.intervals import Interval, array_text, rounded_text
@@ -35,24 +33,7 @@ class Counterexample:
     def explanation(self) -> str:
         when = f"t = {self.time!r} s" if self.step is None else f"step {self.step} (t = {self.time:.6g} s)"
         by = rounded_text(self.violation, "down")
-        return f"at {when} the {self.quantity} certainly breaks {self.bounds.exactly}, by at least {by}{self._advice}"
-
-    @property
-    def _advice(self) -> str:
-        """Advice if a curve keeps its bounds, but its sudden start from rest or its stop does not; otherwise empty."""
-        curves, plant = self.reference.pieces, self.reference.plant
-        if not (isinstance(self.claim, AllTimes) and curves):
-            return ""
-        ends = np.concatenate([curve.breakpoints[[0, -1]] for curve in curves])
-        before = max(plant.flatness.orders) * plant.sampling_time
-        going_on = [replace(curve, beyond="end") for curve in curves]
-        is_kept = self.reference.quantity(self.quantity).margin(going_on, np.array([self.time]))[0] >= 0
-        if not (is_kept and np.any((ends - before <= self.time) & (self.time <= ends))):
-            return ""
-        return (
-            "; the curve is at rest before its first and after its last piece: let it begin and end with "
-            "a slope of zero, or claim a window"
-        )
+        return f"at {when} the {self.quantity} certainly breaks {self.bounds.exactly}, by at least {by}"
 
     def save_counterexample(self, path: Path | str) -> Path:
         """Write the counterexample as a file for `python -m trackably check FILE`; return the path.

@@ -1,20 +1,19 @@
 """Approximate margins in float64, and jumps of headings: they guide the proposals, and prove nothing."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.arrays import Array, subdivide
 from trackably.certificates.outcome import Unproved
-from trackably.checker.formulas import Angle, Formula, parts
+from trackably.checker.formulas import Angle, parts
 from trackably.learning.index_set import AROUND, lowest_of_parabolas
 from trackably.systems.formulas import evaluate_floats
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Quantities, Signals, Trajectory
+from trackably.systems.trajectories import Quantities
 
 _POINTS_PER_CORRELATION_TIME, _MOST_POINTS = 12, 50_000
 _FEWEST_POINTS, _FEWEST_OF_FORMULAS = 65, 1025
@@ -92,14 +91,11 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
         if signal.beyond == "period":
             last = math.floor((end + shifts[-1] - ends[0]) / signal.period)
             turns = np.arange(math.floor((start - ends[0]) / signal.period), last + 1.0)
-        breaks.append(
-            np.subtract.outer(np.add.outer(ends, turns * signal.period) if len(turns) else ends, shifts).ravel()
-        )
+        breaks.append(np.subtract.outer(np.add.outer(ends, turns * signal.period), shifts).ravel())
     inner = np.unique(np.clip(np.concatenate(breaks), start, end))
-    count = 2 * max(signal.degree for signal in signals) + 3
-    between = inner[:-1] + np.diff(inner) * (1 - np.cos(np.pi * (np.arange(count)[:, None] + 0.5) / count)) / 2
-    beside = np.concatenate([np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)])
-    return np.unique(np.clip(np.concatenate([inner, between.ravel(), beside]), start, end))
+    between = subdivide(inner, 2 * max(signal.degree for signal in signals) + 4)
+    beside = [np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)]
+    return np.unique(np.clip(np.concatenate([between, *beside]), start, end))
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:
@@ -118,11 +114,10 @@ JUMP = (
     "its formula takes the angle of a vector that crosses the direction of ±π, where it jumps; a heading does not jump "
     "inside of bounds that are up to 6.1 rad wide, and without bounds it may turn as it likes"
 )
-_HALVINGS = 50
 
 
 def jump_of(reference: Reference, times: Array) -> Unproved | None:
-    """Return a failure if a heading jumps between some increasing `times` [s]; None if no jump is seen.
+    """Return a failure if a heading jumps between two of the increasing `times` [s]; None if no jump is seen.
 
     The heading atan2(y, x) jumps by a whole turn where y changes its sign while x < 0.
     """
@@ -130,18 +125,12 @@ def jump_of(reference: Reference, times: Array) -> Unproved | None:
     for quantity in reference.quantities:
         for node in parts(quantity.trajectory.formula):
             if isinstance(node, Angle):
-                y, x = (_along(part, quantity.trajectory, signals) for part in (node.y, node.x))
-                above, behind = (np.broadcast_to(part, times.shape) for part in (y(times) > 0, x(times) < 0))
-                for i in np.flatnonzero((above[1:] != above[:-1]) & behind[1:]).tolist():
-                    left, right = times[i], times[i + 1]
-                    for _ in range(_HALVINGS):
-                        middle = left + (right - left) / 2
-                        left, right = (middle, right) if (y(middle) > 0) == above[i] else (left, middle)
-                    if x(left) < 0:
-                        return Unproved(quantity.name, quantity.bounds, (float(left), float(left)), np.inf, JUMP)
+                arguments = {name: q(signals, times) for name, q in quantity.trajectory.arguments}
+                y, x = (np.broadcast_to(evaluate_floats(of, arguments), times.shape) for of in (node.y, node.x))
+                (before,) = np.nonzero((y[1:] > 0) != (y[:-1] > 0))
+                y_before, x_before = y[before], x[before]
+                x_between = x_before + (x[before + 1] - x_before) * y_before / (y_before - y[before + 1])
+                for i in before[x_between < 0].tolist():
+                    box = float(times[i]), float(times[i + 1])
+                    return Unproved(quantity.name, quantity.bounds, box, np.inf, JUMP)
     return None
-
-
-def _along(formula: Formula, trajectory: Trajectory, signals: Signals) -> Callable[[Any], Any]:
-    """Return a formula in the arguments of a trajectory as a function of a time [s] or an array of times."""
-    return lambda t: evaluate_floats(formula, {name: q(signals, t) for name, q in trajectory.arguments})

@@ -1,7 +1,7 @@
 """The constrained learning problem, its solution, and the explanation where there is none."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -18,7 +18,6 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.trajectories import Quantity, Trajectory
 from trackably.work import done
 
-_ROUNDING = 1e-9  # relative to a width: a smaller change of a value at rest counts as none
 MANY_CONTACTS = 100  # a function whose kernels have kinks is rough if it has more active bounds than this
 # J = l + D may exceed its least value by LEAST_GAP, or by _RELATIVE_GAP times the price D, whichever is larger.
 LEAST_GAP, _RELATIVE_GAP = 0.01, 1e-3
@@ -59,12 +58,6 @@ class ConstrainedProblem:
     bases: tuple[KernelSum, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        if self.means and (len(self.means) != len(self.prior.parts) or self.constraints or self.required):
-            raise ValueError(
-                f"means: expected an interval or None for each of {len(self.prior.parts)} processes, in a problem "
-                f"without constraints and required values, got {len(self.means)} means, {len(self.constraints)} "
-                f"constraints and {len(self.required)} required values"
-            )
         count = sum(len(samples) for samples in self.samples)
         if len(self.samples) != len(self.prior.parts):
             raise ValueError(
@@ -273,12 +266,6 @@ class NoFunction(NoSolution):
         )
 
 
-def _depends_on_mean(quantity: Quantity, means: Sequence[float]) -> bool:
-    """Whether the value at rest changes with the prior mean. A velocity at rest is zero for any mean."""
-    change = quantity.at_rest([mean + 1.0 for mean in means]) - quantity.at_rest(means)
-    return not abs(change) <= _ROUNDING * quantity.bounds.width
-
-
 @dataclass(frozen=True, repr=False)
 class NothingFeasible(NoSolution):
     """No point of the search space was found that satisfies the constraints; `best` came closest.
@@ -302,8 +289,7 @@ class NothingFeasible(NoSolution):
         rest = "".join(
             f"the prior mean {level} is no admissible equilibrium (its {q.name} "
             f"{q.bounds.rest.snapped(q.at_rest(means)):.4g} does not lie inside {q.bounds}), so that nothing "
-            "guarantees that the problem is feasible: "
-            f"{'choose another' if _depends_on_mean(q, means) else 'no other mean changes that'}; "
+            "guarantees that the problem is feasible; "
             for q in self.broken_at_rest[:1]
         )
         what = f"breaks the {self.quantity.name} bounds {self.quantity.bounds.at(self.time)} at t = {self.time:.6g} s"

@@ -194,11 +194,7 @@ def checked_centres(given: object) -> Centres:
     """Return the option `centres`. TypeError or ValueError unless it is "auto", None or a whole number of 4 or more."""
     if given is None:
         return None
-    if isinstance(given, str):
-        if given != "auto":
-            raise ValueError(f"centres: expected a whole number, 'auto' or None, got {given!r}")
-        return "auto"
-    return whole("centres", given, least=NODES)
+    return "auto" if given == "auto" else whole("centres", given, least=NODES)
 
 
 def condense_by_name(

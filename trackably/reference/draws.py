@@ -9,11 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.checker.certificate import Window
 from trackably.gp.bounded import BoundedNormal, root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.samples import Samples, recorded_span
+from trackably.learning.constraint import Constraint, local_minima
+from trackably.learning.index_set import RealTimes
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
@@ -53,7 +56,6 @@ MOST_VALUES = 1200
 """Largest number of values (states and inputs at all steps together) in one draw."""
 
 _BETWEEN_SAMPLES = 50  # bounds are imposed at the ends of this many intervals from the first sample to the last
-_LOOKED_AT = 5000  # most steps at which the reference is evaluated to find small margins
 _NEXT_TO = 1e-2  # bounds are also imposed at local minima of a margin that are below this part of the bound's width
 _PLACES = 50  # most local minima of margins at which bounds are imposed: those with the smallest margins
 
@@ -136,25 +138,21 @@ def bounded_steps(reference: Reference, samples: Sequence[Samples], span: tuple[
     t_s = reference.plant.sampling_time
     (begun, ended), (start, end) = recorded_span(samples), span
     first, last = np.ceil(max(begun, start) / t_s), np.floor(min(ended, end) / t_s)
-    if last < first:
-        return np.empty(0)
+    if not first < last:
+        return np.arange(first, last + 1)
     regular = np.round(np.linspace(first, last, _BETWEEN_SAMPLES + 1))
-    return np.union1d(regular, _next_to_a_bound(reference, np.unique(np.round(np.linspace(first, last, _LOOKED_AT)))))
+    return np.union1d(regular, _next_to_a_bound(reference, Window(first * t_s, last * t_s)))
 
 
-def _next_to_a_bound(reference: Reference, steps: Array) -> Array:
-    """Return up to 50 steps at which a margin has a local minimum below 1e-2 of its width: those with the smallest.
+def _next_to_a_bound(reference: Reference, window: Window) -> Array:
+    """Return the steps next to local minima of margins below 1e-2 of the width: the 50 smallest in a window, or fewer.
 
     The list of active bounds would not do: it is empty for a reference of the `method` "hyperparameters".
     """
-    times = steps * reference.plant.sampling_time
-    found = list[tuple[float, float]]()
-    for quantity in reference.quantities:
-        margin = np.pad(quantity.margin(reference.signals, times) / quantity.bounds.width, 1, constant_values=np.inf)
-        here = margin[1:-1]
-        lowest = (here <= margin[:-2]) & (here <= margin[2:]) & (here < _NEXT_TO)
-        found += zip(here[lowest].tolist(), steps[lowest].tolist(), strict=True)
-    return np.array([step for _, step in sorted(found)[:_PLACES]])
+    signals, constraints = reference.kernel_sums, [Constraint(q, RealTimes(window)) for q in reference.quantities]
+    minima = local_minima(constraints, [signal.kernel for signal in signals], signals)
+    near = sorted((margin, t) for at in minima for t, margin in np.transpose(at).tolist() if margin < _NEXT_TO)
+    return np.round(np.array([t for _, t in near[:_PLACES]]) / reference.plant.sampling_time)
 
 
 def _given_bounds(mean: Array, half: Array, plant: ConstrainedSystem, steps: Array) -> BoundedNormal:

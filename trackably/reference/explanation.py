@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from trackably.arrays import Array, Flags
 from trackably.certificates.waypoint import Waypoint
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
@@ -13,6 +12,7 @@ from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
 from trackably.reference.fit import Fit, Misfit
+from trackably.reference.input_warnings import beyond_neighbours
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3  # most contacts (bounds that are active for some time) that a sentence names, by decreasing price
@@ -27,9 +27,6 @@ _TIMES_NOISE = 5.0
 _BEYOND = 0.5
 _FEW = 0.1  # largest part of all samples that may be far off
 _FEWEST = 10  # with fewer samples, none is called an outlier
-_WINDOW = 24.0  # correlation times: the length of the window that is suggested for `learn_stream`
-_WINDOWS = 2.0  # `learn_stream` is suggested only if samples last at least this many windows
-_MANY = 500  # `learn_stream` is suggested only if a flat output has at least this many samples
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LAST = 0.1  # this last part of the samples shows the level at which a motion ends
 _FEWEST_LAST = 3  # at least this number of last samples shows the level at which a motion ends
@@ -100,21 +97,6 @@ def budget_sentence(fit: Fit) -> str | None:
     )
 
 
-def longer_than_memory(fit: Fit) -> str | None:
-    """Return a sentence that `learn_stream` is faster, if many samples last far longer than all kernels' memory.
-
-    Otherwise None.
-    """
-    kernels = [part.kernel for part in fit.prior.parts]
-    count = max(len(samples) for samples in fit.samples)
-    span = max(float(samples.times[-1] - samples.times[0]) for samples in fit.samples)
-    window = _WINDOW * max(kernel.correlation_time for kernel in kernels)
-    if count < _MANY or span < _WINDOWS * window or any(kernel.period is not None for kernel in kernels):
-        return None
-    faster = f"`learn_stream` with window={window:.2g} is faster and hardly differs"
-    return f"samples last much longer than the kernel's memory: {faster}"
-
-
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> Iterator[str]:
     """Yield a sentence on each prior mean; it also names the likeliest mean if that is no admissible equilibrium."""
     for name, of, *priors in zip(prior.names, samples, prior.parts, likeliest.parts, strict=True):
@@ -181,39 +163,29 @@ def _leaves(fit: Fit, i: int) -> str:
     last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
     values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
     level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0 turns -0 into 0
-    offset, rest = float(of.stencil.at_rest(0.0)), float(of.stencil.at_rest(prior.mean))
+    rest = float(of.stencil.at_rest(prior.mean))
     if np.any(np.abs(values - level) > _STAYS * noise) or abs(level - rest) <= _STAYS * np.max(noise):
         return ""
-    gain = float(of.stencil.at_rest(1.0)) - offset
-    means = [part.mean for part in fit.prior.parts]
-    means[i] = (level - offset) / gain
-    may_stay = all(q.bounds.rest.strictly_contains(q.at_rest(means)) for q in fit.reference.plant.quantities)
-    given = f"{level:.6g}" if len(means) == 1 else f"{{{name!r}: {level:.6g}, …}}"
-    stay = f"mean={given} would keep it there, and " if may_stay else ""
     return (
         f"{name} comes to rest at its mean, {abs(level - rest):.3g} away from its last samples, which stay at "
-        f"{level:.6g}: {stay}a window as claim ends with the samples"
+        f"{level:.6g}: give this as mean, if the system can rest there, or claim a window, which ends with the samples"
     )
 
 
 def _help(fit: Fit) -> str:
-    if fit.method == "hyperparameters":
-        return (
-            "only the hyperparameters were learned: wider bounds, a longer sampling time or another prior mean may help"
-        )
-    dearest = fit.contacts[0] if fit.contacts else None
-    if dearest is None:
-        return "wider bounds or another prior mean may help"
-    other = "another value" if dearest.side == "equal" else "wider bounds or another prior mean"
-    return f"{dearest}: {other} may help"
+    dearest = f"{fit.contacts[0]}: " if fit.contacts else ""
+    values = ", other given values" if fit.pinned else ""
+    return f"{dearest}wider bounds{values}, a longer sampling time or another prior mean may help"
 
 
 def _outliers(misfit: Misfit) -> str:
+    if len(misfit.samples) < _FEWEST:
+        return ""
     off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
     typical = float(np.median(off)) / _NORMAL
     is_far = off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained)
-    far = np.flatnonzero(is_far & (_beyond_others(misfit.samples, ~is_far) > _BEYOND * np.abs(misfit.unconstrained)))
-    if len(off) < _FEWEST or not typical or not 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
+    far = np.flatnonzero(is_far & (beyond_neighbours(misfit.samples.values) > _BEYOND * np.abs(misfit.unconstrained)))
+    if not typical or not 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
         return ""
     i = int(far[np.argmax(off[far])])
     others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
@@ -223,17 +195,3 @@ def _outliers(misfit: Misfit) -> str:
         f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far as most"
         f"{others}: is it an outlier to be left out?{harm}"
     )
-
-
-def _beyond_others(samples: Samples, are_near: Flags) -> Array:
-    """Return how far each sample lies outside the range of its two neighbours, negative inside: shape (n,).
-
-    The neighbours are the last sample before it and the first after it that are near the fit (flags `are_near`).
-    """
-    values, near = samples.values, np.flatnonzero(are_near)
-    if not len(near):
-        return np.zeros(len(values))
-    after = np.searchsorted(near, np.arange(len(values)))
-    before, after = near[np.maximum(after - 1, 0)], near[np.minimum(after, len(near) - 1)]
-    beside = np.stack([values[before], values[after]])
-    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -84,10 +84,12 @@ class Steps:
         """A mask of the rows that belong to waypoints: shape (r,)."""
         return np.arange(len(self.lower)) >= len(self.lower) - len(self.values)
 
-    @property
+    @cached_property
     def scales(self) -> Array:
         """The width of the bounds of each state and input, 1 if it has none: (n + m,)."""
-        return _scales(self.plant)
+        hulls = self.plant.state_set.hull, self.plant.input_set.hull
+        extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
+        return np.array([of.width if of else 1.0 for of in extents])
 
     @property
     def widths(self) -> Array:
@@ -102,16 +104,6 @@ class Steps:
     def text(self, value: Value) -> str:
         """Return the text "name = number at t = … s" about a value; the number is the middle of its bounds."""
         return f"{value.name} = {(value.lower + value.upper) / 2:.6g} at t = {self.time(value.step):.6g} s"
-
-
-@lru_cache(maxsize=8)
-def _scales(plant: ConstrainedSystem) -> Array:
-    """Return the width of the bounds of each state and input, 1 if it has none: (n + m,). Cached for each plant."""
-    hulls = plant.state_set.hull, plant.input_set.hull
-    extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
-    scales = np.array([of.width if of else 1.0 for of in extents])
-    scales.flags.writeable = False
-    return scales
 
 
 def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint]) -> Iterator[Steps]:

@@ -203,10 +203,6 @@ class Fit:
         solution: Solution,
         unconstrained: JointPosterior,
         pinned: tuple[Waypoint, ...],
-        condensed: tuple[Condensation, ...] = (),
-        limited: tuple[str, ...] = (),
-        budget: float | None = None,
-        free: tuple[str, ...] = (),
     ) -> Self:
         """Return the fit of a solution.
 
@@ -229,12 +225,8 @@ class Fit:
             solution.method,
             solution.active_bounds,
             pinned,
-            condensed,
-            limited,
-            budget,
-            solution.spread,
-            free,
-            solution.backoff,
+            spread=solution.spread,
+            backoff=solution.backoff,
         )
 
     @property

@@ -2,8 +2,7 @@
 
 import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from itertools import product
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -11,11 +10,11 @@ from trackably.arrays import Array
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.checker.formulas import Formula, Function, Power, names, parts, text
-from trackably.checker.intervals import UndefinedError, between, exactly, is_multiplied
-from trackably.checker.models import enclose
+from trackably.checker.intervals import is_multiplied
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
+from trackably.systems.formulas import evaluate_floats
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
@@ -36,12 +35,8 @@ _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 10.0  # widths of the bounds: units are in doubt if most samples, or a mean, are further outside than this
 _MOST = 0.75  # at least this part of the samples counts as most of them
-_DEGREE = np.pi / 180
-# Factors between units that may have been mixed up, in the order in which they are tried.
-_SCALES = (1e-3, 1e3, 1e-2, 1e2, 1e-1, 1e1, 1e-6, 1e6, _DEGREE, 1 / _DEGREE)
 _INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
 _DEEPEST = 6  # levels of nesting to which a formula is written out in a message
-_SEEN = 1e-3  # part of a width: samples in the right unit are expected to differ by more than this
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
 _LAST = 0.1  # this last part of the samples shows whether they still move at their end
 _FEWEST_LAST = 4  # at least this number of last samples, and at most half of all, shows whether samples still move
@@ -151,15 +146,13 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
 def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
     """Return a root or fractional power in f whose argument is zero or negative well within the bounds, or None.
 
-    Such a part is returned if interval arithmetic does not exclude zero, and if the argument is zero or negative at a
-    point whose coordinates are zero or near their bounds. An argument that is zero only on the bounds is accepted: a
-    tank may be empty, if the reference never comes there. Arguments that depend on a state or input without bounds are
-    not examined.
+    Such a part is returned if its argument is zero or negative at a point whose coordinates are zero or near their
+    bounds. An argument that is zero only on the bounds is accepted: a tank may be empty, if the reference never comes
+    there. Arguments that depend on a state or input without bounds are not examined.
     """
     sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
     extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
     inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
-    box = {name: between(of.lower, of.upper) for name, of in inner.items()}
     at = {name: sorted({of.lower, of.upper, min(max(0.0, of.lower), of.upper)}) for name, of in inner.items()}
     for part in (part for formula in system.f for part in parts(formula)):
         match part:
@@ -169,12 +162,9 @@ def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Fo
                 pass
             case _:
                 continue
-        used = sorted(names(argument))
-        if not box.keys() >= {*used}:
-            continue
-        points = (dict(zip(used, map(exactly, of), strict=True)) for of in product(*(at[name] for name in used)))
-        with suppress(UndefinedError):
-            if not enclose(argument, box).a > 0 and any(not enclose(argument, point).a > 0 for point in points):
+        if at.keys() >= (used := names(argument)):
+            points = dict(zip(used, np.meshgrid(*(at[name] for name in used)), strict=True))
+            if np.any(evaluate_floats(argument, points) <= 0):
                 return part
     return None
 
@@ -279,29 +269,25 @@ def _alone(outside: Array) -> Array:
 
 
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:
-    """Return the distance of each sample from what its neighbours predict, shape (n,); 0 if the sample is not far off.
+    """Return how far each sample lies outside the range of the samples beside it, shape (n,); 0 if it is not far off.
 
-    Predictions are the values before and after the sample, and the lines through two neighbours (the value before or
-    after a step of the signal lies on one of these lines). The distance is that from the nearest prediction. A sample
-    is far off if its distance exceeds the noise, the usual distance, and the changes between neighbours, each times a
-    factor. The first and the last sample are never far off, because the signal may have a step beside them.
+    A sample is far off if this distance exceeds the noise, the usual distance from the middle of its neighbours, and
+    the changes between samples nearby, each times a factor. The first and the last sample are never far off, because
+    the signal may have a step beside them.
     """
-    noise, n = noise_std * samples.relative_noise, len(samples)
-    t, y = (np.pad(of, 3, constant_values=np.nan) for of in (samples.times, samples.values))
-    ts, ys = ({j: of[3 + j : 3 + j + n] for j in range(-3, 4)} for of in (t, y))
-    lines = [ys[a] + (ys[b] - ys[a]) * (ts[0] - ts[a]) / (ts[b] - ts[a]) for a, b in ((-1, 1), (-2, -1), (1, 2))]
-    inner = slice(1, n - 1)
-    off = np.zeros(n)
-    off[inner] = np.nanmin(np.abs([of[inner] - ys[0][inner] for of in (ys[-1], ys[1], *lines)]), axis=0)
-    moves = [np.abs(ys[b] - ys[a]) for a, b in ((-3, -2), (-2, -1), (-1, 1), (1, 2), (2, 3))]
-    nearby = np.nanmax(np.array(moves)[:, inner], axis=0)
-    usual = float(np.median(off[inner])) / _NORMAL
-    is_far = off[inner] > np.maximum(
-        np.maximum(_TIMES_USUAL * usual, _TIMES_NOISE * noise[inner]), _TIMES_MOVES * nearby
-    )
-    is_far &= usual > 0  # in a signal that is mostly constant, single other values may be meant
-    off[inner] *= is_far
-    return off
+    y, noise = samples.values, noise_std * samples.relative_noise[1:-1]
+    off, steps = beyond_neighbours(y)[1:-1], np.pad(np.abs(np.diff(y)), 2)
+    nearby = np.max([np.abs(y[2:] - y[:-2]), *(steps[k : k + len(off)] for k in (0, 1, 4, 5))], axis=0)
+    usual = float(np.median(np.abs(y[1:-1] - (y[:-2] + y[2:]) / 2))) / _NORMAL
+    # In a signal that is mostly constant, single other values may be meant.
+    least = np.maximum(_TIMES_NOISE * noise, _TIMES_USUAL * usual or np.inf)
+    return np.pad(np.where(off > np.maximum(least, _TIMES_MOVES * nearby), off, 0.0), 1)
+
+
+def beyond_neighbours(values: Array) -> Array:
+    """Return how far each value lies outside the range of the two beside it, negative inside: shape (n,)."""
+    beside = np.stack([np.insert(values[:-1], 0, values[1]), np.append(values[1:], values[-2])])
+    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:
@@ -326,19 +312,15 @@ def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
     """
     off = float(np.quantile(_outside(samples, bounds), 1 - _MOST))
     if off > _BEYOND * bounds.width:
-        seen = [scale for scale in _SCALES if scale * np.ptp(samples.values) > _SEEN * bounds.width]
-        fitting = [scale for scale in seen if np.quantile(_outside(samples, bounds, scale), _MOST) <= 0]
-        degrees = ", or np.radians of them if they are degrees," if _DEGREE in fitting else ""
-        hint = f" Column(..., scale={fitting[0]:g}){degrees} would bring most of them inside" if fitting else ""
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
-            f"{np.median(samples.values):.6g}: are both in the same unit?{hint}"
+            f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=) and np.radians change it"
         )
 
 
-def _outside(samples: Samples, bounds: Interval, scale: float = 1.0) -> Array:
-    """Return how far each sample, times `scale`, is outside of the bounds, shape (n,); negative inside."""
-    return -bounds.margin(scale * samples.values, samples.times)
+def _outside(samples: Samples, bounds: Interval) -> Array:
+    """Return how far each sample is outside of the bounds, shape (n,); negative inside."""
+    return -bounds.margin(samples.values, samples.times)
 
 
 def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:

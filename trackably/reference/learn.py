@@ -261,9 +261,8 @@ def learn_reference(
         # The reference, with what was learned about it.
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "_with_unconstrained has set it"
-        fit = Fit.of(
-            certified.reference, solution, solution.unconstrained, pinned, cost, limited, ended, tuple(between)
-        )
+        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned)
+        fit = replace(fit, condensed=cost, limited=limited, budget=ended, free=tuple(between))
     certificate = with_truth(certified.certificate.with_robust(tightening), signals)
     learned = TrackableReference(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
@@ -279,20 +278,11 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
     """Return the learner for a method. ValueError: the method is unknown, or does not go with the other options."""
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
-    if at and method != "joint":
-        raise ValueError(
-            f'at: values at given times need method="joint", got {method!r}, which learns hyperparameters alone and '
-            "cannot meet given values"
-        )
-    if learn_from is not None and method != "joint":
-        raise ValueError(
-            'learn_from: needs method="joint": method="hyperparameters" learns only hyperparameters, which learn_from '
-            "would determine"
-        )
     if near is not None:
         instance("near", near, TrackableReference, "one that learn_reference returns")
-        if method != "joint":
-            raise ValueError(f'near: needs method="joint", which can start from a learned function, got {method!r}')
+    for name, given in (("at", at or None), ("learn_from", learn_from), ("near", near)):
+        if given is not None and method != "joint":
+            raise ValueError(f'{name}: needs method="joint", got {method!r}, which learns hyperparameters alone')
     return _LEARNERS[method]
 
 

@@ -14,6 +14,7 @@ from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judge
+from trackably.checker.statement import identity
 from trackably.exports.proved import Proved, proved_times
 from trackably.files import new_file, write_atomically, write_text
 from trackably.gp.samples import Samples
@@ -223,9 +224,7 @@ class ProvedReference(ExportMixin, ABC):
 
         ValueError: a step is not proved, or the horizon is below one step. TypeError: the horizon is no whole number.
         """
-        if whole("window: horizon", horizon) < 1:
-            raise ValueError(f"window: a horizon of one step at least is needed, got {horizon}")
-        self._refuse_unproved(np.array([whole("window: k", k), k + horizon]))
+        self._refuse_unproved(np.array([whole("window: k", k), k + whole("window: horizon", horizon, least=1)]))
         return self.reference.window(k, horizon)
 
     @property
@@ -239,20 +238,7 @@ class ProvedReference(ExportMixin, ABC):
 
         Kernels with the weight 0 do not count.
         """
-        reference, begun = self.reference, 0.0
-        if reference.pieces:
-            ends = np.concatenate([signal.breakpoints for signal in reference.pieces])
-            count = sum(len(signal.coefficients) for signal in reference.pieces)
-            span = f"{count} polynomial pieces from {ends.min():g} s to {ends.max():g} s"
-            begun = max((float(z.breakpoints[0]) for z in reference.pieces if z.beyond == "end"), default=0.0)
-        else:
-            used = np.concatenate([signal.centres[signal.weights != 0] for signal in reference.kernel_sums])
-            span = "no kernel at all"
-            if used.size:
-                span = f"{used.size} kernels centred from {used.min():g} s to {used.max():g} s"
-        states = zip(reference.plant.system.states, reference.state_at(np.asarray(begun)), strict=True)
-        values = ", ".join(f"{name} = {value:.6g}" for name, value in states)
-        return f"SHA-256 {self.fingerprint}, {span}, {values} at t = {begun:g} s"
+        return identity(as_subject(self.reference))
 
     def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
         """Write the proof alone, for `python -m trackably check FILE`; return the files. Raises OSError.

@@ -17,7 +17,6 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.reference.condensed import Centres, Condensation, checked_centres, condense_by_name, cost_of
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import ends_shown
 from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
 from trackably.systems.tightening import Tightening, require_plant
 from trackably.systems.trajectories import Quantity
@@ -298,41 +297,13 @@ def check_rest(
     """
     means = [part.mean for part in prior.parts]
     for quantity in plant.quantities:
-        level = quantity.bounds.rest.snapped(quantity.at_rest(means))
-        if not quantity.bounds.rest.strictly_contains(level):
-            left = _remaining_text(quantity, tightening) if tightening else ""
-            said = f"{_place_text(quantity, level, why, or_else)}{_instead(quantity, level, prior, or_else)}{left}"
-            raise ValueError(f"mean: must be an admissible equilibrium, but at rest there {said}")
-
-
-def _remaining_text(quantity: Quantity, tightening: Tightening) -> str:
-    """Return the end of a message: the bounds before they were tightened; empty if they were not."""
-    given = {whole.name: whole.bounds for whole in tightening.given.quantities}.get(quantity.name, quantity.bounds)
-    return "" if given == quantity.bounds else f"; disturbance, noise and margin leave no more of {given}"
-
-
-def _instead(quantity: Quantity, level: float, prior: JointPrior, or_else: str) -> str:
-    """Return the end of a message: a better mean if the quantity is a sampled state, otherwise `or_else`."""
-    bounds = quantity.bounds.rest
-    if bounds.lower <= level <= bounds.upper:
-        return ""
-    if quantity.name not in prior.names:
-        return or_else and f"; {or_else}"
-    ends = ", ".join(ends_shown(bounds.lower, bounds.upper))
-    return f"; give a mean inside, or a pair between which it is learned, as mean=({ends})"
-
-
-def _place_text(quantity: Quantity, level: float, why: str, or_else: str) -> str:
-    """Return where a quantity with this `level` lies at rest: on one of its bounds, or outside them.
-
-    On a bound, the text says what to do (`or_else`); outside, it says `why` the level is not allowed.
-    """
-    bounds = quantity.bounds.rest
-    at = f"the {quantity.name} is {bounds.shown(level)}"
-    if level in {bounds.lower, bounds.upper}:
-        return (
-            f"{at}, on a bound of {bounds}: a reference that tends to it has no margin in the end, but a proof needs "
-            "one for rounding errors; widen this bound or move the mean inside, by a millionth of the width at least"
-            f"{or_else and f', or {or_else}'}"
-        )
-    return f"{at}, not inside {bounds}: {why}"
+        bounds = quantity.bounds.rest
+        level = bounds.snapped(quantity.at_rest(means))
+        if not bounds.strictly_contains(level):
+            place = "on a bound of" if level in {bounds.lower, bounds.upper} else "not inside"
+            left = "; these bounds are tightened for disturbance, noise and margin" if tightening else ""
+            raise ValueError(
+                f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is "
+                f"{bounds.shown(level)}, {place} {bounds}: {why}; give a mean for which it is inside, by a millionth "
+                f"of the width at least, or a pair between which it is learned{or_else and f', or {or_else}'}{left}"
+            )

@@ -27,7 +27,6 @@ from trackably.reference.explanation import (
     ignores_samples,
     kept_free,
     leaves_last_samples,
-    longer_than_memory,
     means,
 )
 from trackably.reference.fit import Fit, Misfit
@@ -240,7 +239,6 @@ class TrackableReference(LearnedReference):
             costs(fit),
             *at_edges(fit),
             budget_sentence(fit),
-            longer_than_memory(fit),
         ]
         return "; ".join(filter(None, said))
 

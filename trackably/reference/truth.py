@@ -27,6 +27,7 @@ from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, S
 from trackably.checker.contradiction import Value
 from trackably.checker.disturbances import support_of
 from trackably.checker.floats.boxes import FIRST_PASS
+from trackably.checker.floats.intervals import bernstein_on_box, stack
 from trackably.checker.polynomials import compose
 from trackably.checker.quantities import states_of
 from trackably.checker.truth import (
@@ -185,56 +186,34 @@ def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
     return np.array(times), np.array(values), np.array(noise), np.array(ids)
 
 
-@dataclass(frozen=True, eq=False)
-class Sides:
-    """Upper and lower bounds of the signal at T times, from pairs of measurements with the indices `i` and `j`.
+def _pair_bounds(of: SignalClass, times: Array, known: Points) -> tuple[Any, Array, Array]:
+    """Return pairs (P, 2) of nearby measurements, and the upper and lower bounds (P, T) that they give of the signal.
 
-    `upper` and `lower` have the shape (pairs, T).
+    The bounds are those at times (T,) [s]; no measurement may lie between these times. `known` has the times, values,
+    noise bounds and indices of samples and derived points.
     """
-
-    i: Any
-    j: Any
-    upper: Array
-    lower: Array
-
-    @classmethod
-    def near(cls, of: SignalClass, times: Array, known: Points) -> Self:
-        """Return the bounds at times (T,) [s] from pairs of nearby measurements; none may lie between these times.
-
-        `known` has the times, values, noise bounds and indices of samples and derived points.
-        """
-        middle, n = float(np.mean(times)), len(of.samples.times)
-        some = _around(known[0], middle)
-        at, y, noise = (column[some, None] for column in known[:3])
-        ids = known[3][some]
-        parts, since = [], np.abs(times - at)
-        if of.slope is not None:
-            parts.append((ids, ids, y + 0 * times, noise + of.slope * since))
-        if of.second_derivative is not None:
-            a, b = np.triu_indices(len(some), 1)
-            part = (times - at[a]) / (at[b] - at[a])
-            slack = noise[b] * np.abs(part) + noise[a] * np.abs(1 - part)
-            slack += of.second_derivative / 2 * since[a] * since[b]
-            parts.append((ids[a], ids[b], y[a] * (1 - part) + y[b] * part, slack))
-        if of.second_derivative is not None and of.rates:
-            rates = _around(of.rates.times, middle)
-            a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), rates))
-            s, v = (np.array(of_each)[b, None] for of_each in (of.rates.times, of.rates.values))
-            way = np.abs((times - s) * np.abs(times - s) - (at[a] - s) * np.abs(at[a] - s)) / 2
-            slack = noise[a] + of.rates.noise * since[a] + of.second_derivative * way
-            parts.append((ids[a], n + b, y[a] + v * (times - at[a]), slack))
-        i, j, value, slack = map(np.concatenate, zip(*parts, strict=True))
-        return cls(i, j, value + slack, value - slack)
-
-    def best(self, x: Array) -> tuple[tuple[int, int], tuple[int, int], float]:
-        """Return the pairs (i, j) of measurements with the tightest upper and with the tightest lower bound.
-
-        The tightest bound is the one whose largest distance from the values x (T,), over the T times, is least. The
-        larger one of the two distances is returned last.
-        """
-        apart = [np.max(side, axis=1) for side in (self.upper - x, x - self.lower)]
-        upper, lower = ((int(self.i[k]), int(self.j[k])) for k in map(np.argmin, apart))
-        return upper, lower, max(float(np.min(of)) for of in apart)
+    middle, n = float(np.mean(times)), len(of.samples.times)
+    some = _around(known[0], middle)
+    at, y, noise = (column[some, None] for column in known[:3])
+    ids = known[3][some]
+    parts, since = [], np.abs(times - at)
+    if of.slope is not None:
+        parts.append((ids, ids, y + 0 * times, noise + of.slope * since))
+    if of.second_derivative is not None:
+        a, b = np.triu_indices(len(some), 1)
+        part = (times - at[a]) / (at[b] - at[a])
+        slack = noise[b] * np.abs(part) + noise[a] * np.abs(1 - part)
+        slack += of.second_derivative / 2 * since[a] * since[b]
+        parts.append((ids[a], ids[b], y[a] * (1 - part) + y[b] * part, slack))
+    if of.second_derivative is not None and of.rates:
+        rates = _around(of.rates.times, middle)
+        a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), rates))
+        s, v = (np.array(of_each)[b, None] for of_each in (of.rates.times, of.rates.values))
+        way = np.abs((times - s) * np.abs(times - s) - (at[a] - s) * np.abs(at[a] - s)) / 2
+        slack = noise[a] + of.rates.noise * since[a] + of.second_derivative * way
+        parts.append((ids[a], n + b, y[a] + v * (times - at[a]), slack))
+    i, j, value, slack = map(np.concatenate, zip(*parts, strict=True))
+    return np.column_stack([i, j]), value + slack, value - slack
 
 
 def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
@@ -248,8 +227,8 @@ def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> 
     They follow from pairs of nearby measurements and `derived` points.
     """
     known = _points(of, derived)
-    found = [Sides.near(of, np.array([t]), known) for t in times.tolist()]
-    return np.array([s.upper.min() for s in found]), np.array([s.lower.max() for s in found])
+    found = [_pair_bounds(of, np.array([t]), known) for t in times.tolist()]
+    return np.array([upper.min() for _, upper, _ in found]), np.array([lower.max() for _, _, lower in found])
 
 
 # The smallest proved distance between reference and true signals, in each cell (interval of time).
@@ -271,7 +250,7 @@ def true_signal(
     times = _in_cells(edges)
     upper, lower, derived = _choose(of, times, reference.state_at(times)[:, :, state], sought.derived)
     subject = as_subject(reference)
-    radii, _ = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
+    radii = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
     found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
@@ -303,11 +282,14 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
     while True:
         known = _points(of, derived)
         for k in changed:
-            *found[k], apart[k] = Sides.near(of, times[k], known).best(x[k])
+            pairs, upper, lower = _pair_bounds(of, times[k], known)
+            furthest = [np.max(side, axis=1) for side in (upper - x[k], x[k] - lower)]
+            found[k] = [tuple(pairs[np.argmin(of_pairs)].tolist()) for of_pairs in furthest]
+            apart[k] = max(map(np.min, furthest))
         worst = [k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not asked.issuperset(ends[k])]
         if of.second_derivative is None or len(derived) >= _DERIVED or not worst:
-            upper, lower = zip(*found, strict=True)
-            return upper, lower, tuple(derived)
+            above, below = zip(*found, strict=True)
+            return above, below, tuple(derived)
         new = {t for k in worst[:_AT_ONCE] for t in ends[k]} - asked
         asked |= new
         derived += filter(None, (_derive(of, t) for t in sorted(new)))
@@ -417,20 +399,15 @@ def _in_cells(edges: Array) -> Array:
 def _bound(models: tuple[Any, Any]) -> float:
     """Return an upper bound of the distances in a cell between the reference and the two sides.
 
-    `models` enclose these distances by cubic polynomials; without a model, the bound is infinite.
+    `models` enclose these distances by polynomials; without a model, the bound is infinite.
     """
     found = 0.0
     for model in models:
         if model is None:
             return float("inf")
-        c = np.array([float(each.b) for each in model.coefficients])
-        missed = float(model.missed.b) + sum(float(each.delta.b) for each in model.coefficients)
-        found = max(found, float(np.max(_BERNSTEIN @ c)) + missed)
+        of_box = bernstein_on_box(stack(model.coefficients, (1,)))
+        found = max(found, float(np.max(of_box.high)) + float(model.missed.b))
     return found
-
-
-_BERNSTEIN = np.array([[1.0, -1.0, 1.0, -1.0], [1.0, -1 / 3, -1 / 3, 1.0], [1.0, 1 / 3, -1 / 3, -1.0], [1.0] * 4])
-"""Bernstein coefficients of degree 3 of 1, x, x² and x³ on [−1, 1]."""
 
 
 def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:

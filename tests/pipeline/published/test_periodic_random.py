@@ -22,7 +22,7 @@ def learned(case: Instance, best: float) -> Solution:
     problem = ConstrainedProblem(case.samples, case.prior, case.space, all_phases(case.plant))
     exchange = Exchange(problem)
     for start in screen(problem, case.space.starts):
-        exchange.follow([start])
+        exchange.together([start])
         if exchange.best and exchange.best.objective <= best:
             break
     return exchange.outcome

@@ -90,7 +90,7 @@ def _refuses_certificates(rng: np.random.Generator, honest: Any) -> Any:
 LIES: Lies = {
     "every box holds": (cover, "_refusals", _refuses_nothing),
     "any radius will do": (
-        cover, "discs", after(lambda rng, of: (of[0] * 10 ** rng.uniform(-3, 3, of[0].shape), of[1])),
+        cover, "discs", after(lambda rng, of: of * 10 ** rng.uniform(-3, 3, of.shape)),
     ),
     "a box is lost": (cover, "_join", after(_loses_a_box)),
     "an end is moved": (cover, "_join", after(_moves_an_end)),

@@ -24,15 +24,15 @@ PRIOR, TIMES = Prior(SquaredExponential(1.0, 1.0).as_learned(), 0.1), [0.0, 0.2,
 FAR = scalar(0.9, 0.5, state_set=Interval(1.0, 2.0), input_set=Interval(-5.0, 5.0), sampling_time=0.05)
 DRIFTING = scalar(1.0, -1.0, 1.0, state_set=Interval(-9.0, 9.0), input_set=Interval(-0.5, 0.4), sampling_time=0.05)
 STATE, INPUT = [-9.0, -11.0, -10.0, -10.5, -9.5], [0.3, 0.1, 0.2, 0.15, 0.1]
-INFEASIBLE = {  # with a = 1, the input at rest is −c/b whatever the mean
-    "state": (Instance(Samples(TIMES, STATE), PRIOR, FAR, 60), "state", 0.0, "choose another; "),
-    "input": (Instance(Samples(TIMES, INPUT), PRIOR, DRIFTING, 60), "input", 1.0, "no other mean changes that; "),
+INFEASIBLE = {
+    "state": (Instance(Samples(TIMES, STATE), PRIOR, FAR, 60), "state", 0.0),
+    "input": (Instance(Samples(TIMES, INPUT), PRIOR, DRIFTING, 60), "input", 1.0),
 }
 
 
-@over(INFEASIBLE, "case", "quantity", "at_rest", "other")
+@over(INFEASIBLE, "case", "quantity", "at_rest")
 def test_an_infeasible_problem_is_explained_in_true_numbers_and_no_point_of_a_grid_violates_less(
-    case, quantity, at_rest, other
+    case, quantity, at_rest
 ):
     answer, space = best_solution(case.problem), case.problem.space
     assert isinstance(answer, NothingFeasible)
@@ -46,7 +46,6 @@ def test_an_infeasible_problem_is_explained_in_true_numbers_and_no_point_of_a_gr
     assert answer.explanation.startswith(
         f"the prior mean 0 is no admissible equilibrium (its {quantity} {at_rest:.4g} does not lie inside {bounds})"
     )
-    assert f"feasible: {other}" in answer.explanation
     for log_theta in product(*np.linspace(space.log_lower, space.log_upper, 25).T):
         margins = naive.margins(case, naive.prior_at(case, log_theta))
         assert np.min(margins) <= -answer.violation / bounds.width + 1e-3

@@ -33,7 +33,7 @@ def test_the_period_of_two_signals_is_found_though_a_single_start_misses_it():
     rng = np.random.default_rng(0)
     asked = problem(0.02, *(Samples(TIMES, course + 0.02 * rng.standard_normal(TIMES.size)) for course in COURSES))
     found, single = best_solution(asked), Exchange(asked)
-    single.follow(asked.space.start_points())
+    single.together(asked.space.start_points())
     alone = single.outcome
     assert isinstance(found, Solution)
     assert found.posterior.prior.hyperparameters["period"] == pytest.approx(PERIOD, abs=0.01)

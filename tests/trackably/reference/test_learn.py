@@ -62,7 +62,7 @@ def test_what_is_not_proved_is_refused(axis):
         with pytest.raises(ValueError, match=r"^step -1 \(-0.05 s\) is outside of what is proved, all real t ≥ 0"):
             ask(-1)
     assert axis.window(10**9, 3).states.shape == (4, 2)
-    with pytest.raises(ValueError, match="a horizon of one step at least is needed, got 0"):
+    with pytest.raises(ValueError, match="window: horizon must be at least 1, got 0"):
         axis.window(3, 0)
 
 

@@ -43,7 +43,7 @@ REFUSALS = {
     ),
     "on a bound": (
         {"mean": 0.2},
-        "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: a reference that tends to it has no margin",
+        "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: what fades to it could not be followed",
     ),
     "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
     "no period": ({"claim": "all_phases"}, "claim: all_phases needs periodic kernels of one period, got Squared"),
@@ -78,7 +78,7 @@ REFUSALS = {
     ),
     "values alone": (
         {"at": {0.0: {"position": 0.0}}, "method": "hyperparameters"},
-        'at: values at given times need method="joint"',
+        'at: needs method="joint"',
     ),
     "value of another": (
         {"at": {0.0: {"speed": 1.0}}},

@@ -54,7 +54,7 @@ def test_a_learned_reference_shows_the_same() -> None:
     statement = said(encode_certificate(found.certificate))
     assert found.fingerprint == sha(statement)
     assert found.identity in repr(found)
-    assert f"SHA-256 {found.fingerprint}, 25 kernels centred from 0 s to 8 s" in found.identity
+    assert found.identity in statement
 
 
 def test_all_zero_weights_are_seen() -> None:

@@ -70,7 +70,7 @@ def test_a_reference_that_leaves_a_new_setpoint_says_so_and_what_keeps_it() -> N
     changed = Samples(T, 1.5 * (3 * to**2 - 2 * to**3) + 1e-3 * NOISE[0])
     learn = partial(learn_reference, changed, plant=integrator(-2, 2, 99.0), kernel=KNOWN, noise_std=1e-3)
     found = learn(claim="all_times")
-    assert re.search(r"which stay at (1\.\d+): mean=\1 would keep it there", found.explanation)
+    assert re.search(r"which stay at 1\.\d+: give this as mean", found.explanation)
     for other in (learn(claim="all_times", mean=1.5), learn(claim=(0.0, 5.9))):
         assert "comes to rest" not in other.explanation
 
