@@ -147,10 +147,9 @@ class PlantInequalities:
     first: int
 
     @classmethod
-    def of(cls, plant: ConstrainedSystem, times: Array | None = None, first: int = 1) -> "PlantInequalities":
+    def of(cls, plant: ConstrainedSystem, times: Array, first: int) -> "PlantInequalities":
         """Return both sets; bounds that move are those at the `times` [s] (N + 1,) of states and inputs."""
-        inputs = None if times is None else times[:-1]
-        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs), first)
+        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, times[:-1]), first)
 
     def slack(self, window: Window) -> Array:
         """Return the slacks of all states and inputs of a trajectory in one vector; negative for a violated bound."""

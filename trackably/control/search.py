@@ -81,7 +81,7 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     scales, programs = formulation.scales, formulation.programs(start)
     moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds
     first = scales.errors(start, window)
-    limits = formulation.inequalities.slack(window) - bounds @ np.where(moves, 0.0, first)
+    limits = formulation.inequalities().slack(window) - bounds @ np.where(moves, 0.0, first)
     bounded = bounds[:, moves].any(axis=1)
     inner = bounds[bounded][:, moves]
 
@@ -171,7 +171,7 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
         for _ in range(MAX_LINEARISATIONS):
             plan = problem.optimum or problem.widest
             if _is_reached(problem.formulation, plan.trajectory):
-                return problem.optimum or problem.infeasible
+                return problem.answer
             problem = problem.along(plan.trajectory)
     except (ArithmeticError, np.linalg.LinAlgError):
         return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from reprlib import repr as short
@@ -128,7 +127,14 @@ def simulate(
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
     check_reference("simulate", reference, controller.plant)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
-    table = _tabulated(reference, first_step, steps, controller.horizon)
+    last = first_step + steps + controller.horizon + 1
+    try:
+        table = TabulatedReference.of(reference, first_step, last)
+    except ValueError as error:
+        raise ValueError(
+            f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {controller.horizon + 1} "
+            f"steps ahead, need the reference up to step {last}: {error}"
+        ) from error
     plant, guess = controller.plant, None
     states, inputs, plans = [numbers("simulate: initial_state", initial_state)], list[Array](), list[Plan | None]()
     without_plan, widened = list[Infeasible | Unsolved](), 0
@@ -176,32 +182,6 @@ def simulate(
         without_plan=tuple(without_plan),
         widened=widened,
     )
-
-
-def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon: int) -> TabulatedReference:
-    """Tabulate a reference for `steps` steps with plans of `horizon` steps.
-
-    ValueError: the reference does not reach as far; the message says how many steps fit.
-    """
-    last = first_step + steps + horizon + 1
-    try:
-        return TabulatedReference.of(reference, first_step, last)
-    except ValueError as error:
-
-        def ends_before(step: int) -> bool:
-            try:
-                reference.window(step, 1)
-            except ValueError:
-                return True
-            return False
-
-        ahead = first_step + horizon  # with no steps at all, the last step at which the reference's input is needed
-        fitting = 0 if ends_before(first_step) else bisect_left(range(ahead, last), True, key=ends_before) - 1
-        fit = f"{fitting} {'step fits' if fitting == 1 else 'steps fit'}" if fitting > 0 else "no step fits"
-        raise ValueError(
-            f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {horizon + 1} steps "
-            f"ahead, need the reference up to step {last}; {fit}: {error}"
-        ) from error
 
 
 def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied: Array) -> Array:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from trackably.arguments import array, instance, positive, whole
 from trackably.arrays import Array, ArrayLike
+from trackably.certificates.certificate import bounds_text
 from trackably.certificates.outcome import Unproved
 from trackably.checker import tables as checked
 from trackably.checker.form import UnreadableError, read_table
@@ -70,7 +71,7 @@ class CertifiedTable(AcceptedProof):
     @property
     def explanation(self) -> str:
         """One sentence for the user: the proved statement."""
-        kept = ", ".join(f"{limit.name} in {limit.bounds}" for limit in self.plant.given_constraints)
+        kept = bounds_text(self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
             f"{kept}; each state is within {rounded_text(self.tolerance, 'up', 6)} of the state to which the "
