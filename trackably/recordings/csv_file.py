@@ -248,7 +248,6 @@ def read_csv(
     layout: CsvLayout = PLAIN,
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
-    between: tuple[float, float] | None = None,
 ) -> Recording:
     """Read signals from a CSV file, packed with gzip or not, with a header or with names in the layout.
 
@@ -271,16 +270,13 @@ def read_csv(
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the file's
         own zero, or the first sample if stamps are dates or count from 1970.
-    between
-        Read only the samples with start ≤ time ≤ end [s]; of other rows, only the time has to be readable.
 
     Cells without a value are left out and reported in `Recording.cleanings`.
 
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps, for example milliseconds that are read as seconds since 1970, and if
-        `average_repeated` averages values at one time that differ by more than noise explains.
+        For implausible stamps, for example milliseconds that are read as seconds since 1970.
 
     Raises
     ------
@@ -289,5 +285,5 @@ def read_csv(
     TypeError, ValueError
         For a wrong argument, before anything is read.
     """
-    reading = Reading(time, time_unit, signals, repairs, origin, between)
+    reading = Reading(time, time_unit, signals, repairs, origin)
     return recording_of((reading, csv_table(path, layout, reading.names)))

@@ -39,8 +39,7 @@ def read_parquet(
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps, and if `average_repeated` averages values at one time that differ by more than noise
-        explains.
+        For implausible stamps.
 
     Raises
     ------
