@@ -77,14 +77,13 @@ class Request:
         _ = self._shared  # computed here, so that its errors come before anything is learned
 
     @cached_property
-    def _shared(self) -> Any:
+    def _shared(self) -> str:
         what = (version("trackably"), self.learn.__name__, self.plant, self.kernel, self.claim, self.options)
-        return _plain(what)
+        return json.dumps(what, default=_plain)
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
-        content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
-        return digest(content.encode())
+        return digest(json.dumps([self._shared, samples], default=_plain).encode())
 
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
@@ -92,16 +91,11 @@ class Request:
 
 
 def _plain(value: object) -> Any:
-    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it cannot be written in this way."""
-    match value:
-        case None | bool() | int() | float() | str():
-            return value
-        case Mapping():
-            return [[_plain(key), _plain(inner)] for key, inner in value.items()]
-        case tuple() | list():
-            return [_plain(inner) for inner in value]
-        case np.ndarray() | np.generic():
-            return value.tolist()
+    """Return what JSON cannot hold as lists, dicts and numbers. TypeError: it cannot be written in this way."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [type(value).__name__, encode(value)]
     raise TypeError(
