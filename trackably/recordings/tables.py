@@ -22,7 +22,6 @@ from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_fr
 
 # Kinds of files, by their first bytes, that a reader refuses because another one reads them, or none.
 
-GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
 
 LARGEST = 400_000_000
@@ -32,7 +31,7 @@ _SAVE = "save it as CSV"
 _CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
 _KINDS = (
     (MCAP, "an MCAP file", "read_mcap reads it"),
-    (GZIP, "a gzip file", "unpack it"),
+    (b"\x1f\x8b", "a gzip file", "unpack it"),
     (b"PK\x03\x04", "a zip archive, as spreadsheets are (.xlsx, .ods)", f"{_SAVE}, or unpack it"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)", _SAVE),
     (b"#ROSBAG", "a ROS 1 bag", _CONVERT),
