@@ -101,7 +101,7 @@ class Controller:
     @cached_property
     def formulation(self) -> Formulation:
         """The parts of the problem that all steps share, each built once."""
-        return Formulation(self.plant, self.horizon, self.Q, self.R)
+        return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set)
 
 
 def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:

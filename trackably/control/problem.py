@@ -23,13 +23,14 @@ from trackably.systems.reference import Window
 class Formulation:
     """The parts of the problem that all steps share, for a `horizon` N and weights Q (n, n), R (m, m).
 
-    Each part is computed on first use.
+    `input_set` is the set of the inputs that are applied. Each part is computed on first use.
     """
 
     plant: ConstrainedSystem
     horizon: int
     Q: Array
     R: Array
+    input_set: Polytope
 
     @property
     def is_linear(self) -> bool:
@@ -60,8 +61,8 @@ class Formulation:
 
     def programs(self, nominal: Window) -> StepPrograms:
         """Return the programs with the error model along a trajectory."""
-        scales, X, U = self.scales, self.inequalities().states, self.inequalities().inputs
-        rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
+        scales, sets = self.scales, self.inequalities()
+        rows = sets.states.in_widths(scales.states), sets.inputs.in_widths(scales.inputs)
         return StepPrograms(self.model(nominal), *scales.weights(self.Q, self.R), *rows, self.start)
 
     @cached_property
@@ -91,11 +92,6 @@ class Formulation:
         It is zero here, because plans start from the measured state.
         """
         return np.zeros((len(self.R), len(self.Q)))
-
-    @property
-    def input_set(self) -> Polytope:
-        """The set of the inputs that are applied."""
-        return self.plant.input_set
 
 
 TOLERANCE = 1e-7

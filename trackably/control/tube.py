@@ -19,7 +19,6 @@ from trackably.control.references import TrackedReference
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 from trackably.systems.tightening import InvariantSet, Tightening
 
@@ -117,21 +116,12 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z."""
+    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z.
 
-    tightening: Tightening
+    `errors` is Z, and `input_set` is not tightened.
+    """
 
-    @cached_property
-    def invariant(self) -> InvariantSet:
-        """The invariant set Z of the error, with the feedback K."""
-        if self.tightening.invariant is None:
-            raise ValueError("tube: expected a tightening for a disturbance set, got one without; use Controller then")
-        return self.tightening.invariant
-
-    @cached_property
-    def errors(self) -> ErrorSet:
-        """The invariant set Z in float64."""
-        return ErrorSet(self.invariant)
+    errors: ErrorSet
 
     @cached_property
     def start(self) -> StartSet:
@@ -142,12 +132,7 @@ class TubeFormulation(Formulation):
     @property
     def feedback(self) -> Array:
         """The feedback K (m, n), which keeps the error x − z in Z."""
-        return self.invariant.feedback
-
-    @property
-    def input_set(self) -> Polytope:
-        """The input set as given, not tightened: the inputs that are applied are in it."""
-        return self.tightening.given.input_set
+        return self.errors.invariant.feedback
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,12 +201,14 @@ class TubeController:
     @property
     def invariant(self) -> InvariantSet:
         """The invariant set Z of the error, with the feedback K."""
-        return self.formulation.invariant
+        if self.tightening.invariant is None:
+            raise ValueError("tube: expected a tightening for a disturbance set, got one without; use Controller then")
+        return self.tightening.invariant
 
-    @property
+    @cached_property
     def errors(self) -> ErrorSet:
         """The invariant set Z in float64."""
-        return self.formulation.errors
+        return ErrorSet(self.invariant)
 
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
@@ -244,4 +231,5 @@ class TubeController:
     @cached_property
     def formulation(self) -> TubeFormulation:
         """The parts of the problem that all steps share, each computed on first use."""
-        return TubeFormulation(self.tightening.plant, self.horizon, self.Q, self.R, self.tightening)
+        plant, inputs = self.tightening.plant, self.plant.input_set
+        return TubeFormulation(plant, self.horizon, self.Q, self.R, inputs, self.errors)

@@ -80,11 +80,6 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
             raise InputError(
                 f"{path}, column {name!r}: it holds durations; save them as numbers (in pandas: .dt.total_seconds())"
             )
-        if types.is_nested(column.type):
-            raise InputError(
-                f"{path}, column {name!r}: each cell holds {column.type}, not one number; save a column for each of "
-                f"its numbers (lists in pandas: frame[['a', 'b']] = frame[{name!r}].tolist())"
-            )
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column
         columns[name] = [None if is_none(cell) else cell for cell in cells.to_pylist()]
