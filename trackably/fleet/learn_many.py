@@ -138,8 +138,7 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         except NotTrackableError as failure:
             is_refuted = isinstance(failure.outcome, Counterexample)
             files = _file_contents(counterexample=failure.save_counterexample) if is_refuted else {}
-            row = Row(source.name, outcome_of(failure), str(failure), fingerprint, files=_digests(files))
-            return Answer(row, files)
+            return Answer(Row(source.name, outcome_of(failure), str(failure), fingerprint), files)
         except (ValueError, ArithmeticError) as error:
             return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
     files = _file_contents(certificate=reference.save_certificate, reference=reference.save)
@@ -154,7 +153,6 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         hyperparameters=reference.hyperparameters,
         fingerprint=reference.fingerprint,
         questions=tuple(questions),
-        files=_digests(files),
     )
     if isinstance(reference, TrackableReference):
         of_function = ("method", "objective", "price", "unconstrained_misfit")
@@ -191,10 +189,6 @@ def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
         for name, save in saves.items():
             save(Path(folder) / f"{name}.json")
         return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
-
-
-def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    return {name: digest(content) for name, content in files.items()}
 
 
 _LOOKED_EVERY = 0.5  # seconds between a worker's checks that its parent process runs
@@ -430,10 +424,9 @@ def learn_many(
 def _write_answer(where: FleetFolder, answer: Answer) -> Row:
     """Write an answer and return its row; if its folder cannot have this name, return a row that says so."""
     try:
-        where.write(answer.row, answer.files)
+        return where.write(answer.row, answer.files)
     except OSError as error:
         if error.errno not in _OF_ONE_NAME:
             raise
         why = f"give it another name: its folder cannot be written ({error.strerror})"
         return Row(answer.row.name, "unusable", why, answer.row.request)
-    return answer.row
