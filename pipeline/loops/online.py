@@ -169,8 +169,11 @@ def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
         with_ends = name.endswith("states")  # the last state of a loop is the first state of the next loop
         return np.concatenate([*(part[: -1 if with_ends else None] for part in parts[:-1]), parts[-1]])
 
-    values = map(joined, ("states", "inputs", "reference_states", "reference_inputs"))
-    return ClosedLoop(loops[0].first_step, *values, tuple(result for loop in loops for result in loop.results))
+    return ClosedLoop(
+        first_step=loops[0].first_step,
+        results=tuple(result for loop in loops for result in loop.results),
+        **{name: joined(name) for name in ("states", "inputs", "reference_states", "reference_inputs")},
+    )
 
 
 _AFTERWARDS = 50
