@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import inf
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from trackably.reference.condensed import MANY
 from trackably.reference.input_warnings import doubts
 
 _SIGNAL = "signal"
-_ROUNDING = 1e-9  # samples outside of an excerpt by this part of its last time count as inside
 _PLENTY = 300  # centres that a message proposes, because learning from them takes seconds
 _MISSING = 0.5  # part of the held-out time by which a recording may end too early
 
@@ -99,25 +97,14 @@ def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:
         columns=source.columns,
     )
     counts_steps = source.time_unit == STEPS
-    unit, between = "s" if counts_steps else source.time_unit, _between(source, sampling_time if counts_steps else 1.0)
-    read = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs, between=between)
-    found = read[_SIGNAL]
+    unit = "s" if counts_steps else source.time_unit
+    found = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]
     return replace(found, times=found.times * sampling_time) if counts_steps else found
 
 
 def _read_mcap(source: McapField) -> Samples:
     field = Field(source.topic, source.field, _scale(source), source.time, source.noise_field)
-    return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs, between=_between(source))[_SIGNAL]
-
-
-def _between(source: CsvColumn | McapField, unit: float = 1.0) -> tuple[float, float] | None:
-    """Return the first and last time, in this `unit` [s], of the samples that are used; None: all are used."""
-    if (wanted := source.excerpt) is None:
-        return None
-    if wanted.end == inf:
-        return wanted.start * (1 - _ROUNDING) / unit, inf
-    until = wanted.end + wanted.held_out
-    return wanted.start / unit - _ROUNDING * until / unit, (1 + _ROUNDING) * until / unit
+    return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs)[_SIGNAL]
 
 
 def _scale(source: CsvColumn | McapField) -> float:

@@ -169,12 +169,10 @@ def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
         with_ends = name.endswith("states")  # the last state of a loop is the first state of the next loop
         return np.concatenate([*(part[: -1 if with_ends else None] for part in parts[:-1]), parts[-1]])
 
-    of_steps = ("inputs", "reference_inputs", "costs", "stage_costs", "slacks")
     return ClosedLoop(
         first_step=loops[0].first_step,
-        without_plan=tuple(result for loop in loops for result in loop.without_plan),
-        widened=sum(loop.widened for loop in loops),
-        **{name: joined(name) for name in ("states", "reference_states", *of_steps)},
+        results=tuple(result for loop in loops for result in loop.results),
+        **{name: joined(name) for name in ("states", "inputs", "reference_states", "reference_inputs")},
     )
 
 

@@ -5,7 +5,6 @@ can be as large as one likes. `measured` checks or reads a file in a process of 
 """
 
 import copy
-import gzip
 import json
 import subprocess
 import sys
@@ -407,11 +406,6 @@ Pack = tuple[Callable[[bytes], bytes], str]
 """How data are packed, and what that is called."""
 
 
-def _gzip(path: Path) -> None:
-    member = gzip.compress(b"0.0,1.0\n" * 1_000_000, 9)
-    path.write_bytes(gzip.compress(b"t,x\n") + member * 70)
-
-
 def _mcap(data: bytes, size: int = 1, pack: Pack = (bytes, ""), count: int = 1, **more: int) -> Write:
     """Write messages, each of data that is repeated, in chunks that are packed; `times` over.
 
@@ -455,7 +449,6 @@ _LAUGHS = "l0: &l0 [0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n" + "".join(
 )
 
 RECORDINGS: dict[str, Packed] = {
-    "gzip": Packed("x.csv.gz", _gzip, "unpacks to more than"),
     "a zstd chunk": Packed("x.mcap", _mcap(b"1", 200_000_000, _ZSTD), "a chunk has 20"),
     "an lz4 chunk": Packed("x.mcap", _mcap(b"1", 120_000_000, _LZ4), "a chunk has 12"),
     "a zstd chunk that lies": Packed(

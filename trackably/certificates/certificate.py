@@ -49,8 +49,8 @@ class Certificate:
     @property
     def explanation(self) -> str:
         """The proved statement in a sentence."""
-        kept, plant = _bounds_text(self.reference.quantities), self.reference.plant
-        box = "{" + _bounds_text(limit for limit in plant.given_constraints if limit.side == "input") + "}"
+        kept, plant = bounds_text(self.reference.quantities), self.reference.plant
+        box = "{" + bounds_text(limit for limit in plant.given_constraints if limit.side == "input") + "}"
         chosen = f", with inputs in {box} that push alike" if plant.allocation else ""
         disturbed = f"; {_robust_text(self.robust)}" if self.robust else ""
         truth = "".join(map(_truth, self.truth))
@@ -123,7 +123,8 @@ def _truth(of: TrueSignal) -> str:
     )
 
 
-def _bounds_text(bounded: Iterable[Quantity | LinearConstraint]) -> str:
+def bounds_text(bounded: Iterable[Quantity | LinearConstraint]) -> str:
+    """Format bounds for people: "position in [-1, 0.2], force in [-2, 2]"."""
     return ", ".join(f"{of.name} in {of.bounds}" for of in bounded)
 
 
@@ -140,5 +141,5 @@ def _robust_text(tightening: Tightening) -> str:
     return (
         f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
         f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.feedback.tolist()} "
-        f"keeps {_bounds_text(tightening.given.given_constraints)}"
+        f"keeps {bounds_text(tightening.given.given_constraints)}"
     )

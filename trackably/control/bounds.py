@@ -147,10 +147,9 @@ class PlantInequalities:
     first: int
 
     @classmethod
-    def of(cls, plant: ConstrainedSystem, times: Array | None = None, first: int = 1) -> "PlantInequalities":
+    def of(cls, plant: ConstrainedSystem, times: Array, first: int) -> "PlantInequalities":
         """Return both sets; bounds that move are those at the `times` [s] (N + 1,) of states and inputs."""
-        inputs = None if times is None else times[:-1]
-        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, inputs), first)
+        return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, times[:-1]), first)
 
     def slack(self, window: Window) -> Array:
         """Return the slacks of all states and inputs of a trajectory in one vector; negative for a violated bound."""
@@ -162,12 +161,13 @@ class PlantInequalities:
         Quantities are the rows of the sets, those of the states first. Of equal slacks the earliest counts.
         """
         r, s = len(self.states.rows) // 2, len(self.inputs.rows) // 2
-        of_states, of_inputs = np.split(slack, [2 * r * (horizon + 1 - self.first)])
-        by_step = np.full((horizon + 1, r + s), np.inf)
-        by_step[self.first :, :r] = of_states.reshape(horizon + 1 - self.first, 2, r).min(axis=1)
-        by_step[:-1, r:] = of_inputs.reshape(horizon, 2, s).min(axis=1)
-        smallest = np.min(by_step)
-        steps_ahead, quantity = np.argwhere(by_step <= smallest + _TIE * (1 + abs(smallest)))[0].tolist()
+        ahead = np.append(np.repeat(np.arange(self.first, horizon + 1), 2 * r), np.repeat(np.arange(horizon), 2 * s))
+        quantities = np.append(
+            np.tile(np.arange(r), 2 * (horizon + 1 - self.first)), r + np.tile(np.arange(s), 2 * horizon)
+        )
+        smallest = np.min(slack)
+        tied = np.flatnonzero(slack <= smallest + _TIE * (1 + abs(smallest)))
+        steps_ahead, quantity = min(zip(ahead[tied].tolist(), quantities[tied].tolist(), strict=True))
         return quantity, steps_ahead
 
 

@@ -11,6 +11,7 @@ import scipy
 
 from trackably.arguments import array, instance, whole
 from trackably.arrays import Array, ArrayLike
+from trackably.certificates.certificate import bounds_text
 from trackably.control.bounds import weight_in_widths
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
 from trackably.control.references import TrackedReference, unwrap_near
@@ -90,18 +91,17 @@ class Controller:
         - ValueError: the state is not n finite numbers, the guess is not (N, m), the reference is of another system, or
           it does not reach from step k to step k + N.
         """
-        return answer_step(self, self._solve, (k, state, reference, initial_guess))
+        return answer_step(self, self._solve, k, state, reference, initial_guess)
 
     def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
         if self.formulation.is_linear:
-            problem = StepProblem.of(self.formulation, k, state, window)
-            return problem.optimum or problem.infeasible
+            return StepProblem.of(self.formulation, k, state, window).answer
         return solve_by_linearisation(self.formulation, k, state, unwrap_near(self.plant, window, state), initial_guess)
 
     @cached_property
     def formulation(self) -> Formulation:
         """The parts of the problem that all steps share, each built once."""
-        return Formulation(self.plant, self.horizon, self.Q, self.R)
+        return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set)
 
 
 def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
@@ -121,22 +121,12 @@ def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: 
     return weight
 
 
-_MOST_LIMITS = 8  # limits that a controller's representation shows
-
-
-def limits_text(plant: ConstrainedSystem) -> str:
-    """Format the first eight bounds of a plant for people: "position in [-1, 0.2], force in [-2, 2]"."""
-    limits = [f"{limit.name} in {limit.bounds}" for limit in plant.given_constraints]
-    others = len(limits) - _MOST_LIMITS
-    return ", ".join([*limits[:_MOST_LIMITS], *([f"and {others} more"] if others > 0 else [])]) or "no bounds"
-
-
 def described(plant: ConstrainedSystem, horizon: int) -> str:
     """Describe a controlled plant in one line: states, inputs, sampling time, horizon and bounds."""
     system = plant.system
     return (
         f"states {', '.join(system.states)}; inputs {', '.join(system.inputs)}; a step every {system.sampling_time:g} s"
-        f"; horizon {horizon} steps; {limits_text(plant)}"
+        f"; horizon {horizon} steps; {bounds_text(plant.given_constraints) or 'no bounds'}"
     )
 
 

@@ -23,13 +23,14 @@ from trackably.systems.reference import Window
 class Formulation:
     """The parts of the problem that all steps share, for a `horizon` N and weights Q (n, n), R (m, m).
 
-    Each part is computed on first use.
+    `input_set` is the set of the inputs that are applied. Each part is computed on first use.
     """
 
     plant: ConstrainedSystem
     horizon: int
     Q: Array
     R: Array
+    input_set: Polytope
 
     @property
     def is_linear(self) -> bool:
@@ -60,8 +61,8 @@ class Formulation:
 
     def programs(self, nominal: Window) -> StepPrograms:
         """Return the programs with the error model along a trajectory."""
-        scales, X, U = self.scales, self.inequalities.states, self.inequalities.inputs
-        rows = X.in_widths(scales.states), U.in_widths(scales.inputs)
+        scales, sets = self.scales, self.inequalities()
+        rows = sets.states.in_widths(scales.states), sets.inputs.in_widths(scales.inputs)
         return StepPrograms(self.model(nominal), *scales.weights(self.Q, self.R), *rows, self.start)
 
     @cached_property
@@ -74,16 +75,8 @@ class Formulation:
     def scales(self) -> Scales:
         return Scales.of(self.plant, self.Q, self.R)
 
-    @cached_property
-    def inequalities(self) -> PlantInequalities:
-        """The sets as inequalities; bounds that move are those of a horizon that begins at step 0."""
-        return self._inequalities(0)
-
-    def inequalities_from(self, k: int) -> PlantInequalities:
+    def inequalities(self, k: int = 0) -> PlantInequalities:
         """Return the sets as inequalities; bounds that move (linear systems only) are those at steps k, …, k + N."""
-        return self._inequalities(k) if self.plant.moves else self.inequalities
-
-    def _inequalities(self, k: int) -> PlantInequalities:
         times = self.plant.sampling_time * (k + np.arange(self.horizon + 1.0))
         return PlantInequalities.of(self.plant, times, self.start.first_bounded)
 
@@ -99,11 +92,6 @@ class Formulation:
         It is zero here, because plans start from the measured state.
         """
         return np.zeros((len(self.R), len(self.Q)))
-
-    @property
-    def input_set(self) -> Polytope:
-        """The set of the inputs that are applied."""
-        return self.plant.input_set
 
 
 TOLERANCE = 1e-7
@@ -148,6 +136,11 @@ class StepProblem:
         """The optimal plan; None if there is no plan."""
         return self.without_bounds() or self.with_bounds() or self.within_tolerance()
 
+    @property
+    def answer(self) -> Plan | Infeasible:
+        """The optimal plan, or the reason why there is none."""
+        return self.optimum or self.infeasible
+
     @cached_property
     def off(self) -> Array:
         """The error x(k) − x_r(k) of the measured state, shape (n,)."""
@@ -156,7 +149,7 @@ class StepProblem:
     @cached_property
     def slack(self) -> Array:
         """The slacks that the reference leaves for errors, one for each bound and step, relative to widths."""
-        return self.formulation.inequalities_from(self.k).slack(self.window)
+        return self.formulation.inequalities(self.k).slack(self.window)
 
     def without_bounds(self) -> Plan | None:
         """Return the optimum without bounds, if it satisfies them."""
@@ -197,7 +190,7 @@ class StepProblem:
         f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.programs.tracking
         fallback = closest or self._solve(tracking, self.slack + (TOLERANCE - widest.slack)) or widest
         used = self.programs.bounds @ f.scales.errors(widest.trajectory, self.window)
-        quantity, steps_ahead = f.inequalities.tightest(self.slack - used, f.horizon)
+        quantity, steps_ahead = f.inequalities().tightest(self.slack - used, f.horizon)
         constraint = f.plant.given_constraints[quantity]
         return Infeasible(
             k=self.k,

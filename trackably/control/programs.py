@@ -148,19 +148,6 @@ class StepPrograms:
         """min ‖e(N)‖ (Euclidean, scaled) with e and v within their slack. Its e(N) is unique, its plan is not."""
         return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
 
-    @cached_property
-    def cheapest_start(self) -> Program:
-        """The program `tracking` for given v, in which e(N) has bounds: v may reach its value only up to rounding.
-
-        The last equations are those of v. The last 2n limits are upper bounds of e(N) and of −e(N).
-        """
-        free = self._program(2 * self.weights, ends=False)
-        (N, n, m), each = self.model.B.shape, np.eye(len(free.q))
-        _, _, end, inputs, _ = np.split(each, np.cumsum([n, (N - 1) * n, n, N * m]))
-        equal, at_most = np.split(np.asarray(free.A), [free.equations])
-        rows = np.vstack([equal, inputs, at_most, end, -end])
-        return Program(free.P, free.q, rows, free.equations + N * m)
-
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
         """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v), where p is that of the `StartSet`.
 

@@ -77,9 +77,7 @@ def _difference(one: System, other: System) -> str:
     if one is other:
         return ""
     for what in ("states", "inputs", "sampling_time"):
-        a, b = getattr(one, what), getattr(other, what)
-        if a != b:
-            a, b = (", ".join(of) if isinstance(of, tuple) else f"{of:g} s" for of in (a, b))
+        if (a := getattr(one, what)) != (b := getattr(other, what)):
             return f"its {what} {a}, the controller's {b}"
     rng = np.random.default_rng(0)
     x, u = (rng.uniform(0.5, 1.5, (_DRAWS, len(names))) for names in (one.states, one.inputs))

@@ -81,7 +81,7 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     scales, programs = formulation.scales, formulation.programs(start)
     moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds
     first = scales.errors(start, window)
-    limits = formulation.inequalities.slack(window) - bounds @ np.where(moves, 0.0, first)
+    limits = formulation.inequalities().slack(window) - bounds @ np.where(moves, 0.0, first)
     bounded = bounds[:, moves].any(axis=1)
     inner = bounds[bounded][:, moves]
 
@@ -134,8 +134,8 @@ def solve_by_linearisation(
     one that costs more than an admissible guess, searches from several `starts` follow (`minimise`). The result is
     local: a minimum among nearby plans, or the reason why none was found. If the guess is admissible and no cheaper
     plan is found, the guess is returned. With the shifted last plan as the guess, feasibility is thus never lost and
-    the cost never rises, whatever the search does. Raises ArithmeticError if no plan is found and the last
-    linearisation does not explain why, or if the system is undefined along the reference.
+    the cost never rises, whatever the search does. Raises ArithmeticError if no plan is found and full
+    steps do not end with a reason, or if the system is undefined along the reference.
     """
     reference = StepProblem.of(formulation, k, state, window)
     problem, kept = (reference, None) if initial_guess is None else _problem_at_guess(reference, initial_guess)
@@ -171,7 +171,7 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
         for _ in range(MAX_LINEARISATIONS):
             plan = problem.optimum or problem.widest
             if _is_reached(problem.formulation, plan.trajectory):
-                return problem.optimum or problem.infeasible
+                return problem.answer
             problem = problem.along(plan.trajectory)
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
@@ -183,20 +183,23 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
 
     `near` is the answer of full steps (repeated linearisations), None if they did not converge.
     """
-    tried: list[Window] = []
+    tried = list[float]()
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
-        tried.append(found := minimise(problem.formulation, start, problem.window, 0.0))
-        if missed_by(problem.formulation, found) <= FOLLOWED:
+        found = minimise(problem.formulation, start, problem.window, 0.0)
+        tried.append(missed_by(problem.formulation, found))
+        if tried[-1] <= FOLLOWED:
             cheaper = minimise(problem.formulation, found, problem.window)
             plan = _converge_from(problem, cheaper) or _converge_from(problem, found)
             if plan is not None:
                 return plan
     if isinstance(near, Infeasible):
         return near
-    closest = min(tried, key=lambda at: missed_by(problem.formulation, at))
-    if not np.isfinite(missed := missed_by(problem.formulation, closest)):
+    if not np.isfinite(missed := min(tried)):
         raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
-    return _explain(problem, closest, missed)
+    raise ArithmeticError(
+        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
+        "in parts of the states' ranges"
+    )
 
 
 def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
@@ -214,27 +217,6 @@ def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
         return plan if near.is_feasible(plan) else None
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
-
-
-def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible:
-    """Return why the linearisation along the trajectory with the smallest defects has no plan.
-
-    `missed` is the sum of these defects, for the message. Raises ArithmeticError if the linearisation has a plan
-    although the search found none, or if the solver fails.
-    """
-    try:
-        near = problem.along(closest)
-        result = _by_full_steps(near)
-        if isinstance(result, Infeasible):
-            return result
-        if near.optimum is None:
-            return near.infeasible
-    except (ArithmeticError, np.linalg.LinAlgError):
-        pass
-    raise ArithmeticError(
-        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
-        "in parts of the states' ranges"
-    )
 
 
 def _is_reached(formulation: Formulation, plan: Window) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 from reprlib import repr as short
@@ -12,7 +11,16 @@ import numpy as np
 from trackably.arguments import instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.references import TabulatedReference, TrackedReference, check_reference, nearest_turns
-from trackably.control.stepping import Disturbances, Infeasible, Plan, Status, SteppedController, Successor, Unsolved
+from trackably.control.stepping import (
+    Disturbances,
+    Infeasible,
+    Plan,
+    Status,
+    SteppedController,
+    StepResult,
+    Successor,
+    Unsolved,
+)
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 
@@ -22,9 +30,8 @@ class ClosedLoop:
     """K steps of the closed loop, from step `first_step` on.
 
     `states` (K + 1, n) and `inputs` (K, m) are those of the system, `reference_states` (K + 1, n) and
-    `reference_inputs` (K, m) those of the reference. The optimal `costs` V(k), the `stage_costs` ℓ(k) and the smallest
-    `slacks` have shape (K,); they are NaN at the steps without a plan. `without_plan` has the results of these steps.
-    `widened` is the number of steps that were feasible only within the controller's tolerance.
+    `reference_inputs` (K, m) those of the reference. `results` are the controller's, step by step; if the simulation
+    ended early, the last one says why.
     """
 
     first_step: int
@@ -32,11 +39,7 @@ class ClosedLoop:
     inputs: Array
     reference_states: Array
     reference_inputs: Array
-    costs: Array
-    stage_costs: Array
-    slacks: Array
-    without_plan: tuple[Infeasible | Unsolved, ...]
-    widened: int
+    results: tuple[StepResult, ...]
 
     def __repr__(self) -> str:
         last = self.first_step + len(self.inputs)
@@ -45,6 +48,34 @@ class ClosedLoop:
             f"ClosedLoop(steps {self.first_step} to {last}, largest errors {', '.join(f'{e:.3g}' for e in largest)}, "
             f"{len(self.infeasible)} infeasible, {len(self.unsolved)} unsolved)"
         )
+
+    @property
+    def without_plan(self) -> tuple[Infeasible | Unsolved, ...]:
+        """The results without a plan."""
+        return tuple(result for result in self.results if not isinstance(result, Plan))
+
+    @property
+    def widened(self) -> int:
+        """The number of steps that were feasible only within the controller's tolerance."""
+        return sum(isinstance(result, Plan) and result.status is Status.WIDENED for result in self.results)
+
+    @property
+    def costs(self) -> Array:
+        """The optimal costs V(k), shape (K,); NaN at the steps without a plan."""
+        return self._of_plans("cost")
+
+    @property
+    def stage_costs(self) -> Array:
+        """The first terms ℓ(k) of the costs, shape (K,); NaN at the steps without a plan."""
+        return self._of_plans("stage_cost")
+
+    @property
+    def slacks(self) -> Array:
+        """The smallest slacks of the plans, shape (K,); NaN at the steps without a plan."""
+        return self._of_plans("slack")
+
+    def _of_plans(self, name: str) -> Array:
+        return np.array([getattr(result, name, np.nan) for result in self.results[: len(self.inputs)]], dtype=float)
 
     @property
     def infeasible(self) -> tuple[Infeasible, ...]:
@@ -128,21 +159,26 @@ def simulate(
         raise TypeError(f"simulate: controller: expected a Controller(plant, horizon, Q, R), got {controller!r}")
     check_reference("simulate", reference, controller.plant)
     first_step, steps = whole("simulate: first_step", first_step), whole("simulate: steps", steps, least=0)
-    table = _tabulated(reference, first_step, steps, controller.horizon)
+    last = first_step + steps + controller.horizon + 1
+    try:
+        table = TabulatedReference.of(reference, first_step, last)
+    except ValueError as error:
+        raise ValueError(
+            f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {controller.horizon + 1} "
+            f"steps ahead, need the reference up to step {last}: {error}"
+        ) from error
     plant, guess = controller.plant, None
-    states, inputs, plans = [numbers("simulate: initial_state", initial_state)], list[Array](), list[Plan | None]()
-    without_plan, widened = list[Infeasible | Unsolved](), 0
+    states, inputs, results = [numbers("simulate: initial_state", initial_state)], list[Array](), list[StepResult]()
     for k in range(first_step, first_step + steps):
         x = states[-1]
         seen = x if measurement_noise is None else x + _vector("measurement_noise", measurement_noise, k, x)
         result = controller.step(k, seen, table, guess)
+        results.append(result)
         if isinstance(result, Plan):
-            guess, plan, applied = shifted_inputs(result, table), result, result.input
-            widened += result.status is Status.WIDENED
+            guess, applied = shifted_inputs(result, table), result.input
         else:
-            without_plan.append(result)
-            guess = plan = None
-            if (chosen := on_infeasible(result)) is None:
+            guess, chosen = None, on_infeasible(result)
+            if chosen is None:
                 break
             applied = chosen
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -154,54 +190,19 @@ def simulate(
             if disturbances is not None:
                 x = x + _vector("disturbances", disturbances, k, x)
         if not np.all(np.isfinite(x)):
-            without_plan.append(Unsolved(k, "the system is not defined under the input applied", applied))
+            results.append(Unsolved(k, "the system is not defined under the input applied", applied))
             break
-        plans.append(plan)
         inputs.append(applied)
         states.append(x)
     tracked = table.window(first_step, len(inputs))
-    costs, stage_costs, slacks = (
-        np.array([np.nan if plan is None else getattr(plan, name) for plan in plans], dtype=float)
-        for name in ("cost", "stage_cost", "slack")
-    )
     return ClosedLoop(
         first_step=first_step,
         states=np.array(states),
         inputs=np.array(inputs).reshape(len(inputs), len(plant.system.inputs)),
         reference_states=nearest_turns(plant, tracked.states, np.array(states)),
         reference_inputs=tracked.inputs,
-        costs=costs,
-        stage_costs=stage_costs,
-        slacks=slacks,
-        without_plan=tuple(without_plan),
-        widened=widened,
+        results=tuple(results),
     )
-
-
-def _tabulated(reference: TrackedReference, first_step: int, steps: int, horizon: int) -> TabulatedReference:
-    """Tabulate a reference for `steps` steps with plans of `horizon` steps.
-
-    ValueError: the reference does not reach as far; the message says how many steps fit.
-    """
-    last = first_step + steps + horizon + 1
-    try:
-        return TabulatedReference.of(reference, first_step, last)
-    except ValueError as error:
-
-        def ends_before(step: int) -> bool:
-            try:
-                reference.window(step, 1)
-            except ValueError:
-                return True
-            return False
-
-        ahead = first_step + horizon  # with no steps at all, the last step at which the reference's input is needed
-        fitting = 0 if ends_before(first_step) else bisect_left(range(ahead, last), True, key=ends_before) - 1
-        fit = f"{fitting} {'step fits' if fitting == 1 else 'steps fit'}" if fitting > 0 else "no step fits"
-        raise ValueError(
-            f"simulate: steps: {steps} steps from step {first_step} on, with plans that look {horizon + 1} steps "
-            f"ahead, need the reference up to step {last}; {fit}: {error}"
-        ) from error
 
 
 def _vector(what: str, of: Callable[..., Array], k: int, state: Array, *applied: Array) -> Array:

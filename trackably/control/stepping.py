@@ -32,8 +32,7 @@ class Status(StrEnum):
     WIDENED = "widened"
     """Feasible only if all sets are widened, by less than the tolerance: the plan touches bounds, up to rounding."""
     KEPT = "kept"
-    """The initial guess: for a nonlinear system because the search found no plan that costs less, for a tube controller
-    because its solver found none."""
+    """The initial guess: for a nonlinear system, the search found no plan that costs less."""
     ADMISSIBLE = "admissible"
     """For a nonlinear system: an admissible plan at which the search for lower costs ended. Full steps
     (repeated linearisations) do not converge there, so that it is a minimum up to the accuracy of the search only."""
@@ -191,9 +190,12 @@ class SteppedController(Protocol):
 def answer_step(
     controller: SteppedController,
     solve: Callable[[int, Array, Window, Array | None], StepResult],
-    given: tuple[int, ArrayLike, TrackedReference, ArrayLike | None],
+    k: int,
+    state: ArrayLike,
+    reference: TrackedReference,
+    initial_guess: ArrayLike | None,
 ) -> StepResult:
-    """Check the arguments of a step, `given` as (k, state, reference, initial guess), and return the answer of `solve`.
+    """Check the arguments of a step, and return the answer of `solve`.
 
     `solve` receives k, the state (n,), the window of the reference ahead, and the guess (N, m). If it raises
     ArithmeticError or LinAlgError, the step is `Unsolved`. ValueError: the state is not n finite numbers, the guess has
@@ -201,10 +203,9 @@ def answer_step(
     """
     plant, N = controller.plant, controller.horizon
     n, m = len(plant.system.states), len(plant.system.inputs)
-    k, reference, guess = whole("controller: k", given[0]), given[2], given[3]
-    x = array(f"controller: state at step {k}", given[1], n)
+    k, x = whole("controller: k", k), array(f"controller: state at step {k}", state, n)
     check_reference("controller", reference, plant)
-    guess = None if guess is None else numbers("controller: initial_guess", guess)
+    guess = None if initial_guess is None else numbers("controller: initial_guess", initial_guess)
     if guess is not None and guess.shape != (N, m):
         raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
     safe = () if guess is None else (guess[0],)

@@ -7,28 +7,27 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from trackably.arguments import instance
 from trackably.arrays import Array, ArrayLike
-from trackably.control.controller import Controller, described, limits_text
-from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.programs import Program, StartSet
+from trackably.certificates.certificate import bounds_text
+from trackably.control.controller import Controller, described
+from trackably.control.problem import Formulation, StepProblem
+from trackably.control.programs import StartSet
 from trackably.control.references import TrackedReference
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 from trackably.systems.tightening import InvariantSet, Tightening
 
 # The invariant set of the error in float64.
 
 _ROUNDING = 1e-10
-"""A point counts as in Z if it is in Z after two changes that allow for rounding: all parts of Z grow by this part of
-their size, and the point moves along each axis by a tenth of this part of the width of Z."""
+"""A point counts as in Z if it is off a point of Z by no more than this part of the width of Z along each axis."""
 
-_TOLERANCES = (1e-11, 1e-10, 1e-9)  # tolerances of the solver, tried in turn
-_PROJECTIONS = 12  # most iterations of `ErrorSet.contains`; near the boundary of Z, a linear program decides instead
+_CONVERGED = 1e-15  # tolerance of SciPy's search for the least squares
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,46 +47,11 @@ class ErrorSet:
         return len(self.invariant.box)
 
     def contains(self, e: Array) -> bool:
-        """Whether an error (n,) is in Z, up to rounding; False if the solver does not decide it."""
-        rows, solution = self._equations
-        off = (e - self.centre) / self.extents
-        aim = np.append(off, np.ones(len(self.sums)))
-        p = self.sums.T @ (1 / self.sums.sum(axis=1))  # the middle of Z: equal shares of all vertices of a hull
-        for _ in range(_PROJECTIONS):
-            solved = p + solution @ (aim - rows @ p)
-            inside = np.clip(solved, self.lower, 1.0)
-            if np.array_equal(inside, solved) and np.all(np.abs(rows @ solved - aim) <= _ROUNDING):
-                return True
-            # Farkas: no p within its bounds solves the equations if none solves this weighted sum of them.
-            weights = solution.T @ (solved - inside)
-            weighted = weights @ rows
-            most = np.sum(np.maximum(self.lower * weighted, weighted))
-            if weights @ aim > most + _ROUNDING * (np.abs(weighted).sum() + np.abs(weights).sum()):
-                return False
-            p = 2 * inside - solved
-        at_most = [np.ones(len(self.sums)), off + _ROUNDING / 10, _ROUNDING / 10 - off]
-        found = self._gauge.solve(np.concatenate([*at_most, np.ones(len(p)), -self.lower]), _TOLERANCES)
-        return found is not None and bool(found[-1] <= _ROUNDING)
-
-    @cached_property
-    def _gauge(self) -> Program:
-        """The linear program for the least factor by which the parts of Z have to be enlarged so
-        that a point is their sum.
-        """
-        (h, q), reach, each = self.sums.shape, (self.directions / self.extents).T, np.eye(len(self.lower))
-        larger = np.repeat([0.0, -1.0], [h + 2 * self.dimension, 2 * q])[:, None]
-        rows = np.hstack([np.vstack([self.sums, reach, -reach, each, -each]), larger])
-        return Program(np.zeros((q + 1, q + 1)), np.append(np.zeros(q), 1.0), rows, h)
-
-    @cached_property
-    def _equations(self) -> tuple[Array, Array]:
-        """The matrix of the equations that p solves for a point of Z, in units of `extents`, and its pseudo-inverse."""
+        """Whether an error (n,) is in Z, up to rounding: whether p within its bounds give it, by least squares."""
         rows = np.vstack([self.directions.T / self.extents[:, None], self.sums])
-        return rows, np.asarray(np.linalg.pinv(rows), dtype=float)
-
-    def start_set(self, scales: Array) -> StartSet:
-        """Return the set x − x_r − Z of initial errors of plans, in the units `scales` (n,)."""
-        return StartSet(self.centre / scales, self.directions / scales, self.lower, self.sums, 0)
+        aim = np.append((e - self.centre) / self.extents, np.ones(len(self.sums)))
+        found = lsq_linear(rows, aim, (self.lower, np.ones_like(self.lower)), method="bvls", tol=_CONVERGED)
+        return bool(np.all(np.abs(found.fun) <= _ROUNDING))
 
     @cached_property
     def directions(self) -> Array:
@@ -152,36 +116,23 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z."""
+    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z.
 
-    tightening: Tightening
+    `errors` is Z, and `input_set` is not tightened.
+    """
 
-    @cached_property
-    def invariant(self) -> InvariantSet:
-        """The invariant set Z of the error, with the feedback K."""
-        if self.tightening.invariant is None:
-            raise ValueError("tube: expected a tightening for a disturbance set, got one without; use Controller then")
-        return self.tightening.invariant
-
-    @cached_property
-    def errors(self) -> ErrorSet:
-        """The invariant set Z in float64."""
-        return ErrorSet(self.invariant)
+    errors: ErrorSet
 
     @cached_property
     def start(self) -> StartSet:
         """The set of nominal start states, in scales: x − z(0) ∈ Z."""
-        return self.errors.start_set(self.scales.states)
+        Z, scales = self.errors, self.scales.states
+        return StartSet(Z.centre / scales, Z.directions / scales, Z.lower, Z.sums, 0)
 
     @property
     def feedback(self) -> Array:
         """The feedback K (m, n), which keeps the error x − z in Z."""
-        return self.invariant.feedback
-
-    @property
-    def input_set(self) -> Polytope:
-        """The input set as given, not tightened: the inputs that are applied are in it."""
-        return self.tightening.given.input_set
+        return self.errors.invariant.feedback
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,31 +150,6 @@ class TubeProblem(StepProblem):
             return None
         plan = self.plan_with(self.window.inputs, Status.NO_ACTIVE_BOUND, self.window.states[0])
         return plan if plan.slack >= -ROUNDING and self.ends_on_reference(plan) else None
-
-    def answer(self, guess: Array | None) -> Plan | Infeasible:
-        """Return the optimal plan, or the reason why there is none.
-
-        If the solver finds no plan, the plan with the inputs `guess` (N, m) is returned if it is admissible, or else a
-        plan in sets widened by the tolerance, if there is one.
-        """
-        plan = self.without_bounds() or self.with_bounds() or (None if guess is None else self.keep(guess))
-        return plan or self.within_tolerance() or self.infeasible
-
-    def keep(self, inputs: Array) -> Plan | None:
-        """Return the plan with these nominal inputs (N, m); None if it is not admissible.
-
-        Its nominal start is the cheapest one from which the inputs end on the reference. In directions that Aᴺ nearly
-        maps to zero the start hardly affects the end, and may differ from that of the plan that the inputs come from.
-        """
-        start, scales = self.programs.start, self.formulation.scales
-        v = ((inputs - self.window.inputs) / scales.inputs).ravel()
-        near = np.full(2 * len(self.off), TOLERANCE / 2)
-        limits = [self._equations(None), v, np.ones(len(start.lower)), -start.lower, self.slack + TOLERANCE / 2, near]
-        found = self.programs.cheapest_start.solve(np.concatenate(limits))
-        if found is None:
-            return None
-        plan = self.plan_with(inputs, Status.KEPT, self.window.states[0] + found[: len(self.off)] * scales.states)
-        return plan if self.ends_on_reference(plan) and plan.slack >= -TOLERANCE else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,7 +190,7 @@ class TubeController:
         _ = self.errors  # computed here, so that a missing disturbance set is refused now
 
     def __repr__(self) -> str:
-        tightened = limits_text(self.tightening.plant)
+        tightened = bounds_text(self.tightening.plant.given_constraints)
         return f"TubeController({described(self.plant, self.horizon)}; plans keep {tightened})"
 
     @property
@@ -275,12 +201,14 @@ class TubeController:
     @property
     def invariant(self) -> InvariantSet:
         """The invariant set Z of the error, with the feedback K."""
-        return self.formulation.invariant
+        if self.tightening.invariant is None:
+            raise ValueError("tube: expected a tightening for a disturbance set, got one without; use Controller then")
+        return self.tightening.invariant
 
-    @property
+    @cached_property
     def errors(self) -> ErrorSet:
         """The invariant set Z in float64."""
-        return self.formulation.errors
+        return ErrorSet(self.invariant)
 
     def step(
         self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
@@ -293,17 +221,15 @@ class TubeController:
 
         A plan is optimal up to the accuracy of the interior-point method.
 
-        The optimum needs no `initial_guess` (N, m). If the solver fails, the plan with these nominal inputs is used if
-        it is admissible, with the status `KEPT`. On a robust reference the last plan, shifted by a step
-        (`shifted_inputs`), is admissible; its start is the cheapest one from which these inputs end on the reference.
-        Raises ValueError as `Controller.step`.
+        The optimum needs no `initial_guess` (N, m). Raises ValueError as `Controller.step`.
         """
-        return answer_step(self, self._solve, (k, state, reference, initial_guess))
+        return answer_step(self, self._solve, k, state, reference, initial_guess)
 
-    def _solve(self, k: int, state: Array, window: Window, guess: Array | None) -> Plan | Infeasible:
-        return TubeProblem.of(self.formulation, k, state, window).answer(guess)
+    def _solve(self, k: int, state: Array, window: Window, _: Array | None) -> Plan | Infeasible:
+        return TubeProblem.of(self.formulation, k, state, window).answer
 
     @cached_property
     def formulation(self) -> TubeFormulation:
         """The parts of the problem that all steps share, each computed on first use."""
-        return TubeFormulation(self.tightening.plant, self.horizon, self.Q, self.R, self.tightening)
+        plant, inputs = self.tightening.plant, self.plant.input_set
+        return TubeFormulation(plant, self.horizon, self.Q, self.R, inputs, self.errors)

@@ -27,11 +27,6 @@ class TimeResponse:
         """The states: a reference has no other outputs."""
         return self.states
 
-    @property
-    def output_labels(self) -> list[str]:
-        """The names of the states."""
-        return self.state_labels
-
     def __iter__(self) -> Iterator[Array]:
         return iter((self.time, self.outputs))
 

@@ -72,10 +72,8 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
     for joint, of in joints.items():
         text("joints: name", joint)
         instance("joints", of, Mapping, f"mappings such as {_EXAMPLE}")
-        if unknown := [name for name in of if name not in FIELDS]:
-            raise ValueError(f"joints: {joint} has no field {unknown[0]}, only {', '.join(FIELDS)}")
-        if not joints[first]:
-            raise ValueError(f"joints: {first} has no field; expected some of {', '.join(FIELDS)}")
+        if not of or {*of} - {*FIELDS}:
+            raise ValueError(f"joints: {joint}: expected some of {', '.join(FIELDS)}, got {', '.join(of) or 'none'}")
         if {*of} != {*joints[first]}:
             raise ValueError(f"joints: {joint} must have the fields of {first}: {', '.join(joints[first])}")
         require_known(f"joints: {joint}", of.values(), proved)

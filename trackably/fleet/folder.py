@@ -3,7 +3,7 @@
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -131,13 +131,15 @@ class FleetFolder:
             return None
         return row if whole and row.name == name else None
 
-    def write(self, row: Row, files: Mapping[str, bytes]) -> None:
-        """Write the files of a recording, then its row. Raises OSError."""
+    def write(self, row: Row, files: Mapping[str, bytes]) -> Row:
+        """Write the files of a recording, then its row, and return the row with their digests. Raises OSError."""
         folder = self.of(row.name)
         (folder / ROW).unlink(missing_ok=True)
         for file, content in files.items():
             write_atomically(folder / file, content)
+        row = replace(row, files={file: digest(content) for file, content in files.items()})
         write_atomically(folder / ROW, dumps(row))
+        return row
 
     def write_table(self, rows: Sequence[Row]) -> Path:
         """Write one line for each recording as CSV. Raises OSError."""

@@ -77,14 +77,13 @@ class Request:
         _ = self._shared  # computed here, so that its errors come before anything is learned
 
     @cached_property
-    def _shared(self) -> Any:
+    def _shared(self) -> str:
         what = (version("trackably"), self.learn.__name__, self.plant, self.kernel, self.claim, self.options)
-        return _plain(what)
+        return json.dumps(what, default=_plain)
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
-        content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
-        return digest(content.encode())
+        return digest(json.dumps([self._shared, samples], default=_plain).encode())
 
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
@@ -92,16 +91,11 @@ class Request:
 
 
 def _plain(value: object) -> Any:
-    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it cannot be written in this way."""
-    match value:
-        case None | bool() | int() | float() | str():
-            return value
-        case Mapping():
-            return [[_plain(key), _plain(inner)] for key, inner in value.items()]
-        case tuple() | list():
-            return [_plain(inner) for inner in value]
-        case np.ndarray() | np.generic():
-            return value.tolist()
+    """Return what JSON cannot hold as lists, dicts and numbers. TypeError: it cannot be written in this way."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [type(value).__name__, encode(value)]
     raise TypeError(
@@ -144,8 +138,7 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         except NotTrackableError as failure:
             is_refuted = isinstance(failure.outcome, Counterexample)
             files = _file_contents(counterexample=failure.save_counterexample) if is_refuted else {}
-            row = Row(source.name, outcome_of(failure), str(failure), fingerprint, files=_digests(files))
-            return Answer(row, files)
+            return Answer(Row(source.name, outcome_of(failure), str(failure), fingerprint), files)
         except (ValueError, ArithmeticError) as error:
             return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
     files = _file_contents(certificate=reference.save_certificate, reference=reference.save)
@@ -160,7 +153,6 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         hyperparameters=reference.hyperparameters,
         fingerprint=reference.fingerprint,
         questions=tuple(questions),
-        files=_digests(files),
     )
     if isinstance(reference, TrackableReference):
         of_function = ("method", "objective", "price", "unconstrained_misfit")
@@ -197,10 +189,6 @@ def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
         for name, save in saves.items():
             save(Path(folder) / f"{name}.json")
         return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
-
-
-def _digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    return {name: digest(content) for name, content in files.items()}
 
 
 _LOOKED_EVERY = 0.5  # seconds between a worker's checks that its parent process runs
@@ -436,10 +424,9 @@ def learn_many(
 def _write_answer(where: FleetFolder, answer: Answer) -> Row:
     """Write an answer and return its row; if its folder cannot have this name, return a row that says so."""
     try:
-        where.write(answer.row, answer.files)
+        return where.write(answer.row, answer.files)
     except OSError as error:
         if error.errno not in _OF_ONE_NAME:
             raise
         why = f"give it another name: its folder cannot be written ({error.strerror})"
         return Row(answer.row.name, "unusable", why, answer.row.request)
-    return answer.row

@@ -19,10 +19,8 @@ from trackably.joints.repair import repair_joints
 from trackably.joints.trajectory import JointTrajectory, hermite
 
 _CLOSEST = 1e-6  # s: the gate makes no shorter pieces
-_SHORTEST, _LONGEST, _STOPS = 0.01, 20.0, 40
-"""Shortest and longest duration of a stop [s], and the number of durations tried."""
-_AT_ONCE = 64
-"""Ends of pieces at which stops are tried at once."""
+_STOPS = np.geomspace(0.01, 20.0, 40)
+"""Durations of a stop that are tried [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,18 +193,12 @@ class Gate:
         may jump to zero.
         """
         states, ends = motion.at_ends(self._order), motion.breakpoints[1:]
-        durations, possible = np.geomspace(_SHORTEST, _LONGEST, _STOPS), np.flatnonzero(ends >= since)
-        for some in reversed(np.split(possible, np.arange(_AT_ONCE, len(possible), _AT_ONCE))):
-            q, *start = np.repeat(states[:, some], _STOPS, axis=1)
-            widths = np.tile(durations, len(some))
-            velocity = hermite(np.array(start), np.zeros_like(start), widths) if start else np.zeros((*q.T.shape, 1))
-            powers = np.arange(1.0, velocity.shape[2] + 1)
-            c = np.concatenate([q.T[:, :, None], velocity / powers], axis=2)
-            open_ = within_limits(c, widths, self.joints).reshape(len(some), _STOPS)
-            if len(stops := np.flatnonzero(open_.any(axis=1))):
-                k, best = some[stops[-1]], np.argmax(open_[stops[-1]])
-                stop = c[:, [stops[-1] * _STOPS + best]]
-                return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + durations[[best]], stop)
+        for k in np.flatnonzero(ends >= since)[::-1]:
+            q, *start = np.repeat(states[:, [k]], len(_STOPS), axis=1)
+            velocity = hermite(np.array(start), np.zeros_like(start), _STOPS) if start else np.zeros((*q.T.shape, 1))
+            c = np.concatenate([q.T[:, :, None], velocity / np.arange(1.0, velocity.shape[2] + 1)], axis=2)
+            if len(open_ := np.flatnonzero(within_limits(c, _STOPS, self.joints))[:1]):
+                return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + _STOPS[open_], c[:, open_])
         return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:

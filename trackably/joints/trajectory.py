@@ -12,7 +12,7 @@ from numpy.polynomial.polynomial import polyder
 from scipy.interpolate import CubicSpline, PPoly
 from scipy.special import comb, factorial
 
-from trackably.arguments import array, positive, real
+from trackably.arguments import array, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.given.conversion import shift
 from trackably.joints.limits import different_names
@@ -196,10 +196,6 @@ class JointTrajectory:
         s, first = positive("slowed: factor", factor), self.breakpoints[0]
         scaled = self.coefficients / s ** np.arange(float(self.degree + 1))
         return replace(self, breakpoints=first + s * (self.breakpoints - first), coefficients=scaled)
-
-    def delayed(self, by: float) -> Self:
-        """Return the same motion, `by` [s] later."""
-        return replace(self, breakpoints=self.breakpoints + real("delayed: by", by))
 
 
 def _known(names: Sequence[str] | None, count: int) -> Sequence[str]:

@@ -8,8 +8,6 @@ from trackably.recordings.clocks import Clock as Clock
 from trackably.recordings.clocks import DateTimes as DateTimes
 from trackably.recordings.clocks import Ticks as Ticks
 from trackably.recordings.clocks import frames as frames
-from trackably.recordings.csv_file import KITTI as KITTI
-from trackably.recordings.csv_file import TUM as TUM
 from trackably.recordings.csv_file import CsvLayout as CsvLayout
 from trackably.recordings.csv_file import read_csv as read_csv
 from trackably.recordings.recording import Cleaning as Cleaning

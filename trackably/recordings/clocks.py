@@ -83,8 +83,7 @@ def _shortest(number: float) -> Decimal:
 
 def plain(number: Decimal) -> str:
     """Format a number for a message: without exponent and trailing zeros."""
-    text = f"{number:f}" if abs(number.adjusted()) < 40 else f"{number:.17e}"
-    return text.rstrip("0").rstrip(POINT) if POINT in text else text
+    return f"{EXACT.normalize(number):f}"
 
 
 def shorten(value: object) -> str:

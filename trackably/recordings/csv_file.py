@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import codecs
 import csv
-import gzip
 import io
 import re
-import zlib
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from io import BytesIO
 from itertools import islice
 from pathlib import Path
 
@@ -21,15 +17,7 @@ from trackably.files import path_of, read_bytes
 from trackably.recordings.clocks import DECIMAL_MARKS, POINT, Clock, Origin
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import (
-    GZIP,
-    LARGEST,
-    Column,
-    Reading,
-    Table,
-    recording_of,
-    refuse_other_kinds,
-)
+from trackably.recordings.tables import Column, Reading, Table, recording_of, refuse_other_kinds
 
 _MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -41,11 +29,11 @@ _MARKS = {
 
 
 def read_text(path: Path, encoding: str) -> str:
-    """Return the whole text of a file, unpacked if it is a gzip file; a byte order mark overrides the `encoding`.
+    """Return the whole text of a file; a byte order mark overrides the `encoding`.
 
     InputError: it is unreadable, or not in this encoding.
     """
-    data = _unpack(path, read_bytes(path))
+    data = read_bytes(path)
     refuse_other_kinds(path, data)
     encoding = next((marked for mark, marked in _MARKS.items() if data.startswith(mark)), encoding)
     try:
@@ -63,26 +51,8 @@ def read_text(path: Path, encoding: str) -> str:
         raise InputError(f"{path}: it is not written in {encoding!r} ({error}){hint}") from error
 
 
-def _unpack(path: Path, data: bytes) -> bytes:
-    """Unpack a gzip file; return any other data unchanged."""
-    if not data.startswith(GZIP):
-        return data
-    try:
-        with gzip.open(BytesIO(data)) as packed:
-            found = packed.read(LARGEST + 1)
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(f"{path}: a gzip file that cannot be unpacked ({error}); is it whole?") from error
-    if len(found) > LARGEST:
-        raise InputError(f"{path}: this gzip file unpacks to more than {LARGEST} bytes: unpack it and leave out a part")
-    return found
-
-
-_NO_HEADER = (
-    ": if these are values, the file has no header, and `columns` of the layout names its columns (TUM and KITTI are "
-    "such layouts)"
-)
+_NO_HEADER = ": if these are values, the file has no header, and `columns` of the layout names its columns"
 SEPARATORS = (",", ";", "\t", " ")
-_TITLE = 100  # errors hint at a header below a title if it is among this many first lines
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
 
@@ -122,12 +92,6 @@ class CsvLayout:
 
 PLAIN = CsvLayout()
 """Decimal points, UTF-8, and the separator found in the header."""
-
-TUM = CsvLayout(" ", columns=("t", "x", "y", "z", "qx", "qy", "qz", "qw"))
-"""Trajectories of the TUM RGB-D benchmark: t in seconds since 1970, position, quaternion; no header."""
-
-KITTI = CsvLayout(" ", columns=("r11", "r12", "r13", "x", "r21", "r22", "r23", "y", "r31", "r32", "r33", "z"))
-"""Poses of the KITTI odometry benchmark: the rows of [R t], one pose a frame; neither header nor stamps."""
 
 
 def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | None = None) -> Table:
@@ -189,29 +153,15 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
     header = [*layout.columns] or firsts[separator]
     for name in header if wanted is None else wanted:
         if name not in header:
-            listed, hint = ", ".join(map(repr, header)), ""
-            if not layout.columns:
-                is_value = all(name[:1] in {*"+-.0123456789", ""} for name in header)
-                hint = _NO_HEADER if is_value else _header_below(path, text, layout, names)
+            listed = ", ".join(map(repr, header))
+            is_value = not layout.columns and all(name[:1] in {*"+-.0123456789", ""} for name in header)
+            hint = _NO_HEADER if is_value else ""
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )
         if header.count(name) > 1:
             raise InputError(f"{path}: expected one column {name!r}, got {header.count(name)}")
     return separator, header
-
-
-def _header_below(path: Path, text: str, layout: CsvLayout, names: Collection[str]) -> str:
-    """Return a hint at the first later line that names all columns, such as a header below a title.
-
-    "" if there is none.
-    """
-    for separator in _separators(layout):
-        with suppress(InputError):
-            for line, cells in islice(_records(path, text, layout, separator), 1, _TITLE):
-                if {cell.strip() for cell in cells}.issuperset(names):
-                    return f"; line {line} names all of them: `skip` of the layout leaves out the lines above it"
-    return ""
 
 
 def _separators(layout: CsvLayout) -> Sequence[str]:
@@ -248,9 +198,8 @@ def read_csv(
     layout: CsvLayout = PLAIN,
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
-    between: tuple[float, float] | None = None,
 ) -> Recording:
-    """Read signals from a CSV file, packed with gzip or not, with a header or with names in the layout.
+    """Read signals from a CSV file, with a header or with names in the layout.
 
     Parameters
     ----------
@@ -265,22 +214,19 @@ def read_csv(
         By the name that a signal gets in the recording: a `Column`, or the name of a column.
     layout
         Separator, decimal mark, encoding, comments, lines to skip, texts that mean a missing value, and the names
-        of columns if there is no header. `TUM` and `KITTI` are layouts.
+        of columns if there is no header.
     repairs
         Functions, or names of `REPAIRS`, applied in this order. Remaining errors are refused.
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the file's
         own zero, or the first sample if stamps are dates or count from 1970.
-    between
-        Read only the samples with start ≤ time ≤ end [s]; of other rows, only the time has to be readable.
 
     Cells without a value are left out and reported in `Recording.cleanings`.
 
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps, for example milliseconds that are read as seconds since 1970, and if
-        `average_repeated` averages values at one time that differ by more than noise explains.
+        For implausible stamps, for example milliseconds that are read as seconds since 1970.
 
     Raises
     ------
@@ -289,5 +235,5 @@ def read_csv(
     TypeError, ValueError
         For a wrong argument, before anything is read.
     """
-    reading = Reading(time, time_unit, signals, repairs, origin, between)
+    reading = Reading(time, time_unit, signals, repairs, origin)
     return recording_of((reading, csv_table(path, layout, reading.names)))

@@ -409,7 +409,6 @@ def read_mcap(
     signals: Mapping[str, Field],
     repairs: Sequence[Repair | str] = (),
     origin: Origin = None,
-    between: tuple[float, float] | None = None,
 ) -> Recording:
     """Read signals from an MCAP file with JSON, Protobuf or ROS 2 messages, compressed or not.
 
@@ -424,8 +423,6 @@ def read_mcap(
     origin
         The time zero [ns] on the file's clock, or "first" for the first sample of all signals. By default the first
         sample too, or the file's own zero if stamps are numbers in a unit that does not count from 1970.
-    between
-        Read only the samples with start ≤ time ≤ end [s]; times of other messages may repeat or decrease.
 
     Messages are read in the order of their log times. Fields without a value (unset, null, NaN, absent from some
     messages) are left out and reported in `Recording.cleanings`.
@@ -443,8 +440,7 @@ def read_mcap(
     for name, of in signals.items():
         groups.setdefault((of.topic, of.time), {})[name] = of.column
     readings = {
-        (topic, time): Reading(repr(time), time.clock, of, repairs, origin, between)
-        for (topic, time), of in groups.items()
+        (topic, time): Reading(repr(time), time.clock, of, repairs, origin) for (topic, time), of in groups.items()
     }
     if len({of.clock.absolute for of in readings.values()}) > 1:
         raise ValueError(

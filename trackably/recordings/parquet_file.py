@@ -39,8 +39,7 @@ def read_parquet(
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps, and if `average_repeated` averages values at one time that differ by more than noise
-        explains.
+        For implausible stamps.
 
     Raises
     ------
@@ -80,11 +79,6 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         if types.is_duration(column.type):
             raise InputError(
                 f"{path}, column {name!r}: it holds durations; save them as numbers (in pandas: .dt.total_seconds())"
-            )
-        if types.is_nested(column.type):
-            raise InputError(
-                f"{path}, column {name!r}: each cell holds {column.type}, not one number; save a column for each of "
-                f"its numbers (lists in pandas: frame[['a', 'b']] = frame[{name!r}].tolist())"
             )
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column

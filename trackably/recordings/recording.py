@@ -17,14 +17,12 @@ from trackably.systems.intervals import ends_shown
 class Finding:
     """One kind of error in a file, and its repair: `what` describes both.
 
-    The error is in `count` rows or values; `first` is the place of the first one. Readers warn of a finding that
-    `is_doubtful`, as its repair may be wrong.
+    The error is in `count` rows or values; `first` is the place of the first one.
     """
 
     what: str
     count: int
     first: str
-    is_doubtful: bool = False
 
     def __str__(self) -> str:
         return f"{self.what}: {self.count}, first in {self.first}"
@@ -40,11 +38,6 @@ class Cleaning:
     source: str
     rows: int
     findings: tuple[Finding, ...] = ()
-
-    @property
-    def questions(self) -> list[str]:
-        """The sentences about doubtful findings, which readers issue as warnings."""
-        return [f"{self.source}: {finding}" for finding in self.findings if finding.is_doubtful]
 
     def __str__(self) -> str:
         found = [str(finding) for finding in self.findings] or ["nothing to mend"]

@@ -67,16 +67,15 @@ class Rows:
         """Return the rows in which every signal is zero."""
         return np.flatnonzero(np.all([column == 0 for column in self.values.values()], axis=0)).tolist()
 
-    def groups(self, signal: str) -> dict[Decimal, list[int]]:
-        """Return the rows that have a value of the signal, by their time [s]. InputError: a row has no time."""
+    def repeats(self, signal: str) -> list[list[int]]:
+        """Return each group of two or more rows that have a value of the signal at the same time.
+
+        InputError: a row has no time.
+        """
         stamps, found = self.require_times(), dict[Decimal, list[int]]()
         for row in np.flatnonzero(self.present(signal)).tolist():
             found.setdefault(stamps[row], []).append(row)
-        return found
-
-    def repeats(self, signal: str) -> list[list[int]]:
-        """Return each group of two or more rows that have a value of the signal at the same time."""
-        return [rows for rows in self.groups(signal).values() if len(rows) > 1]
+        return [rows for rows in found.values() if len(rows) > 1]
 
 
 def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
@@ -97,52 +96,6 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
         row, chain = chain
         kept.add(row)
     return [row for row in range(len(stamps)) if row not in kept]
-
-
-_TIMES_NOISE = 6.0  # standard deviations of a difference: if two values at one time differ by more, they are doubtful
-_TIMES_USUAL = 15.0  # the limit without known noise, as a multiple of the median difference of neighbours in time
-_FEWEST = 10  # with fewer differences of neighbours in time, no values are doubtful
-
-
-def far_apart(rows: Rows) -> tuple[Finding, ...]:
-    """Return a doubtful finding for each signal with values at one time that differ by more than noise explains.
-
-    The noise is that of each sample, if it is known; otherwise it is bounded by the usual difference of neighbours in
-    time. InputError: a row has no time.
-    """
-    findings = []
-    for name, values in rows.values.items():
-        if not (repeats := [*rows.repeats(name)]):
-            continue
-        noise, usual = rows.noise_std.get(name), _usual(rows, name)
-        of = "what is usual between neighbours in time" if noise is None else "their noise"
-        far = []
-        for together in repeats:
-            most = usual if noise is None else _TIMES_NOISE * float(np.sqrt(2) * np.max(noise[together]))
-            if (apart := float(np.ptp(values[together]))) > most:
-                far.append((apart, together[0], most))
-        if far:
-            largest, _, explained = max(far)
-            what = (
-                f"values of {name} at one time that were averaged, though up to {largest:.3g} apart, more than {of} "
-                f"explains ({explained:.3g}): are they of one signal?"
-            )
-            first = rows.places[min(row for _, row, _ in far)]
-            findings.append(Finding(what, len(far), first, is_doubtful=True))
-    return tuple(findings)
-
-
-def _usual(rows: Rows, name: str) -> float:
-    """Return the largest plausible difference of values at one time; infinite if there are too few neighbours to tell.
-
-    It is a multiple of the usual difference between neighbouring times: that of their smallest values or that of their
-    largest ones, whichever is less. So the distance of two sensors with values at each time does not count.
-    """
-    of_times = [rows.values[name][together] for _, together in sorted(rows.groups(name).items())]
-    apart = np.abs(np.diff([(np.min(values), np.max(values)) for values in of_times], axis=0))
-    differences = np.min(apart, axis=1, initial=np.inf)
-    moving = differences[(differences > 0) & np.isfinite(differences)]
-    return _TIMES_USUAL * float(np.median(moving)) if len(moving) >= _FEWEST else np.inf
 
 
 Repaired = tuple[Rows, tuple[Finding, ...]]
@@ -190,11 +143,9 @@ def keep_last_of_repeated(rows: Rows) -> Repaired:
 def average_repeated(rows: Rows) -> Repaired:
     """Replace several values of a signal at one time by their mean.
 
-    Its standard deviation is that of the mean of independent samples. Values that differ by more than noise explains
-    are reported as doubtful: they may come from two sensors, or have wrong stamps. InputError: a row has no time.
+    Its standard deviation is that of the mean of independent samples. InputError: a row has no time.
     """
-    averaged, found = _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
-    return averaged, (*found, *far_apart(rows))
+    return _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
 
 
 REPAIRS: Mapping[str, Repair] = {

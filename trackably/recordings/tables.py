@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import cached_property
@@ -13,27 +13,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from trackably.arguments import instance, is_number, names, real, text, whole
+from trackably.arguments import instance, names, real, text, whole
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.recordings.clocks import (
-    EXACT,
-    Clock,
-    DateTimes,
-    Origin,
-    clock_named,
-    doubt,
-    exact,
-    origin_seconds,
-    scale_once,
-    zero_of,
-)
+from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, doubt, exact, scale_once
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows
 
 # Kinds of files, by their first bytes, that a reader refuses because another one reads them, or none.
 
-GZIP = b"\x1f\x8b"
 MCAP = b"\x89MCAP"
 
 LARGEST = 400_000_000
@@ -43,7 +31,7 @@ _SAVE = "save it as CSV"
 _CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
 _KINDS = (
     (MCAP, "an MCAP file", "read_mcap reads it"),
-    (GZIP, "a gzip file", "unpack it"),
+    (b"\x1f\x8b", "a gzip file", "unpack it"),
     (b"PK\x03\x04", "a zip archive, as spreadsheets are (.xlsx, .ods)", f"{_SAVE}, or unpack it"),
     (b"\xd0\xcf\x11\xe0", "an old spreadsheet (.xls)", _SAVE),
     (b"#ROSBAG", "a ROS 1 bag", _CONVERT),
@@ -107,9 +95,8 @@ _T = TypeVar("_T")
 class Table:
     """Columns of the `source`, a file or a topic: cells by column as they are written, None for no value.
 
-    `places` names each row, "line 12" or "row 3", and `stamps` are their times [s] once these are known, None for no
-    time. `mark` is the decimal mark of numbers written as text; without one, texts are no numbers. Messages call a
-    column `what`, and end with `advice` if a cell does not begin as a number.
+    `places` names each row, "line 12" or "row 3". `mark` is the decimal mark of numbers written as text; without one,
+    texts are no numbers. Messages call a column `what`, and end with `advice` if a cell does not begin as a number.
     """
 
     source: str
@@ -118,13 +105,11 @@ class Table:
     mark: str | None = None
     what: str = "column"
     advice: str = ""
-    stamps: Sequence[Decimal | None] = ()
 
     def part(self, chosen: Sequence[int]) -> Table:
         """Return these rows, given as positions from 0, in this order."""
         columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
-        stamps = [self.stamps[i] for i in chosen] if self.stamps else ()
-        return replace(self, places=[self.places[i] for i in chosen], columns=columns, stamps=stamps)
+        return replace(self, places=[self.places[i] for i in chosen], columns=columns)
 
     def numbers(self, name: str, scale: float = 1.0, offset: float = 0.0) -> Array:
         """Return the numbers of a column, scaled, NaN for no value. InputError: a cell is no number."""
@@ -145,7 +130,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Reading:
-    """The arguments of a reader: which columns of a table it reads as signals, and over which times.
+    """The arguments of a reader: which columns of a table it reads as times and as signals.
 
     `time` is the column of time stamps, or several columns whose texts make one stamp, joined by spaces; None counts
     rows. TypeError, ValueError: an argument is wrong.
@@ -156,7 +141,6 @@ class Reading:
     signals: Mapping[str, Column | str]
     repairs: Sequence[Repair | str]
     origin: Origin
-    between: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         check_signals(self.signals, Column | str, 'a Column or the name of one, as {"position": "x"}')
@@ -171,11 +155,6 @@ class Reading:
         if self.origin not in (None, "first"):
             origin = whole('origin in nanoseconds (or None, or "first")', self.origin)
             object.__setattr__(self, "origin", origin)
-        match self.between:
-            case (start, end) if is_number(start) and is_number(end) and start < end:
-                pass
-            case given if given is not None:
-                raise ValueError(f"between: expected (start, end) in seconds, start < end, or None, got {given!r}")
 
     @cached_property
     def clock(self) -> Clock:
@@ -194,35 +173,26 @@ class Reading:
         named = (*times, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
         return list(dict.fromkeys(name for name in named if name is not None))
 
-    def stamped(self, table: Table) -> Table:
-        """Return the table with its times. InputError: a cell is no time stamp of the clock."""
+    def stamps(self, table: Table) -> list[Decimal | None]:
+        """Return the time [s] of each row, None if it has none. InputError: a cell is no time stamp of the clock."""
         if self.time is None:
-            return replace(table, stamps=[self.clock.seconds(row) for row in range(len(table.places))])
+            return [self.clock.seconds(row) for row in range(len(table.places))]
         name, stamped = self.time, table
         if not isinstance(name, str):
             parts, name = name, ", ".join(name)
             rows = zip(*(table.columns[part] for part in parts), strict=True)
             joined = [None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows]
             stamped = replace(table, columns={name: joined})
-        return replace(table, stamps=stamped.convert(name, lambda cell: self.clock.seconds(cell, table.mark)))
-
-    def stamps_with_values(self, table: Table) -> list[Decimal]:
-        """Return the stamps [s] of the rows that have a value in one of the columns."""
-        rows = zip(*(table.columns[column.name] for column in self.columns.values()), strict=True)
-        return [
-            t
-            for t, row in zip(table.stamps, rows, strict=True)
-            if t is not None and any(value is not None for value in row)
-        ]
+        return stamped.convert(name, lambda cell: self.clock.seconds(cell, table.mark))
 
     def rows(self, table: Table) -> Rows:
-        """Return the values of a table with its times. InputError: a cell is no number."""
-        columns = self.columns.items()
+        """Return the times and values of a table. InputError: a cell is no time stamp or no number."""
+        stamps, columns = self.stamps(table), self.columns.items()
         values = {name: table.numbers(of.name, of.scale, of.offset) for name, of in columns}
         noise_std = {
             name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std is not None
         }
-        return Rows(table.source, table.places, table.stamps, values, noise_std)
+        return Rows(table.source, table.places, stamps, values, noise_std)
 
 
 def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, described: str) -> None:
@@ -235,51 +205,16 @@ def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, describe
 
 
 def recording_of(*tables: tuple[Reading, Table]) -> Recording:
-    """Return the recording of tables whose clocks count from one zero, with the same repairs, origin and window.
+    """Return the recording of tables whose clocks count from one zero, with the same repairs and origin.
 
-    Raises InputError; warns the caller's caller of implausible stamps, and of repairs that may be wrong.
+    Raises InputError; warns the caller's caller of implausible stamps.
     """
     reading, _ = tables[0]
-    origin, absolute = reading.origin, reading.clock.absolute
-    tables = tuple((of, of.stamped(table)) for of, table in tables)
-    if origin is None:
-        _warn(_doubts(tables))
-    if reading.between:
-        seen = [t for of, table in tables for t in of.stamps_with_values(table)]
-        origin = zero_of(origin, absolute, min(seen, default=Decimal(0)))
-        tables = _inside(tables, seen, reading.between, origin_seconds(origin))
     rows = [of.rows(table) for of, table in tables]
-    found = recording_from_rows(rows, absolute, chosen_repairs(reading.repairs), origin)
-    _warn(question for cleaning in found.cleanings for question in cleaning.questions)
-    return found
-
-
-def _inside(
-    tables: Sequence[tuple[Reading, Table]], seen: Sequence[Decimal], between: tuple[float, float], zero: Decimal
-) -> tuple[tuple[Reading, Table], ...]:
-    """Return the rows with start ≤ time ≤ end [s] since `zero`, or without a time.
-
-    InputError, with the times at which values were `seen`: there is no such row.
-    """
-    start, end = (EXACT.add(zero, Decimal(repr(float(given)))) for given in between)
-    chosen = [[row for row, t in enumerate(table.stamps) if t is None or start <= t <= end] for _, table in tables]
-    if seen and not any(chosen):
-        first, last = (float(EXACT.subtract(t, zero)) for t in (min(seen), max(seen)))
-        raise InputError(
-            f"{tables[0][1].source}: between: there is no sample from {between[0]:g} s to {between[1]:g} s; samples "
-            f"are from {first:g} s to {last:g} s"
-        )
-    return tuple((of, table.part(rows)) for rows, (of, table) in zip(chosen, tables, strict=True))
-
-
-def _doubts(tables: Sequence[tuple[Reading, Table]]) -> Iterator[str]:
-    """Yield a question for each table whose first stamp is implausible."""
-    for reading, table in tables:
-        first = next((stamp for stamp in table.stamps if stamp is not None), None)
-        if first is not None and (question := doubt(reading.clock, first)):
-            yield f"{table.source}: {question}"
-
-
-def _warn(questions: Iterable[str]) -> None:
-    for question in questions:
-        warnings.warn(question, DoubtfulInputWarning, stacklevel=4)  # shown at the line that calls the reader
+    if reading.origin is None:
+        for (of, table), read in zip(tables, rows, strict=True):
+            first = next((stamp for stamp in read.stamps if stamp is not None), None)
+            if first is not None and (question := doubt(of.clock, first)):
+                # shown at the line that calls the reader
+                warnings.warn(f"{table.source}: {question}", DoubtfulInputWarning, stacklevel=3)
+    return recording_from_rows(rows, reading.clock.absolute, chosen_repairs(reading.repairs), reading.origin)

@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Never
 
 import numpy as np
 
@@ -44,12 +43,6 @@ from trackably.threads import one_blas_thread
 
 _FEWEST = 8  # a window shorter than this many intervals between samples is refused, unless it spans all samples
 _CALLER = 3  # stack frames up to the user's line, counting the decorator of `learn_stream`
-_INSTEAD = {
-    "method": "a stream is always learned as a function, with hyperparameters from one of its windows; leave it out",
-    "learn_from": "learn hyperparameters by `learn_reference` from these samples, and give them as known: numbers in "
-    "the kernel and for noise_std",
-    "tolerance": "a stream bounds its distance from the true signal (`truth`), and searches for no smaller one",
-}
 
 
 @one_blas_thread()
@@ -73,7 +66,6 @@ def learn_stream(
     truth: TruthLike | None = None,
     starts: int = 8,
     progress: bool = True,
-    **others: Never,
 ) -> StreamReference:
     """Learn one reference from a stream that is much longer than the memory of its kernel, and prove it.
 
@@ -98,8 +90,6 @@ def learn_stream(
         windows keep it.
     disturbance, measurement_noise, feedback, model_error, margin, truth
         As in `learn_reference`.
-    others
-        No other option is accepted; `learn_from` and `method` are options of `learn_reference` only.
 
     Warns
     -----
@@ -111,16 +101,13 @@ def learn_stream(
     Raises
     ------
     TypeError
-        If an argument is of another type, or an option is unknown: the message names it.
+        If an argument is of another type: the message names it.
     ValueError
         If samples, kernels, claim and options do not fit together, a kernel does not decay, or the prior mean is no
         admissible equilibrium.
     NotTrackableError
         If no reference was found, or none that is proved.
     """
-    for name in others:
-        instead = _INSTEAD.get(name, "`help(learn_stream)` shows what it takes")
-        raise TypeError(f"learn_stream: takes no {name!r}; {instead}")
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)

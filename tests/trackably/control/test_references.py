@@ -50,7 +50,11 @@ def cubic(gain):
 
 OWN = LinearSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]], states=("position", "velocity"), sampling_time=0.1)
 OTHERS = {
-    "other names": (OWN, replace(OWN, states=("angle", "rate")), "its states angle, rate, the controller's position, "),
+    "other names": (
+        OWN,
+        replace(OWN, states=("angle", "rate")),
+        r"its states \('angle', 'rate'\), the controller's \(",
+    ),
     "another matrix": (OWN, replace(OWN, A=OWN.A + np.diag([0, 1e-6])), "the same state and input, the next velocity"),
     "another gain": (cubic(0.1), cubic(0.2), "from the same state and input, the next x differs"),
 }

