@@ -34,7 +34,7 @@ from pipeline.methods import (
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.published.periodic import all_phases
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
-from pipeline.storage.results import Results, to_csv
+from pipeline.storage.results import ENVIRONMENT, Results, to_csv
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.files import write_json, write_text
@@ -186,7 +186,7 @@ def fit(experiment: Experiment, results: Results) -> None:
     fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
     write_fit(results, fitted, steps * experiment.plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))
-    write_json(results.environment, environment())
+    write_json(results.folder / ENVIRONMENT, environment())
 
 
 def _fits(experiment: Experiment, task: Task) -> dict[str, Fit]:

@@ -102,9 +102,7 @@ def prediction(
     if final_step is not None:
         label = rf" $\bar{{k}}$ = {final_step}"
         direct_label(panels[0], final_step, panels[0].get_ylim()[0], label, va="bottom")
-    handles, labels = panels[0].get_legend_handles_labels()
-    found = dict(zip(labels, handles, strict=True))
-    figure.legend(found.values(), found, loc="outside upper center", ncols=min(4, ceil(len(found) / 2)))
+    legend_above(figure, columns=min(4, ceil(len({*panels[0].get_legend_handles_labels()[1]}) / 2)))
     return figure
 
 
