@@ -158,7 +158,8 @@ def path(
 
 def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
     """Label both axes with the states and their units, and give them the same scale."""
-    axes.set(**dict(zip(("xlabel", "ylabel"), (axis_label(name, units) for name in plane), strict=True)))
+    first, second = (axis_label(name, units) for name in plane)
+    axes.set(xlabel=first, ylabel=second)
     axes.set_aspect("equal", adjustable="datalim")
 
 
