@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.adapters.rows import POINTS
 from benchmarks.rivals.curves import is_driven_by_accelerations, moving, of_states_and_inputs
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
@@ -81,4 +80,3 @@ FLATSYS = Rival(
     needs=("control",),
     licence="BSD-3-Clause",
 )
-assert POINTS > _TIMES
