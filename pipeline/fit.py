@@ -57,25 +57,14 @@ def mapped(*tasks: tuple[Callable[[Any], Row], Collection[object]]) -> Iterator[
     If Ctrl-C is pressed, a terminal interrupts all processes of a command. Worker processes ignore the interrupt, so
     that they print no tracebacks; the first process ends them.
     """
-    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+    alone, ignored = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(mp_context=alone, initializer=signal.signal, initargs=ignored) as pool:
         try:
-            with _ignored_interrupts():
-                results = [(pool.map(function, arguments), len(arguments)) for function, arguments in tasks]
-            yield results
+            yield [(pool.map(function, arguments), len(arguments)) for function, arguments in tasks]
         except KeyboardInterrupt:
             for process in multiprocessing.active_children():
                 process.terminate()
             raise
-
-
-@contextmanager
-def _ignored_interrupts() -> Iterator[None]:
-    """Ignore interrupts in this context. Processes that are started in it ignore interrupts for ever."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:

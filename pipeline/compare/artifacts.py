@@ -25,7 +25,7 @@ from trackably.errors import InputError
 
 
 class UnreadableError(Exception):
-    """A file does not have the format of its suffix; the message says why, without naming the file."""
+    """A file does not have the format of its suffix, or not a value that is looked up; the message says why."""
 
 
 class Absent(Enum):

@@ -185,8 +185,7 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
         for name, values in shown.derivatives.items():
             axes.plot(shown.times, values, **styles[name])
         axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
-        if axes.get_subplotspec().is_first_col():
-            axes.set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
+    figure.axes[0].set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
     legend_above(figure, columns=3)
     return figure
 
