@@ -47,7 +47,8 @@ from trackably.reference.fit import Fit as TrackableFit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
-Row, Table = TypeVar("Row"), TypeVar("Table", Conservatism, Draws, Tightness)
+Row = TypeVar("Row")
+Table = TypeVar("Table", Conservatism, Draws, Tightness)
 
 
 @contextmanager

@@ -258,9 +258,9 @@ def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
     with_next = np.append(steps, steps[-1] + 1)
     x, (low, high) = state_at_steps(reference, with_next), tube_after_steps(reference, steps)
     corners = np.transpose([[steps, x[:-1]], [steps + 1, low], [steps + 1, high]], (2, 0, 1))
-    axes.add_collection(PolyCollection(corners, facecolors=FAINT, edgecolors="none"))
+    axes.add_collection(PolyCollection(list(corners), facecolors=FAINT, edgecolors="none"))
     label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
-    axes.add_collection(LineCollection(corners[:, 1:], colors=GREY, linewidths=1.6, label=label))
+    axes.add_collection(LineCollection(list(corners[:, 1:]), colors=GREY, linewidths=1.6, label=label))
     axes.plot(with_next, x, color=BLUE, marker="o", linewidth=0.9, label=r"reference $x_\mathrm{r}(k)$")
     axes.autoscale_view()
     state_bounds(axes, state_interval(reference), side="left")

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -94,11 +94,15 @@ def _over_steps(
 
 
 def _grid(
-    plant: ConstrainedSystem, columns: int, shown: tuple[float, float], units: Units, **shared: str
+    plant: ConstrainedSystem,
+    columns: int,
+    shown: tuple[float, float],
+    units: Units,
+    sharey: Literal["none", "row"] = "none",
 ) -> tuple[Figure, NDArray[Any]]:
     """Return a figure with a row of panels for each state and input, from the first to the last step of `shown`."""
     figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(plant.names)))
-    panels = figure.subplots(len(plant.names), columns, sharex=True, squeeze=False, **shared)
+    panels = figure.subplots(len(plant.names), columns, sharex=True, sharey=sharey, squeeze=False)
     for axes, name in zip(panels[:, 0], plant.names, strict=True):
         axes.set_ylabel(axis_label(name, units))
     for axes in panels[-1]:

@@ -225,8 +225,8 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
             rows[size] = (found.solution.objective - least, _misfit(fitted.sampled, found.reference))
             start = found.solution.posterior.prior.log_hyperparameters
     columns = zip(*((size, *rows[size]) for size in sorted(rows)), strict=True)
-    found = dict(zip(("sizes", "price", "misfit"), map(list, columns), strict=True))
-    return {**found, "largest": tightened.largest_fraction}
+    table = dict(zip(("sizes", "price", "misfit"), map(list, columns), strict=True))
+    return {**table, "largest": tightened.largest_fraction}
 
 
 def scaled(tightened: Tightening, size: float) -> Tightening:

@@ -220,5 +220,5 @@ def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tup
 
 def _joined(first: Samples, later: Samples) -> Samples:
     new, parts = later.times > first.times[-1], ("times", "values", "relative_noise")
-    joined = (np.concatenate([getattr(first, name), getattr(later, name)[new]]) for name in parts)
-    return Samples(*joined, first.stencil, first.scatters)
+    times, values, noise = (np.concatenate([getattr(first, name), getattr(later, name)[new]]) for name in parts)
+    return Samples(times, values, noise, first.stencil, first.scatters)

@@ -166,11 +166,11 @@ def write_sources(project: Path, into: Path) -> list[Page]:
     notebooks = [project / "notebooks" / f"{page['name']}.ipynb" for page in pages if page["notebook"]]
     more = [*_write_notebooks(project, notebooks, into), *_write_benchmark(project / "benchmarks", into)]
     shutil.copytree(project / "docs", into, dirs_exist_ok=True)
-    told = {"pages": pages, "claims": _judged(project), "more": more}
+    told: Page = {"pages": pages, "claims": _judged(project), "more": more}
     for name, template, about in (
         ("results", "results", told),
         ("gallery", "gallery", told),
-        *((page["name"], "experiment", {"page": page}) for page in pages),
+        *((page["name"], "experiment", Page(page=page)) for page in pages),
     ):
         write_text(into / f"{name}.md", _rendered(_HERE / "templates" / f"{template}.md.j2", **about))
     return pages
