@@ -5,7 +5,7 @@ a grid. The variables are ln θ, and bounds are tightened as in the library; a p
 1e-7 of its width or more. SciPy uses finite differences, CasADi exact first and second derivatives.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -27,7 +27,6 @@ from trackably.learning.learner import HYPERPARAMETERS
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
 from trackably.learning.search import best_solution
-from trackably.systems.intervals import Interval
 
 _FEASIBLE = -1e-7
 _FIRST_STEP, _LAST_STEP = 70, 300
@@ -71,10 +70,9 @@ class OnGrid:
     def objective(self, log_theta: Array) -> float:
         """Return l(θ), the negative log marginal likelihood; 1e10 if it cannot be evaluated."""
         try:
-            value, _ = self._solved(log_theta)
+            return self._solved(log_theta)[0]
         except LinAlgError:
             return 1e10
-        return value
 
     def slack(self, log_theta: Array) -> Array:
         """Return the constraint functions, which are not negative at feasible points."""
@@ -206,14 +204,12 @@ def _slsqp_algorithm1(of: Task, every_start: bool) -> tuple[float, str]:
             objective, at = by_slsqp(problem, starts)
         if not at.size:
             raise Disagreement(f"SLSQP ends at nothing feasible with bounds at steps up to {k_bar - 1}")
-        signal = JointPosterior(of.prior.with_log_hyperparameters(at), of.samples).signals[0]
-        bounds = tail(signal, k_bar * of.plant.sampling_time)
-        if bounds is not None and bounds.keeps_states(of.plant):
-            centre = signal(np.array(bounds.start)).item()
-            around = Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
-            if bounds.keeps_rates(growth_rates(of.plant, around)):
-                told = f"; in {lost} the warm start ends at nothing feasible, and all starts are tried" if lost else ""
-                return objective, f"{k_bar - _FIRST_STEP + 1} fits, the last with k̄ = {k_bar}{told}"
+        posterior = JointPosterior(of.prior.with_log_hyperparameters(at), of.samples)
+        bounds = tail(posterior.signals[0], k_bar * of.plant.sampling_time)
+        rates = bounds and growth_rates(of.plant, AS_PUBLISHED.growth_states(bounds, posterior))
+        if bounds and rates and bounds.keeps_states(of.plant) and bounds.keeps_rates(rates):
+            told = f"; in {lost} the warm start ends at nothing feasible, and all starts are tried" if lost else ""
+            return objective, f"{k_bar - _FIRST_STEP + 1} fits, the last with k̄ = {k_bar}{told}"
         last = at[None]
     raise Disagreement(f"Algorithm 1 by SLSQP shows nothing for all times, with bounds at steps up to {_LAST_STEP}")
 
@@ -229,11 +225,7 @@ def _example2() -> Iterator[Row]:
         return kept(best_solution(problem), Solution)
 
     wanted, proved = ours().objective, of.learned(HYPERPARAMETERS).solution.objective
-    methods: tuple[tuple[str, Callable[[OnGrid, Any], tuple[float, Array]], int], ...] = (
-        ("SciPy SLSQP", by_slsqp, 2),
-        ("CasADi + IPOPT", by_ipopt, 1),
-    )
-    for rival, method, rounds in methods:
+    for rival, method, rounds in (("SciPy SLSQP", by_slsqp, 2), ("CasADi + IPOPT", by_ipopt, 1)):
         once = cache(partial(method, plain, starts))
         yield duel(
             "constrained fit",

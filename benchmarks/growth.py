@@ -5,7 +5,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -134,24 +134,15 @@ def _recordings(kernel: str) -> Iterator[Row]:
     yield part_of(_RECORDED, problem, rival, many, few, _GROWTH, in_seconds=True)
 
 
-@contextmanager
-def _others_at_work(count: int) -> Iterator[None]:
-    """Keep `count` other processes busy within this context."""
-    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
-    try:
-        yield
-    finally:
-        for other in others:
-            other.kill()
-            other.wait()
-
-
 def _busy() -> Row:
     """Compare learning with default threads while other processes are busy, and with one thread while they are not."""
     arguments = learn_sine, "squared exponential", _ODD, _WITHIN
     defaults = {name: value for name, value in os.environ.items() if name not in _THREADS}
     one = _alone(*arguments, environment=defaults | dict.fromkeys(_THREADS, "1")).processor
-    with _others_at_work(_OTHERS):
+    with ExitStack() as others:
+        for _ in range(_OTHERS):
+            other = others.enter_context(subprocess.Popen([sys.executable, "-c", "while True: pass"]))
+            others.callback(other.kill)
         default = _alone(*arguments, environment=defaults).processor
     problem = f"double integrator, 10 Hz, n = {grouped(_ODD)}, default threads, {_OTHERS} other busy processes"
     return part_of(_RECORDED, problem, "one thread", default, one, _SLOWER, in_seconds=True)

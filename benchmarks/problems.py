@@ -129,22 +129,22 @@ REPAIRS = ["drop_zero_rows", "drop_rows_out_of_order", "average_repeated"]
 BREATHING = ROOT / "data" / "recordings" / "breathing.csv"
 
 
-def tracked(path=BREATHING, start: float = 0.0) -> Samples:
+def tracked(start: float = 0.0) -> Samples:
     """Return half a minute of a tracker's recording [mm], from `start` [s] on."""
     layout = CsvLayout(separator=";", decimal=",")
-    return read_csv(path, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
+    return read_csv(BREATHING, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
 
 
 _FINE, _SMOOTH = 0.05, 3.0  # seconds: time step of the drive cycle, and width of its moving average
 
 
-def drive_cycle(count: int, seed: int = 0) -> Samples:
+def drive_cycle(count: int) -> Samples:
     """Return noisy samples of the speed [m/s] of a car at every second: stops, accelerations, cruising, braking.
 
     The car stands still for a quarter of the time. Its accelerations are at most 2 m/s²: corners of the trace are
     rounded by a moving average over 3 s.
     """
-    draw = np.random.default_rng(seed)
+    draw = np.random.default_rng(0)
     corners, speeds = [0.0], [0.0]
 
     def drive(speed: float, then: float) -> None:

@@ -14,7 +14,6 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -166,9 +165,9 @@ def sines(draws: np.random.Generator, periods: Array, sizes: Array) -> Callable[
     return lambda t, order: np.sin(np.outer(t, omega) + phases + order * np.pi / 2) @ (sizes * omega**order)
 
 
-def on_bounds(count: int, seed: int = 0) -> Recording:
+def on_bounds(count: int) -> Recording:
     """Return noisy samples of a sum of sines whose speed is cut off, so that it is on its bounds most of the time."""
-    draws, apart, fine = np.random.default_rng(seed), 0.1, 0.01
+    draws, apart, fine = np.random.default_rng(0), 0.1, 0.01
     t = fine * np.arange(round(count * apart / fine) + 1)
     speed = sines(draws, np.array([7.3, 4.1, 2.6]), np.array([1.0, 0.7, 0.4]))(t, 1)
     fastest = float(np.quantile(np.abs(speed), 1 - _ON_BOUNDS))
@@ -328,9 +327,9 @@ LEVELS = 293.15, 80.0, -1200.0
 _PROGRAMS = "the best of three quadratic programs"
 
 
-def made_up(level: float, count: int = 80, seed: int = 0) -> Recording:
+def made_up(level: float) -> Recording:
     """Return noisy samples of three sines about a level, with bounds on value and speed; the speed breaks its bound."""
-    draws = np.random.default_rng(seed)
+    draws, count = np.random.default_rng(0), 80
     times = 0.15 * np.arange(count) + draws.uniform(-0.03, 0.03, count)
     signal = sines(draws, np.array([6.3, 3.1, 1.9]), np.array([10.0, 5.0, 2.5]))
     samples = Samples(times, level + signal(times, 0) + 0.8 * draws.standard_normal(count))
@@ -339,15 +338,15 @@ def made_up(level: float, count: int = 80, seed: int = 0) -> Recording:
     return Recording(f"made up about {level:g}", samples, bounds, 0.05, 0.025, 1e-4, kernels, level)
 
 
-def breathing(path: Path = BREATHING, start: float = 0.0, every: int = 1) -> Recording:
+def breathing(start: float) -> Recording:
     """Return half a minute of a tracker's recording [mm], for an axis that allows 0.8 of the breathing's speed."""
-    recorded = tracked(path, start)
-    samples = Samples(recorded.times[::every] - start, recorded.values[::every])
+    recorded = tracked(start)
+    samples = Samples(recorded.times - start, recorded.values)
     smooth = np.convolve(recorded.values, np.ones(5) / 5, "valid")
     fastest = 0.8 * float(np.max(np.abs(np.diff(smooth) / np.diff(recorded.times[2:-2]))))
     low, high = float(np.min(samples.values)), float(np.max(samples.values))
     bounds = Interval(low - 1.0, high + 1.0), around(fastest), around(40.0)
-    return Recording(f"breathing, {path.stem} from {start:g} s", samples, bounds, 0.01, 0.02, 1e-5)
+    return Recording(f"breathing, {BREATHING.stem} from {start:g} s", samples, bounds, 0.01, 0.02, 1e-5)
 
 
 def axis() -> Recording:
@@ -368,8 +367,8 @@ def recordings() -> Iterator[Recording]:
     """Return all recordings."""
     yield axis()
     yield hill()
-    yield from (breathing(BREATHING, start) for start in (0.0, 60.0))
-    yield from (made_up(level) for level in LEVELS)
+    yield from map(breathing, (0.0, 60.0))
+    yield from map(made_up, LEVELS)
 
 
 Numbers = Callable[[], tuple[float, float]]

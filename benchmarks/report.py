@@ -102,10 +102,8 @@ def _target(row: Row) -> str:
 def _time(seconds: float) -> str:
     if math.isnan(seconds):
         return ""
-    for unit, size in (("s", 1.0), ("ms", 1e-3)):
-        if seconds >= size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds / 1e-6:.3g} µs"
+    unit, size = next((of for of in (("s", 1.0), ("ms", 1e-3)) if seconds >= of[1]), ("µs", 1e-6))
+    return f"{seconds / size:.3g} {unit}"
 
 
 @with_style
@@ -126,7 +124,6 @@ def figure(rows: Sequence[Row]) -> Figure:
     axes.axvline(1.0, color=INK, linewidth=0.6, zorder=0)
     labels = [f"{row.topic}, {row.problem}: {row.rival}" for row in reversed(rows)]
     axes.set_yticks(range(len(rows)), labels, fontsize=5.5)
-    axes.set_ylim(-0.7, len(rows) - 0.3)
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("other's time / ours (bar: target; square: missed)")
+    axes.set(ylim=(-0.7, len(rows) - 0.3), xlabel="other's time / ours (bar: target; square: missed)")
     return figure

@@ -63,9 +63,9 @@ def _notebook(name: str, params: Path) -> None:
 
     If there is no such notebook, a copy of the template is made for the experiment NAME.
     """
-    from pipeline.notebook import exists, notebook  # noqa: PLC0415  as for the stages
+    from pipeline.notebook import notebook, path_of  # noqa: PLC0415  as for the stages
 
-    notebook(name if exists(name) else load_experiment(name, params).name)
+    notebook(name if path_of(name).exists() else load_experiment(name, params).name)
 
 
 @main.command("record", short_help="Write the simulated recordings.")

@@ -1,6 +1,5 @@
 """Stage 4: references → closed loops and their metrics, and references that are learned again while a loop runs."""
 
-from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -23,9 +22,9 @@ from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from trackably.certificates.claim import times_of
-from trackably.control.controller import Controller, scaled_controller
+from trackably.control.controller import scaled_controller
 from trackably.control.references import TrackedReference
-from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
+from trackably.control.simulation import apply_fallback_for, simulate
 from trackably.errors import InputError
 from trackably.files import write_json
 from trackably.gp.samples import Samples
@@ -77,11 +76,16 @@ def control(experiment: Experiment, results: Results) -> None:
             f"{wanted.horizon} steps, got {times_of(experiment.claim)}"
         )
     references = references_of(fitted)
+    started = initial_states(controller, references[JOINT.name], steps.start)
     metrics: dict[str, object] = {"horizon": wanted.horizon}
     courses: dict[str, Course] = {}
     for name, reference in references.items():
         found = {}
-        for start, loop in _loops(experiment, controller, references[JOINT.name], reference, name):
+        # The initial state `on` lies on this reference; the other ones are chosen for the certified reference.
+        states = started | {ON: reference.window(steps.start, 1).states[0]}
+        for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
+            policy = apply_fallback_for(wanted.patience)
+            loop = simulate(controller, reference, state, len(steps), first_step=steps.start, on_infeasible=policy)
             courses[f"/loops/{name}/{start}"] = Course.of(loop, plant).until(steps.start + wanted.logged)
             found[start] = loop_metrics(loop, plant)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
@@ -111,17 +115,3 @@ def references_of(fitted: Fitted) -> dict[str, TrackedReference]:
     with suppress(ValueError):  # there are no lines if samples show only changes of a flat output
         found[INTERPOLATED] = interpolated(fitted.sampled.samples, joint.plant)
     return found
-
-
-def _loops(
-    experiment: Experiment, controller: Controller, certified: TrackedReference, reference: TrackedReference, name: str
-) -> Iterator[tuple[str, ClosedLoop]]:
-    """Yield the name of each initial state, and the loop that starts from this state.
-
-    The initial state `on` lies on `reference`; the other ones are chosen for the certified reference.
-    """
-    steps, patience = experiment.loop_steps, experiment.control.patience
-    states = initial_states(controller, certified, steps.start) | {ON: reference.window(steps.start, 1).states[0]}
-    for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
-        policy = apply_fallback_for(patience)
-        yield start, simulate(controller, reference, state, len(steps), first_step=steps.start, on_infeasible=policy)

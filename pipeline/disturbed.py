@@ -4,28 +4,28 @@ It runs a million steps by default, under the disturbances of experiments and of
 compares the tube controller with the nominal controller.
 """
 
+import itertools
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import count
+from itertools import islice
 from pathlib import Path
 
 import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import disturbed_plant, noise, start
+from pipeline.loops.disturbed import KINDS, disturbed_plant, noise, start
 from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
-from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.control.controller import scaled_controller, shortest_horizon
 from trackably.control.simulation import simulate
-from trackably.control.stepping import Disturbances, Plan, Successor
+from trackably.control.stepping import Disturbances, Successor
 from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -67,18 +67,12 @@ def experiments(results: Path) -> Iterator[Case]:
 
 
 def random_systems(count: int) -> Iterator[Case]:
-    """Yield random systems of one to three states whose references come near to their bounds, and are proved.
+    """Return random systems of one to three states whose references come near to their bounds, and are proved.
 
     Systems are left out if the tightening for disturbances leaves no admissible states or inputs, or if the reference
     is not proved.
     """
-    seed = 0
-    while count:
-        found = random_case(seed)
-        seed += 1
-        if found is not None:
-            count -= 1
-            yield found
+    return islice(filter(None, map(random_case, itertools.count())), count)
 
 
 def random_case(seed: int, steps: int = 150) -> Case | None:
@@ -125,22 +119,17 @@ def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, 
     return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)
 
 
-_KINDS = ("greedy", "drawn", "constant")
-_OFF_EVERY = 20
-
-
 def disturbed_runs(case: Case, steps: int) -> Counter[str]:
     """Run loops of at least `steps` steps in all; count steps, runs, broken bounds and steps without a plan.
 
-    Disturbances are greedy, drawn and constant in turn. Most runs start in x_r ⊕ Z, where Z is the invariant set of the
-    error; every twentieth run may start outside.
+    Disturbances are greedy, drawn and constant in turn. Runs start in x_r ⊕ Z; Z is the invariant set of the error.
     """
     found, given = Counter[str](), case.tightening.given
-    for i in count():
+    for i in itertools.count():
         if found["steps"] >= steps:
             break
         measured = noise(case.tightening, i)
-        first = case.robust.state(0) + _start_of(case, i)
+        first = case.robust.state(0) + start(case.tube.invariant, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
         moved, pushed = plant_of(case, i)
         loop = simulate(
@@ -161,19 +150,7 @@ def disturbed_runs(case: Case, steps: int) -> Counter[str]:
 
 def plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
     """Return the plant and the disturbances of run i; they are the same at each call."""
-    return disturbed_plant(_KINDS[i % 3], case.tightening, i)
-
-
-def _start_of(case: Case, i: int) -> Array:
-    """Return the initial error of the measured state: in Z, or in every twentieth run any error that allows a plan."""
-    e = start(case.tube.invariant, i)
-    if i % _OFF_EVERY:
-        return e
-    rng = np.random.default_rng(i)
-    off = rng.standard_normal(len(e)) / np.sqrt(np.diag(case.tube.Q))
-    while not isinstance(case.tube.step(0, case.robust.state(0) + off, case.robust), Plan):
-        off = off / 2
-    return np.asarray(off)
+    return disturbed_plant(KINDS[i % 3], case.tightening, i)
 
 
 _RANDOM = 16

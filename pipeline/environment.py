@@ -9,14 +9,12 @@ inherit the variables.
 import os
 import platform
 import sys
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
-_KERNELS = {"OPENBLAS_CORETYPE": "Haswell"}
-_BEYOND_AVX2 = {"NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
-_NAMED_SO_SINCE = (2, 4)
-"""The first version of NumPy that knows these names of groups of instructions; older ones warn of unknown names."""
+KERNELS = {"OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "X86_V4 AVX512_ICL AVX512_SPR"}
+"""The environment variables by which OpenBLAS and NumPy (from 2.4 on, as is locked) use code for AVX2."""
 
 
 def pin() -> None:
@@ -29,13 +27,7 @@ def pin() -> None:
         return
     os.environ.update(dict.fromkeys(THREADS, "1"))
     if has_avx2():
-        for name, value in kernels().items():
-            os.environ.setdefault(name, value)
-
-
-def kernels() -> dict[str, str]:
-    """Return the environment variables by which OpenBLAS and NumPy use code for AVX2, with their values."""
-    return _KERNELS | (_BEYOND_AVX2 if _numpy_version() >= _NAMED_SO_SINCE else {})
+        os.environ.update(KERNELS | os.environ)
 
 
 def has_avx2(processor: Path = Path("/proc/cpuinfo")) -> bool:
@@ -44,13 +36,6 @@ def has_avx2(processor: Path = Path("/proc/cpuinfo")) -> bool:
         return False
     flags = next((line for line in processor.read_text().splitlines() if line.startswith("flags")), "").split()
     return {"avx2", "fma"} <= {*flags}
-
-
-def _numpy_version() -> tuple[int, ...]:
-    try:
-        return tuple(int(number) for number in version("numpy").split(".")[:2])
-    except PackageNotFoundError:
-        return ()
 
 
 PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "mpmath", "matplotlib", "mcap", "zstandard")

@@ -50,7 +50,7 @@ _SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample
 _OVERVIEW, _CLOSER = 8.0, 1.25
 _FIRST_STEPS = 50
 _CURVE_POINTS = 1001
-_PAIRS = ((JOINT.name, "nominal"), (ROBUST.name, "nominal"), (JOINT.name, "tube"), (ROBUST.name, "tube"))
+_PAIRS = [(reference, controller) for controller in ("nominal", "tube") for reference in (JOINT.name, ROBUST.name)]
 
 
 def figures(experiment: Experiment, results: Results) -> None:
@@ -333,13 +333,11 @@ def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
 
 def room(tightening: Tightening) -> tuple[Array, Array]:
     """Return how far states and inputs may be below and above a reference, each (n + m,), in float64."""
-    Z, K = tightening.invariant, tightening.invariant.feedback if tightening.invariant else None
+    Z = tightening.invariant
     assert Z is not None, "drawn only where there is a disturbance"
-    assert K is not None, "it belongs to the set"
-    rows = np.vstack([np.eye(K.shape[1]), K])
+    n = Z.feedback.shape[1]
+    rows = np.vstack([np.eye(n), Z.feedback])
     errors = ErrorSet(Z).support(np.stack([-rows, rows]))
     if (V := tightening.noise) is not None:  # measurement noise v: the true state is x = y − v
-        n = K.shape[1]
-        errors[0, :n] += V.support(rows[:n])
-        errors[1, :n] += V.support(-rows[:n])
+        errors[:, :n] += [V.support(rows[:n]), V.support(-rows[:n])]
     return errors[0], errors[1]

@@ -6,13 +6,12 @@ A study does the same on many problems: other numbers of intervals, other draws 
 import multiprocessing
 import signal
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import fields
 from functools import partial
-from itertools import product
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from tqdm import tqdm
@@ -26,9 +25,7 @@ from pipeline.methods import (
     JOINT,
     METHODS,
     UNCONSTRAINED,
-    Failed,
     Fit,
-    LearnedReference,
     Task,
     at_all_phases,
     best,
@@ -37,7 +34,7 @@ from pipeline.methods import (
 from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.published.periodic import all_phases
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
-from pipeline.storage.results import Results, to_csv
+from pipeline.storage.results import ENVIRONMENT, Results, to_csv
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.files import write_json, write_text
@@ -51,35 +48,24 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
 Row = TypeVar("Row")
-Calls = tuple[Callable[..., Row], Iterable[Iterable[object]]]
+Table = TypeVar("Table", Conservatism, Draws, Tightness)
 
 
 @contextmanager
-def mapped(*tasks: Calls[Row]) -> Iterator[list[Iterator[Row]]]:
-    """Yield for each (function, iterables) the results of `map(function, *iterables)`, computed on all cores.
+def mapped(*tasks: tuple[Callable[[Any], Row], Collection[object]]) -> Iterator[list[tuple[Iterator[Row], int]]]:
+    """Yield for each (function, arguments) the results of all calls, computed on all cores, and their number.
 
     If Ctrl-C is pressed, a terminal interrupts all processes of a command. Worker processes ignore the interrupt, so
     that they print no tracebacks; the first process ends them.
     """
-    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
+    alone, ignored = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
+    with ProcessPoolExecutor(mp_context=alone, initializer=signal.signal, initargs=ignored) as pool:
         try:
-            with _ignored_interrupts():
-                results = [pool.map(function, *arguments) for function, arguments in tasks]
-            yield results
+            yield [(pool.map(function, arguments), len(arguments)) for function, arguments in tasks]
         except KeyboardInterrupt:
             for process in multiprocessing.active_children():
                 process.terminate()
             raise
-
-
-@contextmanager
-def _ignored_interrupts() -> Iterator[None]:
-    """Ignore interrupts in this context. Processes that are started in it ignore interrupts for ever."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
@@ -133,7 +119,7 @@ def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: 
     """Return the entries of `Tightness` for one upper bound of the state; an empty list if no reference was proved."""
     task = experiment.with_upper_bound(upper).task(samples)
     found = METHODS[method].learn(task)
-    if isinstance(found, Failed):
+    if not isinstance(found, Fit):
         return []
     reference = Reference(found.solution.signals, task.plant)
     (signal,), (of,), (truth,) = reference.signals, samples, experiment.truths.values()
@@ -154,29 +140,23 @@ def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
     wanted = experiment.study
     if wanted is None:
         return None
-    tighter = [*product(_PROVED, wanted.tightness)]
+    proved = _PROVED if wanted.tightness else ()
     with mapped(
-        (partial(interval_row, experiment, samples), [wanted.conservatism]),
-        (partial(draw_row, experiment), [range(wanted.draws)]),
-        (partial(tightness_row, experiment, samples), [*zip(*tighter, strict=True)]),
-    ) as (intervals, draws, bounds):
-        of_counts = [row for row in tqdm(intervals, total=len(wanted.conservatism), desc="η", disable=None) if row]
-        of_seeds = list(tqdm(draws, total=wanted.draws, desc="draws", disable=None))
-        of_bounds = list(tqdm(bounds, total=len(tighter), desc="bounds", disable=None))
-    by_method = {
-        name: [row for (method, _), row in zip(tighter, of_bounds, strict=True) if method == name and row]
-        for name in _PROVED
-        if wanted.tightness
-    }
-    return Study(
-        Conservatism(*_columns(Conservatism, of_counts)),
-        Draws(*_columns(Draws, of_seeds)),
-        {name: Tightness(*_columns(Tightness, rows)) for name, rows in by_method.items()},
-    )
+        (partial(interval_row, experiment, samples), wanted.conservatism),
+        (partial(draw_row, experiment), range(wanted.draws)),
+        *((partial(tightness_row, experiment, samples, name), wanted.tightness) for name in proved),
+    ) as studies:
+        counts, draws, *bounds = [
+            [row for row in tqdm(rows, total=count, desc=f"{experiment.name}: study", disable=None) if row]
+            for rows, count in studies
+        ]
+    tighter = (_table(Tightness, rows) for rows in bounds)
+    return Study(_table(Conservatism, counts), _table(Draws, draws), dict(zip(proved, tighter, strict=True)))
 
 
-def _columns(table: type[Conservatism | Draws | Tightness], rows: Sequence[Sequence[float]]) -> list[Array]:
-    return list(np.array(rows, dtype=float).reshape(len(rows), len(fields(table))).T)
+def _table(of: type[Table], rows: Sequence[Sequence[float]]) -> Table:
+    """Return the columns of a study from its rows."""
+    return of(*np.array(rows, dtype=float).reshape(len(rows), len(fields(of))).T)
 
 
 _INSTANTS_PER_STEP = 2
@@ -189,19 +169,14 @@ def fit(experiment: Experiment, results: Results) -> None:
     experiment = with_learned_means(experiment, sampled.samples)
     fits = _fits(experiment, experiment.task(sampled.samples))
     _ask(experiment, fits)
-    learned = {
-        name: LearnedReference.of(
-            name, found.solution, experiment.plant_of(name), final_step=found.final_step, fits=found.fits
-        )
-        for name, found in fits.items()
-    }
+    learned = {name: found.learned(name, experiment.plant_of(name)) for name, found in fits.items()}
     traces = {name: found.trace for name, found in fits.items() if found.trace}
     last = experiment.verified(sampled.samples).last_step
     steps = np.linspace(0, last, min(_INSTANTS_PER_STEP * last, _INTERVALS) + 1)
     fitted = Fitted(sampled, learned, traces, study(experiment, sampled.samples))
     write_fit(results, fitted, steps * experiment.plant.sampling_time)
     write_text(results.iterations, to_csv(_iterations(fits)))
-    write_json(results.environment, environment())
+    write_json(results.folder / ENVIRONMENT, environment())
 
 
 def _fits(experiment: Experiment, task: Task) -> dict[str, Fit]:

@@ -1,7 +1,7 @@
 """Stage 1: sources of samples → the samples that references are learned from, and samples that are held out."""
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -17,11 +17,9 @@ from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, read_csv
 from trackably.recordings.mcap_file import Field, read_mcap
 from trackably.recordings.recording import select, thin_out
-from trackably.reference.condensed import MANY
 from trackably.reference.input_warnings import doubts
 
 _SIGNAL = "signal"
-_PLENTY = 300  # centres that a message proposes, because learning from them takes seconds
 _MISSING = 0.5  # part of the held-out time by which a recording may end too early
 
 
@@ -38,22 +36,12 @@ def generate(experiment: Experiment, results: Results) -> None:
         # Raises ValueError if there are too few samples to learn the hyperparameters.
         ConstrainedProblem(sampled.samples, experiment.learned_prior, experiment.search_space(sampled.samples))
         experiment.check(sampled.samples)
-        for doubt in (*doubts(experiment.claim, measured, experiment.plant), *_of_many(experiment, sampled)):
+        for doubt in doubts(experiment.claim, measured, experiment.plant):
             warnings.warn(f"experiment {experiment.name}: {doubt}", DoubtfulInputWarning, stacklevel=1)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
     times = np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float) * experiment.plant.sampling_time
     write_samples(results, sampled, {name: (times, truth(times)) for name, truth in experiment.truths.items()})
-
-
-def _of_many(experiment: Experiment, sampled: Sampled) -> Iterator[str]:
-    """Yield a question for each name with so many samples that learning takes long."""
-    for name, samples in sampled.by_name.items():
-        if len(samples) > MANY:
-            yield (
-                f"samples: {len(samples)} of {name} are learned from, which may take hours; are fewer enough? "
-                f"`centres: {_PLENTY}` learns from at most {_PLENTY}, and `excerpt` from a part of a recording"
-            )
 
 
 def sampled_by(experiment: Experiment) -> Sampled:
@@ -88,14 +76,8 @@ def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:
     column = Column(source.value_column, _scale(source), source.noise_column)
-    layout = CsvLayout(
-        source.separator,
-        source.decimal,
-        source.encoding,
-        skip=source.skip,
-        missing=source.missing,
-        columns=source.columns,
-    )
+    given = ("separator", "decimal", "encoding", "skip", "missing", "columns")
+    layout = CsvLayout(**{name: getattr(source, name) for name in given})
     counts_steps = source.time_unit == STEPS
     unit = "s" if counts_steps else source.time_unit
     found = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]

@@ -46,18 +46,16 @@ class MarginProfile:
         return first.astype(float) * self.quantity.trajectory.sampling_time, coarse
 
 
-def margin_profile(reference: Reference, quantity: Quantity, last_step: int, instants_per_step: int) -> MarginProfile:
-    """Compute margins at `instants_per_step` times in each of the sampling intervals 0 … last_step."""
+def margin_profiles(reference: Reference, last_step: int, instants_per_step: int) -> list[MarginProfile]:
+    """Compute margins of each quantity at `instants_per_step` times in each of the sampling intervals 0 … last_step."""
     steps = np.arange(last_step + 1, dtype=float)[:, None]
-    times = reference.instants(steps + np.arange(instants_per_step) / instants_per_step)
-    margins = quantity.margin(reference.signals, times)
-    smallest = np.argmin(margins, axis=1, keepdims=True)
-    return MarginProfile(
-        quantity,
-        np.take_along_axis(times, smallest, axis=1)[:, 0],
-        np.take_along_axis(margins, smallest, axis=1)[:, 0],
-        margins[:, 0],
-    )
+    times, found = reference.instants(steps + np.arange(instants_per_step) / instants_per_step), []
+    for quantity in reference.quantities:
+        margins = quantity.margin(reference.signals, times)
+        smallest = np.argmin(margins, axis=1, keepdims=True)
+        at, least = (np.take_along_axis(values, smallest, axis=1)[:, 0] for values in (times, margins))
+        found.append(MarginProfile(quantity, at, least, margins[:, 0]))
+    return found
 
 
 def smallest_defect(reference: Reference, last_step: int) -> float:

@@ -3,21 +3,21 @@
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 from pydantic import Field, PositiveInt, model_validator
 
 from pipeline.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from pipeline.published.algorithm1 import SOUND as SOUND_READING
-from pipeline.published.algorithm1 import Reading, Trace, algorithm1
+from pipeline.published.algorithm1 import Reading, Run, Trace, algorithm1
 from pipeline.published.periodic import all_phases, on_grid, on_intervals, on_period, steps_of_period
 from pipeline.published.scalar import state_and_input
 from pipeline.yaml_file import Fields
 from trackably.arrays import Array
 from trackably.certificates.certified import Attempt, Certified, learn_certified
 from trackably.certificates.goal import Goal
-from trackably.certificates.prove import Outcome, prove_at_instants
+from trackably.certificates.prove import Failure, Outcome, prove_at_instants
 from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning import learner
@@ -73,19 +73,6 @@ class LearnedReference:
     final_step: int | None = None
     fits: int | None = None
 
-    @classmethod
-    def of(
-        cls,
-        method: str,
-        solution: Solution,
-        plant: ConstrainedSystem,
-        *,
-        final_step: int | None = None,
-        fits: int | None = None,
-    ) -> Self:
-        prior, reference = solution.posterior.prior, Reference(solution.signals, plant)
-        return cls(method, prior, reference, solution.objective, solution.active_bounds, final_step, fits)
-
     @property
     def price_of_bounds(self) -> float:
         """D, what the bounds cost for the learned hyperparameters."""
@@ -116,28 +103,22 @@ class Task:
 
 @dataclass(frozen=True)
 class Fit:
-    """What a method found: the solution, and numbers about the search.
-
-    `fits` is the number of programs that were solved, and `iterations` are columns of a table. `final_step` and `trace`
-    are those of Algorithm 1; they are None for other methods.
-    """
+    """What a method found: the solution, columns of a table of iterations, and the trace if it is Algorithm 1."""
 
     solution: Solution
-    fits: int | None = None
-    final_step: int | None = None
-    trace: Trace | None = None
     iterations: Mapping[str, Array] = field(default_factory=dict)
+    trace: Trace | None = None
+
+    def learned(self, method: str, plant: ConstrainedSystem) -> LearnedReference:
+        """Return the reference that the method has learned for a plant, with what is known about it."""
+        found, trace = self.solution, self.trace
+        reference, about = Reference(found.signals, plant), (found.objective, found.active_bounds)
+        counts = (None, found.fits) if trace is None else (int(trace.k_bar[-1]), None)
+        return LearnedReference(method, found.posterior.prior, reference, *about, *counts)
 
 
-@dataclass(frozen=True)
-class Failed:
-    """A method found no reference; `explanation` is a sentence that says why."""
-
-    explanation: str
-
-
-def _nothing_more(plant: ConstrainedSystem, prior: JointPrior) -> None:
-    """Accept every system and prior."""
+NotLearned = NoSolution | Failure | Run
+"""A method found no reference; the `explanation` is a sentence that says why."""
 
 
 @dataclass(frozen=True)
@@ -154,11 +135,11 @@ class Method:
     """
 
     name: str
-    learn: Callable[[Task], Fit | Failed]
+    learn: Callable[[Task], Fit | NotLearned]
     at_instants: bool = False
     must_be_proved: bool = False
     needs: tuple[str, ...] = ()
-    check: Callable[[ConstrainedSystem, JointPrior], None] = _nothing_more
+    check: Callable[[ConstrainedSystem, JointPrior], object] = lambda plant, prior: None
     looks_like: str | None = None
     has_own_curve: bool = True
     is_robust: bool = False
@@ -173,48 +154,29 @@ def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolu
     return best_solution(ConstrainedProblem(task.samples, task.prior, task.space, constraints))
 
 
-def _certified(learner: Learner, task: Task) -> Fit | Failed:
+def _certified(learner: Learner, task: Task) -> Fit | NotLearned:
     attempts: list[Attempt] = []
     found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, attempts.append, learner)
     if not isinstance(found, Certified):
-        return Failed(found.explanation)
-    return Fit(found.solution, found.solution.fits, iterations=_attempts(attempts))
-
-
-def _attempts(attempts: list[Attempt]) -> Mapping[str, Array]:
-    return {
-        "round": np.arange(1.0, len(attempts) + 1),
-        "backoff": np.array([attempt.backoff for attempt in attempts]),
-        "objective": np.array([attempt.objective for attempt in attempts]),
-        "proved": np.array([float(attempt.proved) for attempt in attempts]),
-    }
+        return found
+    columns = ("backoff", "objective", "proved")
+    table = {name: np.array([getattr(attempt, name) for attempt in attempts], dtype=float) for name in columns}
+    return Fit(found.solution, {"round": np.arange(1.0, len(attempts) + 1), **table})
 
 
 _TABLE = ("k_bar", "mean_bound", "growth_lower", "growth_upper", "derivative_bound")
 
 
-def _by_algorithm1(reading: Reading, task: Task) -> Fit | Failed:
+def _by_algorithm1(reading: Reading, task: Task) -> Fit | NotLearned:
     steps = task.algorithm1
     assert steps, "the experiment was checked for what its methods need"
-    run = algorithm1(
-        task.samples,
-        task.prior,
-        task.plant,
-        task.space,
-        reading,
-        steps.first_step,
-        steps.last_step,
-    )
+    between = steps.first_step, steps.last_step
+    run = algorithm1(task.samples, task.prior, task.plant, task.space, reading, *between)
     if not isinstance(run.outcome, Solution):
-        return Failed(run.explanation)
+        return run
     trace = Trace.of(run.iterations)
     table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
-    return Fit(run.outcome, final_step=run.final_step, trace=trace, iterations=table)
-
-
-def check_scalar(plant: ConstrainedSystem, prior: JointPrior) -> None:
-    """Raise ValueError for a system that is not scalar."""
-    state_and_input(plant)
+    return Fit(run.outcome, table, trace)
 
 
 def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:
@@ -233,11 +195,9 @@ def _constrained(
     constraints: Callable[[Task], tuple[Bounded, ...]],
     task: Task,
     iterations: Callable[[Task, Solution], Mapping[str, Array]] = lambda task, found: {},
-) -> Fit | Failed:
+) -> Fit | NotLearned:
     found = best(task, constraints(task))
-    if not isinstance(found, Solution):
-        return Failed(found.explanation)
-    return Fit(found, found.fits, iterations=iterations(task, found))
+    return Fit(found, iterations(task, found)) if isinstance(found, Solution) else found
 
 
 def at_all_phases(task: Task) -> tuple[Bounded, ...]:
@@ -269,21 +229,9 @@ def periodic_of(task: Task) -> Periodic:
     return task.periodic
 
 
-def robustly(method: Method, name: str) -> Method:
-    """Return a method that learns in the same way within bounds that are tightened for disturbances."""
-    return replace(
-        method,
-        name=name,
-        learn=partial(_within_tightened_bounds, method.learn),
-        needs=(*method.needs, "disturbance"),
-        looks_like=None,
-        is_robust=True,
-    )
-
-
-def _within_tightened_bounds(learn: Callable[[Task], Fit | Failed], task: Task) -> Fit | Failed:
+def _within_tightened_bounds(task: Task) -> Fit | NotLearned:
     assert task.tightening, "the experiment was checked for what its methods need"
-    return learn(replace(task, plant=task.tightening.plant))
+    return JOINT.learn(replace(task, plant=task.tightening.plant))
 
 
 UNCONSTRAINED = Method("unconstrained", partial(_constrained, lambda task: ()))
@@ -294,14 +242,12 @@ AS_PUBLISHED = Method(
     partial(_by_algorithm1, PUBLISHED_READING),
     at_instants=True,
     needs=("algorithm1",),
-    check=check_scalar,
+    check=lambda plant, prior: state_and_input(plant),
 )
-SOUND = Method(
-    SOUND_READING.name,
-    partial(_by_algorithm1, SOUND_READING),
-    at_instants=True,
-    needs=("algorithm1",),
-    check=check_scalar,
+SOUND = replace(
+    AS_PUBLISHED,
+    name=SOUND_READING.name,
+    learn=partial(_by_algorithm1, SOUND_READING),
     looks_like=HYPERPARAMETERS.name,
 )
 EXACT = Method(
@@ -313,20 +259,18 @@ EXACT = Method(
     looks_like=HYPERPARAMETERS.name,
 )
 INTERVALS = Method("intervals", partial(_constrained, in_intervals), needs=("periodic",), check=check_periodic)
-SOUND_INTERVALS = Method(
-    "sound_intervals",
-    partial(_constrained, lambda task: in_intervals(task, overlap=task.plant.sampling_time)),
+SOUND_INTERVALS = replace(
+    INTERVALS,
+    name="sound_intervals",
+    learn=partial(_constrained, lambda task: in_intervals(task, overlap=task.plant.sampling_time)),
     must_be_proved=True,
-    needs=("periodic",),
-    check=check_periodic,
     looks_like=INTERVALS.name,
 )
 # The grid has the instants of the first steps only; later steps fall on other phases of the period.
-GRID = Method(
-    "grid",
-    partial(_constrained, lambda task: on_grid(task.plant, periodic_of(task).last_step)),
-    needs=("periodic",),
-    check=check_periodic,
+GRID = replace(
+    INTERVALS,
+    name="grid",
+    learn=partial(_constrained, lambda task: on_grid(task.plant, periodic_of(task).last_step)),
     has_own_curve=False,
 )
 # All sampling instants of a period, which is a whole number of steps; nothing is claimed between them.
@@ -337,20 +281,14 @@ SAMPLED = Method(
     has_own_curve=False,
 )
 
-ROBUST = robustly(JOINT, "robust")
-_CONSTRAINED = (HYPERPARAMETERS, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED)
+ROBUST = replace(JOINT, name="robust", learn=_within_tightened_bounds, needs=("disturbance",), is_robust=True)
 
 REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
 """Methods that every experiment compares; loops are closed on the references of the first and the last."""
 
 METHODS = {
     method.name: method
-    for method in (
-        *REQUIRED,
-        *_CONSTRAINED[1:],
-        ROBUST,
-        *(robustly(method, f"robust_{method.name}") for method in _CONSTRAINED),
-    )
+    for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED, ROBUST)
 }
 
 

@@ -28,18 +28,13 @@ _ONE_THREAD = dict.fromkeys(THREADS, "1")
 _LEVELS = [15 * round(level / 15) for level in range(256)]
 
 
-def exists(name: str) -> bool:
-    """Return whether there is a notebook of that name."""
-    return _path(name).exists()
-
-
 def notebook(name: str) -> None:
     """Execute notebooks/<name>.ipynb in place; if there is none, execute a copy of the template for that experiment.
 
     The same code, results and packages give the same bytes: there are no times, identifiers are the numbers of cells,
     and the kernel has a fixed name. Raises InputError if a cell fails; the notebook is then left as it was.
     """
-    path = _path(name)
+    path = path_of(name)
     source = _read(path if path.exists() else TEMPLATE, name)
     with TemporaryDirectory() as sockets:
         client = NotebookClient(
@@ -60,7 +55,8 @@ def notebook(name: str) -> None:
     write_text(path, nbformat.writes(_stable(executed)) + "\n")
 
 
-def _path(name: str) -> Path:
+def path_of(name: str) -> Path:
+    """Return the file of a notebook."""
     return NOTEBOOKS / f"{name}.ipynb"
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
@@ -81,7 +81,7 @@ def told_of_price(results: Results) -> Told:
     The price is the cost of the bounds: J minus the l of the unconstrained mean. If fewer centres stand for the
     samples, their number is given.
     """
-    metrics: Any = read_json(results.metrics)
+    metrics = _read(results.metrics)
     free = metrics[UNCONSTRAINED]
     said = [
         f"Learned of {of['samples']} samples of {name} by {of['centres']} centres, which stand for all of them."
@@ -98,8 +98,7 @@ def told_of_price(results: Results) -> Told:
 
 def told_of_proofs(results: Results) -> Told:
     """Say for each method what is proved about its reference, what refutes it, or what a proof lacks."""
-    metrics: Any = read_json(results.metrics)
-    return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in metrics.items()))
+    return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in _read(results.metrics).items()))
 
 
 def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
@@ -130,10 +129,9 @@ def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
 
 def told_of_truth(results: Results) -> Told:
     """Say how far each proved reference and its plant are from every true signal, and the least possible distance."""
-    metrics: Any = read_json(results.metrics)
     said = (
         f"- `{method}`: {name} is {Accuracy(**of)}."
-        for method, found in metrics.items()
+        for method, found in _read(results.metrics).items()
         for name, of in found.get("accuracy", {}).items()
     )
     return Told("\n".join(said))
@@ -141,15 +139,13 @@ def told_of_truth(results: Results) -> Told:
 
 def told_of_loops(results: Results) -> Told:
     """Say for each reference whether the controller had a plan at each step, and whether the optimal cost fell."""
-    counted: Any = read_json(results.control)
-    return Told("\n".join(f"- {sentence}" for sentence in _loops(counted)))
+    return Told("\n".join(f"- {sentence}" for sentence in _loops(_read(results.control))))
 
 
 def told_of_room(results: Results) -> Told:
     """Say what the robust reference costs beside `joint`, and for which sizes of the disturbance sets one is proved."""
-    loops, metrics = (read_json(path) for path in (results.control, results.metrics))
-    price: Any = loops["price_of_room"] if isinstance(loops, Mapping) else {}
-    robust, joint = (metrics[name] for name in ("robust", "joint")) if isinstance(metrics, Mapping) else ({}, {})
+    loops, metrics = _read(results.control), _read(results.metrics)
+    price, robust, joint = loops["price_of_room"], metrics["robust"], metrics["joint"]
     largest, dearest = price["sizes"][-1], price["price"][-1]
     return Told(
         f"`robust` costs {robust['price']:.3g} in $-2 \\ln p$ where `joint` costs {joint['price']:.3g}: "
@@ -161,7 +157,7 @@ def told_of_room(results: Results) -> Told:
 
 def told_of_disturbances(results: Results) -> Told:
     """Say for each controller and reference whether disturbed loops keep the bounds, and the same of many runs."""
-    loops: Any = read_json(results.control)
+    loops = _read(results.control)
     runs = loops["disturbed"]["tube"]
     kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
     many = f"In {runs['runs']} runs from inside of the tube around `robust`, {runs['steps']} steps in all, {kept}."
@@ -181,7 +177,7 @@ def _loops(counted: Mapping[str, Any]) -> Iterator[str]:
         if lost:
             yield f"On `{reference}` there is no plan " + _listed(_loss(*loss) for loss in lost.items()) + "."
         else:
-            every = f"of {counted['horizon']} steps at each step, from {_counted(len(starts), 'start')}"
+            every = f"of {counted['horizon']} steps at each step, from {len(starts)} start{'s' * (len(starts) != 1)}"
             yield f"On `{reference}` there is a plan {every}. {_margins(starts)}{_rises(starts)}"
 
 
@@ -236,8 +232,8 @@ def _distances(found: Mapping[str, Any]) -> str:
     return _listed(words.format(f"{found[key]:.3g}") for key, words in _ERRORS.items() if found.get(key) is not None)
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+def _read(path: Path) -> dict[str, Any]:
+    return cast(dict[str, Any], read_json(path))
 
 
 def _listed(parts: Iterable[str]) -> str:
@@ -280,7 +276,7 @@ def table_of_methods(results: Results) -> Table:
 
     l is the negative log marginal likelihood, and J is l plus the cost of active bounds.
     """
-    metrics: Any = read_json(results.metrics)
+    metrics = _read(results.metrics)
     first = next(iter(metrics.values()))
     errors = {
         key: _heading(key, kind) for kind in _HEADINGS for key in first if key == kind or key.startswith(f"{kind}_")
@@ -325,7 +321,7 @@ def table_of_loops(results: Results) -> Table:
 
     If the optimal cost rises by less than 1e-12 of the highest cost, the table shows "rounding".
     """
-    counted: Any = read_json(results.control)
+    counted = _read(results.control)
     by_loop = {f"{reference}, {start}": of for reference, starts in _by_start(counted) for start, of in starts.items()}
     columns = {
         "steps": "steps",
@@ -346,8 +342,6 @@ def table_of_loops(results: Results) -> Table:
 
 def table_of_offers(results: Results) -> Table:
     """Return for every reference that was learned again whether the loop tracks it from then on, and why."""
-    metrics = read_json(results.control)
-    assert isinstance(metrics, dict)
-    offers = metrics.get("online", {}).get("offers", [])
+    offers = _read(results.control).get("online", {}).get("offers", [])
     rows = [[o["step"], "taken" if o["taken"] else "not taken", o["reason"]] for o in offers]
     return Table(["step", "", "why"], rows)

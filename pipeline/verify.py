@@ -8,9 +8,8 @@ import numpy as np
 from tqdm import tqdm
 
 from pipeline.experiments import Experiment
-from pipeline.experiments.fields import Verification
 from pipeline.experiments.load import read_fit_of
-from pipeline.margins import MarginProfile, margin_profile, smallest_defect
+from pipeline.margins import MarginProfile, margin_profiles, smallest_defect
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, LearnedReference
 from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
@@ -44,8 +43,10 @@ def metrics_of(
     plus the cost of active bounds.
     """
     last_step = experiment.verified(sampled.samples).last_step
-    reference = learned.reference
-    violated = sorted({k for profile in _at_instants(reference, last_step) for k in profile.violated_steps})
+    reference, last_looked_at = learned.reference, last_step
+    if reference.period is not None:  # in each of many periods, the instants fall on other phases than before
+        last_looked_at = round(_PERIODS * reference.period / reference.plant.sampling_time)
+    violated = sorted({k for of in margin_profiles(reference, last_looked_at, 1) for k in of.violated_steps})
     metrics: dict[str, Any] = {
         **learned.prior.hyperparameters,
         **_condensed(sampled),
@@ -106,17 +107,6 @@ def margins_over_time(margins: Mapping[str, Sequence[MarginProfile]]) -> dict[st
     return columns
 
 
-def _at_instants(reference: Reference, last_step: int) -> list[MarginProfile]:
-    """Return margins at the sampling instants up to a step; for a periodic reference, those of many periods.
-
-    In each period, the instants fall on other phases of the period than before.
-    """
-    period = reference.period
-    if period is not None:
-        last_step = round(_PERIODS * period / reference.plant.sampling_time)
-    return [margin_profile(reference, q, last_step, 1) for q in reference.quantities]
-
-
 def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None:
     """Return bounds and margins of a scalar reference for all times after the last verified step.
 
@@ -144,15 +134,17 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
     """
     times = reference.instants(np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float))
     signals = reference.kernel_sums
-    truth = {name: truth(times) - sampled.measured(name, signals, times) for name, truth in experiment.truths.items()}
-    held_out = {
-        name: later.values - sampled.measured(name, signals, later.times)
-        for name, later in sampled.held_out_by_name.items()
-    }
+    truth = {name: (times, truth(times)) for name, truth in experiment.truths.items()}
+    held_out = {name: (later.times, later.values) for name, later in sampled.held_out_by_name.items()}
+
+    def mean_squares(known: Mapping[str, tuple[Array, Array]]) -> dict[str, float]:
+        off = {name: values - sampled.measured(name, signals, t) for name, (t, values) in known.items()}
+        return {name: float(np.mean(of**2)) for name, of in off.items()}
+
     return {
         **_roots("misfit", sampled.mean_squares(signals)),
-        **_roots("rmse", {name: float(np.mean(off**2)) for name, off in truth.items()}),
-        **_roots("held_out", {name: float(np.mean(off**2)) for name, off in held_out.items()}),
+        **_roots("rmse", mean_squares(truth)),
+        **_roots("held_out", mean_squares(held_out)),
     }
 
 
@@ -193,12 +185,12 @@ def verify(experiment: Experiment, results: Results) -> None:
     Raises NoReferenceError, before anything is written, if a method must have a proof and there is none.
     """
     fitted = read_fit_of(experiment, results)
-    baseline = fitted.learned[UNCONSTRAINED.name]
+    baseline, wanted = fitted.learned[UNCONSTRAINED.name], experiment.verified(fitted.sampled.samples)
     margins: dict[str, list[MarginProfile]] = {}
     metrics: dict[str, dict[str, Any]] = {}
     proofs: dict[str, Outcome] = {}
     for method, learned in tqdm(fitted.learned.items(), desc=f"{experiment.name}: verify", disable=None):
-        margins[method] = _profiles(experiment.verified(fitted.sampled.samples), learned.reference)
+        margins[method] = margin_profiles(learned.reference, wanted.last_step, wanted.instants_per_step)
         proof = judge(prove_for(experiment, method, fitted.sampled, learned.reference))
         proofs[method] = proof
         if METHODS[method].must_be_proved and not isinstance(proof, Certificate):
@@ -209,7 +201,7 @@ def verify(experiment: Experiment, results: Results) -> None:
     write_margins(results, margins, metrics, certificates)
     for method, proof in proofs.items():
         _write_proof(results, method, proof)
-    write_text(results.margins, to_csv(margins_over_time(margins)))
+    write_text(results.folder / "margins.csv", to_csv(margins_over_time(margins)))
     write_json(results.metrics, metrics)
     write_json(results.summary, summary_of(metrics, margins))
 
@@ -223,10 +215,8 @@ def _accuracy(proof: Outcome) -> dict[str, dict[str, Any]]:
 
 def _write_proof(results: Results, method: str, proof: Outcome) -> None:
     """Write a certificate or a counterexample; remove files of an earlier run, which are about another reference."""
-    for path, kind in (
-        (results.certificate(method), Certificate),
-        (results.counterexample(method), Counterexample),
-    ):
+    for name, kind in ((method, Certificate), (f"{method}.counterexample", Counterexample)):
+        path = results.certificate(name)
         if isinstance(proof, kind):
             write_atomically(path, accepted_file(proof))
         else:
@@ -240,7 +230,3 @@ def prove_for(experiment: Experiment, method: str, sampled: Sampled, reference: 
         return proof
     tightening = experiment.tightening if METHODS[method].is_robust else None
     return with_truth(proof.with_robust(tightening), experiment.signals(sampled.by_name))
-
-
-def _profiles(wanted: Verification, reference: Reference) -> list[MarginProfile]:
-    return [margin_profile(reference, q, wanted.last_step, wanted.instants_per_step) for q in reference.quantities]

@@ -1,10 +1,10 @@
 """Read YAML files into models, and say in one sentence what is wrong with a file."""
 
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import TypeVar
 
-from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
-from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
 from trackably.errors import InputError
 
@@ -15,17 +15,6 @@ class Fields(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, arbitrary_types_allowed=True
     )
-
-    @model_validator(mode="wrap")
-    @classmethod
-    def _tell_fields(cls, written: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
-        """Add to errors about unknown fields the names of the known fields that are not given."""
-        try:
-            return validate(written)
-        except ValidationError as error:
-            given = written if isinstance(written, dict) else {}
-            told = [_told(each, [name for name in cls.model_fields if name not in given]) for each in error.errors()]
-            raise ValidationError.from_exception_data(error.title, told) from None
 
 
 M = TypeVar("M", bound=Fields)
@@ -52,10 +41,7 @@ def _complaint(error: ErrorDetails) -> str:
         case "missing":
             return "is missing"
         case "extra_forbidden":
-            others = ", ".join(error["ctx"]["others"])
-            return (
-                f"is not a known field ({f'known and not given: {others}' if others else 'all known ones are given'})"
-            )
+            return "is not a known field"
         case "value_error":
             expected = error["msg"].removeprefix("Value error, ")
         case "model_type" | "model_attributes_type" | "dict_type":
@@ -66,11 +52,3 @@ def _complaint(error: ErrorDetails) -> str:
             expected = error["msg"].replace("Input should be", "expected")
     said_all = isinstance(error["input"], dict) or not error["loc"] or "got" in expected
     return " ".join(expected.split()) + ("" if said_all else f", got {error['input']!r}")
-
-
-def _told(error: ErrorDetails, others: list[str]) -> InitErrorDetails:
-    """Return the error as it is, or about an unknown field with the `others` that are known, but not given."""
-    is_own = error["type"] == "extra_forbidden" and len(error["loc"]) == 1
-    context = {"others": others} if is_own else error.get("ctx")
-    kind = PydanticCustomError(error["type"], error["msg"], context)
-    return InitErrorDetails(type=kind, loc=error["loc"], input=error["input"])

@@ -38,7 +38,7 @@ def moving(position: Callable[[float], Array], breaks: Array, degree: int, probl
     m = problem.task.plant.signal_count
     positions = [interpolated(lambda t, c=c: float(position(t)[c]), breaks, degree) for c in range(m)]
     speeds = [derivative(p) for p in positions]
-    return _of_states_and_inputs([*positions, *speeds, *map(derivative, speeds)], problem.task.plant)
+    return _through([*positions, *speeds, *map(derivative, speeds)], problem.task.plant)
 
 
 def stepping(states: Array, inputs: Array, problem: Problem) -> Curve:
@@ -47,12 +47,10 @@ def stepping(states: Array, inputs: Array, problem: Problem) -> Curve:
     steps = (plant.sampling_time * np.arange(len(states))).tolist()
     values = np.hstack([states, np.vstack([inputs, inputs[-1:]])]).T.tolist()
     lines = [PolynomialPieces.lines(dict(zip(steps, of, strict=True))) for of in values]
-    return _of_states_and_inputs(lines, plant, at_steps=True)
+    return _through(lines, plant, at_steps=True)
 
 
-def _of_states_and_inputs(
-    signals: Sequence[PolynomialPieces], plant: ConstrainedSystem, at_steps: bool = False
-) -> Curve:
+def _through(signals: Sequence[PolynomialPieces], plant: ConstrainedSystem, at_steps: bool = False) -> Curve:
     return tracing(signals, (*plant.system.states, *plant.system.inputs), of_states_and_inputs(plant), at_steps)
 
 

@@ -40,11 +40,6 @@ class Violation:
     quantity: str = ""
     time: float = 0.0
 
-    @property
-    def is_none(self) -> bool:
-        """Whether all bounds are proved to be kept."""
-        return self.most == 0.0
-
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -90,12 +85,10 @@ class Curve:
 
     def _at(self, name: str, time: float, window: tuple[float, float]) -> Violation:
         """Return by how much the bound is certainly broken at `time` [s]; zero if it is not."""
-        of_pieces = self.reference.pieces
-        draft = (
-            Draft.of_pieces(self.reference, *window)
-            if of_pieces
-            else Draft.of(self.reference, abs(time), np.array([time]))
-        )
+        if self.reference.pieces:
+            draft = Draft.of_pieces(self.reference, *window)
+        else:
+            draft = Draft.of(self.reference, abs(time), np.array([time]))
         bounds, value = self.reference.quantity(name).bounds, draft.value(name, Fraction(time))
         width = exactly(bounds.upper) - exactly(bounds.lower)
         broken = max(float(((bounds.lower - value) / width).a), float(((value - bounds.upper) / width).a))
@@ -108,16 +101,11 @@ def _least(violation: Violation) -> float:
 
 def widened(reference: Reference, by: float) -> Reference:
     """Return the same with all bounds wider by this part of their width, on both sides."""
-    if not by:
-        return reference
-    plant = reference.plant
-    sets = (_wider(plant.state_set, by), _wider(plant.input_set, by))
-    return Reference(reference.signals, ConstrainedSystem(plant.system, *sets))
-
-
-def _wider(bounded: Polytope, by: float) -> Polytope:
-    more = by * (bounded.upper - bounded.lower)
-    return Polytope(bounded.rows, bounded.lower - more, bounded.upper + more, bounded.dimension)
+    plant, sets = reference.plant, []
+    for of in (plant.state_set, plant.input_set) if by else ():
+        more = by * (of.upper - of.lower)
+        sets.append(Polytope(of.rows, of.lower - more, of.upper + more, of.dimension))
+    return Reference(reference.signals, ConstrainedSystem(plant.system, *sets)) if sets else reference
 
 
 def tracing(

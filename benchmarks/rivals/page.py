@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -43,9 +44,7 @@ def violations(rows: Sequence[Row]) -> Figure:
         heights = [row.least if row.least else _NOTHING for row in found]
         axes.plot([row.seconds for row in found], heights, marker=_MARKERS[i], markersize=4, linewidth=0.8, label=name)
     axes.axhline(10 * _NOTHING, color=INK, linewidth=0.6)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("processor time [s]")
+    axes.set(xscale="log", yscale="log", xlabel="processor time [s]")
     axes.set_ylabel("largest violation / width of the bound\n(below the line: none, proved)")
     figure.legend(loc="outside right upper", fontsize=6)
     return figure
@@ -58,20 +57,17 @@ def tightness(rows: Sequence[Row]) -> Figure:
     axes = figure.add_subplot()
     shown = [row for row in rows if row.tightness is not None and row.error is not None]
     for i, name in enumerate(dict.fromkeys(row.rival for row in shown)):
-        found = sorted((row for row in shown if row.rival == name), key=_tightness)
-        colour, marker = f"C{i}", _MARKERS[i % len(_MARKERS)]
-        axes.plot([_tightness(row) for row in found], [row.error for row in found], linewidth=0.8, color=colour)
-        axes.plot([], [], marker=marker, markersize=4, linewidth=0.8, color=colour, label=name)
-        for row in found:
-            face = colour if (row.least or 0.0) < _SOLVED else "none"
-            axes.plot([_tightness(row)], [row.error], marker=marker, color=colour, mfc=face, markersize=4)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    ticks = sorted({_tightness(row) for row in shown})
+        found = sorted((row.tightness, row.error, row.least or 0.0) for row in shown if row.rival == name)
+        style = {"color": f"C{i}", "marker": _MARKERS[i % len(_MARKERS)], "markersize": 4}
+        axes.plot(*np.transpose(found)[:2], linewidth=0.8, color=f"C{i}")
+        axes.plot([], [], linewidth=0.8, label=name, **style)
+        for bound, error, least in found:
+            axes.plot([bound], [error], mfc=f"C{i}" if least < _SOLVED else "none", **style)
+    axes.set(xscale="log", yscale="log", ylabel="error to the truth / spread of the samples")
+    ticks = sorted({row.tightness for row in shown})
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.set_xticks([], minor=True)
     axes.set_xlabel("upper bound of the state (Example 1); open: bounds are broken")
-    axes.set_ylabel("error to the truth / spread of the samples")
     figure.legend(loc="outside right upper", fontsize=6)
     return figure
 
@@ -79,9 +75,7 @@ def tightness(rows: Sequence[Row]) -> Figure:
 @with_style
 def errors(entries: Sequence[Entry]) -> Figure:
     """For each system: median errors with their bands, and the shares of curves that break bounds or collapsed."""
-    systems, rivals = (
-        list(dict.fromkeys(names)) for names in zip(*[(e.system, e.rival) for e in entries], strict=True)
-    )
+    systems, rivals = (dict.fromkeys(names) for names in zip(*[(e.system, e.rival) for e in entries], strict=True))
     figure = Figure(figsize=(WIDTH, 5.4))
     axes = figure.subplots(3, len(systems), sharex=True, sharey="row", squeeze=False)
     for column, system in enumerate(systems):
@@ -102,20 +96,17 @@ def errors(entries: Sequence[Entry]) -> Figure:
 def _against_tightness(axes: Sequence[Axes], entries: Sequence[Entry], i: int) -> None:
     """Draw one rival, without the levels in which it never has a curve."""
     style = {"color": f"C{i}", "marker": _MARKERS[i], "markersize": 3, "linewidth": 0.8}
-    places = [LEVELS.index(entry.level) + 0.06 * (i - 3.5) for entry in entries]
-    known = [(x, e) for x, e in zip(places, entries, strict=True) if e.error is not None]
-    axes[0].plot([x for x, _ in known], [e.error for _, e in known], label=entries[0].rival if entries else "", **style)
-    axes[0].vlines([x for x, _ in known], [e.lower for _, e in known], [e.upper for _, e in known], color=f"C{i}")
-    some = [(x, e) for x, e in zip(places, entries, strict=True) if e.infeasible + e.failed < e.runs]
-    axes[1].plot([x for x, _ in some], [e.violated / e.runs for _, e in some], **style)
-    axes[2].plot([x for x, _ in some], [e.collapsed / e.runs for _, e in some], **style)
+    placed = [(LEVELS.index(entry.level) + 0.06 * (i - 3.5), entry) for entry in entries]
+    known = np.array([(x, e.error, e.lower, e.upper) for x, e in placed if e.error is not None]).reshape(-1, 4).T
+    axes[0].plot(*known[:2], label=entries[0].rival if entries else "", **style)
+    axes[0].vlines(known[0], *known[2:], color=f"C{i}")
+    some = [(x, e.violated / e.runs, e.collapsed / e.runs) for x, e in placed if e.infeasible + e.failed < e.runs]
+    at, violated, collapsed = np.reshape(some, (-1, 3)).T
+    axes[1].plot(at, violated, **style)
+    axes[2].plot(at, collapsed, **style)
 
 
 _SOLVED = 1e-9  # a solver's tolerance
-
-
-def _tightness(row: Row) -> float:
-    return float(row.tightness or 0.0)
 
 
 RIVALS: tuple[Rival, ...] = (

@@ -138,14 +138,12 @@ _PARTS = 4  # of each interval, so that Bernstein coefficients lie close to thei
 _KEPT_FREE = 1e-5  # of either bound, for the equations that are met to the last digits afterwards
 
 
-def proved(intervals: int = 240) -> Swing | NotFound:
+def proved(intervals: int) -> Swing | NotFound:
     """Return the best spline x of degree five on as many intervals, a multiple of three, within its bounds for all t.
 
     x is a flat output: w = x″ + 10 x and u = w′. The bounds of x′ and w are asked of Bernstein coefficients, which
     enclose each part of an interval.
     """
-    if intervals % 3:
-        raise ValueError(f"intervals: a multiple of 3 puts a knot at 1/3, got {intervals}")
     knots = np.arange(-_DEGREE, intervals + _DEGREE + 1) / intervals
     basis = BSpline(knots, np.eye(intervals + _DEGREE), _DEGREE)
     ends = np.arange(_PARTS * intervals + 1) / (_PARTS * intervals)

@@ -2,17 +2,16 @@
 
 A text becomes its words, which must not change, and its numbers, which may change within tolerance."""
 
-import csv
 import json
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
 from hashlib import sha256
-from io import StringIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -20,12 +19,13 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pipeline.storage.logs import TIME, Log, read_log
+from pipeline.storage.results import read_columns
 from trackably.arrays import Array
 from trackably.errors import InputError
 
 
 class UnreadableError(Exception):
-    """A file does not have the format of its suffix; the message says why, without naming the file."""
+    """A file does not have the format of its suffix, or not a value that is looked up; the message says why."""
 
 
 class Absent(Enum):
@@ -55,19 +55,28 @@ Leaves = dict[str, Leaf]
 Parts = dict[tuple[str, str], Leaves]
 """The parts of an artifact by topic and field. A log has one for each field; any other file has the part ("", "")."""
 
-COORDINATES, OUTLINE, STRUCTURE, TEXT, NUMBERS, ABOUT = (
-    *("coordinates", "outline", "structure"),
-    *("text", "numbers", "metadata"),
-)
+COORDINATES, OUTLINE, STRUCTURE = "coordinates", "outline", "structure"
+TEXT, NUMBERS, ABOUT = "text", "numbers", "metadata"
 """Fields of values in figures, which rules refer to. Notebooks have values of these fields and of the two below."""
 SOURCE, THEOREM = "source", "theorem"
 
 
 def parts_of(path: Path) -> Parts:
     """Return the values of an artifact by part and place. Raises UnreadableError."""
-    if path.suffix == ".mcap":
-        return _recording(read_recording(path))
-    return {("", ""): _READERS.get(path.suffix, _unknown)(path.read_bytes())}
+    match path.suffix:
+        case ".mcap":
+            return _recording(read_recording(path))
+        case ".csv":
+            leaves = _table(path)
+        case ".json":
+            leaves = _told(read_json(path.read_bytes()))
+        case ".svg":
+            leaves = _drawing(path.read_bytes())
+        case ".ipynb":
+            leaves = _notebook(path.read_bytes())
+        case _:
+            leaves = {"SHA-256": Leaf("bytes", sha256(path.read_bytes()).hexdigest())}
+    return {("", ""): leaves}
 
 
 def same(base: Found, new: Found) -> bool:
@@ -130,29 +139,13 @@ def _told(content: object) -> Leaves:
     return leaves
 
 
-def _table(data: bytes) -> Leaves:
-    """Read a CSV table. Raises UnreadableError if the header repeats a name, or a row has another length."""
-    try:
-        header, *rows = csv.reader(StringIO(data.decode(), newline=""), strict=True)
-    except (ValueError, csv.Error) as error:
-        raise UnreadableError(f"no CSV table: {error}") from error
-    if len({*header}) != len(header):
-        raise UnreadableError("no CSV table: the first line has to name the columns, each once")
-    leaves = {}
-    for number, row in enumerate(rows, start=2):
-        if len(row) != len(header):
-            raise UnreadableError(f"line {number}: expected {len(header)} cells, as in the header, got {len(row)}")
-        for column, cell in zip(header, row, strict=True):
-            leaves[f"column {column}, line {number}"] = Leaf(column, _cell(cell))
-    return leaves
-
-
-def _cell(text: str) -> Value:
-    """Return the number in a cell of CSV, None if the cell is empty, or else its text."""
-    try:
-        return float(text) if text else None
-    except ValueError:
-        return text
+def _table(path: Path) -> Leaves:
+    """Read a CSV table of numbers. Raises UnreadableError."""
+    with _readable(path):
+        columns = read_columns(path)
+    lines = zip(*(column.tolist() for column in columns.values()), strict=True)
+    cells = ((name, line, value) for line, row in enumerate(lines, 2) for name, value in zip(columns, row, strict=True))
+    return {f"column {name}, line {line}": Leaf(name, value) for name, line, value in cells}
 
 
 def read_recording(path: Path) -> Log:
@@ -163,8 +156,15 @@ def read_recording(path: Path) -> Log:
 @lru_cache(maxsize=4)
 def _read_once(path: Path, content: bytes) -> Log:
     """Read a log once for several values that are looked up in it; `content` is the SHA-256 of the file."""
-    try:
+    with _readable(path):
         return read_log(path)
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Raise UnreadableError, which does not name the file, for an InputError in this context."""
+    try:
+        yield
     except InputError as error:
         raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
 
@@ -322,15 +322,3 @@ def _output(place: str, media: str, content: Any) -> Leaves:
         for i, line in enumerate(text.splitlines(), start=1)
         for at, leaf in prose_leaves(f"{place}, line {i}", line, *fields)
     }
-
-
-def _unknown(data: bytes) -> Leaves:
-    return {"SHA-256": Leaf("bytes", sha256(data).hexdigest())}
-
-
-_READERS: Mapping[str, Callable[[bytes], Leaves]] = {
-    ".json": lambda data: _told(read_json(data)),
-    ".csv": _table,
-    ".svg": _drawing,
-    ".ipynb": _notebook,
-}

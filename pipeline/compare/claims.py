@@ -154,10 +154,6 @@ Columns = Mapping[str, Sequence[float]]
 """Numbers by column; NaN for a missing number."""
 
 
-class _NoValueError(Exception):
-    """There is no value at the place of a `Locator`; the message says what is missing."""
-
-
 def judge_claim(claim: Claim, base: Path, new: Path) -> JudgedClaim:
     """Return the verdicts for both folders. Raises InputError if the claim refers to an unknown printed number."""
     verdicts = {root: _verdict(claim, results_folder(root)) for root in {base, new}}
@@ -168,33 +164,31 @@ def _verdict(claim: Claim, results: Path) -> Verdict:
     try:
         value = _value(claim.value, results)
         return Verdict(claim.admits(value, lambda locator: _value(locator, results)), value)
-    except _NoValueError as error:
+    except UnreadableError as error:
         return Verdict(False, ABSENT, str(error))
 
 
 def _value(locator: Locator, results: Path) -> Value:
-    """Return the value at a place. Raises _NoValueError with the reason if there is none."""
+    """Return the value at a place. Raises UnreadableError with the reason if there is none."""
     file = results / locator.file
     if not file.exists():
-        raise _NoValueError(f"{locator.file} is not there")
+        raise UnreadableError(f"{locator.file} is not there")
     try:
         return _leaf(locator, file) if locator.path else _pick(locator, _columns(locator, file))
     except (UnreadableError, InputError) as error:
-        raise _NoValueError(f"{locator.file} cannot be read: {error}") from None
-    except _NoValueError as error:
-        raise _NoValueError(f"{locator.file}: {error}") from None
+        raise UnreadableError(f"{locator.file}: {error}") from None
 
 
 def _leaf(locator: Locator, file: Path) -> Value:
     if locator.topic:
         data = read_recording(file).attachments.get(locator.topic.removeprefix(ATTACHMENT))
         if data is None:
-            raise _NoValueError(f"there is no {locator.topic}")
+            raise UnreadableError(f"there is no {locator.topic}")
     else:
         data = file.read_bytes()
     found = json_leaves(read_json(data))
     if locator.path not in found:
-        raise _NoValueError(f"there is no value {locator.path}")
+        raise UnreadableError(f"there is no value {locator.path}")
     return found[locator.path].value
 
 
@@ -204,7 +198,7 @@ def _columns(locator: Locator, file: Path) -> Columns:
     else:
         found = [series for series in read_recording(file).series if series.topic == locator.topic]
         if not found:
-            raise _NoValueError(f"there is no topic {locator.topic}")
+            raise UnreadableError(f"there is no topic {locator.topic}")
         columns = {TIME: found[0].times, **found[0].fields}
     return {name: values.tolist() for name, values in columns.items()}
 
@@ -227,7 +221,7 @@ def _differences(columns: Columns, column: str, against: Path) -> list[float]:
 def _pick(locator: Locator, columns: Columns) -> float:
     column = locator.column or ""
     if unknown := {column, *locator.where} - columns.keys():
-        raise _NoValueError(f"there is no column {', '.join(sorted(unknown))}")
+        raise UnreadableError(f"there is no column {', '.join(sorted(unknown))}")
     if locator.against:
         columns = {**columns, column: _differences(columns, column, Path(locator.against))}
     conditions = [(columns[name], condition) for name, condition in locator.where.items()]
@@ -239,5 +233,5 @@ def _pick(locator: Locator, columns: Columns) -> float:
     if locator.pick == "largest":
         values = sorted(value for value in values if not math.isnan(value))
     if not values:
-        raise _NoValueError(f"no row of column {column!r} meets the conditions of `where`")
+        raise UnreadableError(f"no row of column {column!r} meets the conditions of `where`")
     return values[0 if locator.pick == "first" else -1]

@@ -17,7 +17,7 @@ from pipeline.compare.artifacts import (
     same,
 )
 from pipeline.compare.claims import Claims, judge_claim
-from pipeline.compare.model import RESULTS, Comparison, Difference, Row, Status, Tolerances, Version, results_folder
+from pipeline.compare.model import RESULTS, Comparison, Difference, Row, Status, Tolerances, results_folder
 from pipeline.environment import NAMES
 from pipeline.storage.results import ENVIRONMENT
 from trackably.errors import InputError
@@ -30,7 +30,7 @@ def artifacts(root: Path, with_notebooks: bool = True) -> dict[str, Path]:
     """Return the artifacts below a folder by name: `example1/metrics.json`, `notebooks/example1.ipynb`.
 
     The folder is that of a project, or of its results alone. Hidden files are left out, and so are records of the
-    environment, which `versions` compares.
+    environment, which `recorded` reads.
     """
     results = results_folder(root)
     named = {path.relative_to(results).as_posix(): path for path in _files(results)}
@@ -103,12 +103,6 @@ def _judge(
     )
 
 
-def versions(base: Path, new: Path) -> tuple[Version, ...]:
-    """Return the environments that both folders record: for each name the two versions."""
-    sides = recorded(results_folder(base)), recorded(results_folder(new))
-    return tuple(Version(name, sides[0].get(name), sides[1].get(name)) for name in NAMES)
-
-
 def recorded(results: Path) -> dict[str, str]:
     """Return the environment that the experiments of a results folder record; different values are joined by " or ".
 
@@ -176,11 +170,12 @@ def compare(
         for name in sorted({*sides[0], *sides[1]})
         for row in artifact_rows(name, sides[0].get(name), sides[1].get(name), tolerances)
     ]
+    versions = [recorded(results_folder(root)) for root in (base, new)]
     return Comparison(
         base_name or str(base),
         new_name or str(new),
         tuple(rows),
         tuple(judge_claim(claim, base, new) for claim in claims.claims),
-        versions(base, new),
+        {name: (versions[0].get(name), versions[1].get(name)) for name in NAMES},
         () if with_notebooks else ("notebooks are not compared: one side has none",),
     )

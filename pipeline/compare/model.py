@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from fnmatch import fnmatchcase
@@ -116,35 +116,30 @@ class Difference:
     rule: Rule
 
     @property
-    def absolute(self) -> float | None:
-        """Return |new − base|; None if one of them is not a finite number."""
-        return abs(self.new - self.base) if is_finite(self.base) and is_finite(self.new) else None
+    def absolute(self) -> float:
+        """Return |new − base|; infinite if one of them is not a finite number."""
+        if not (is_number(self.base) and is_number(self.new)):
+            return math.inf
+        off = abs(self.new - self.base)
+        return off if math.isfinite(off) else math.inf
 
     @property
-    def relative(self) -> float | None:
-        """Return |new − base| / |base|; None if `base` is zero or one of them is not a finite number."""
-        if self.absolute is None or not is_finite(self.base) or self.base == 0:
-            return None
-        return self.absolute / abs(self.base)
+    def relative(self) -> float:
+        """Return |new − base| / |base|; infinite if `base` is zero or one of them is not a finite number."""
+        return self.absolute / abs(self.base) if is_number(self.base) and self.base else math.inf
 
     @property
     def excess(self) -> float:
         """Return the difference as a multiple of what the rule allows; infinite if no change is allowed, or a
         value is not a finite number.
         """
-        if self.absolute is None or not is_finite(self.base) or not (allowed := self.rule.allowed(self.base)):
-            return math.inf
-        return self.absolute / allowed
+        allowed = self.rule.allowed(self.base) if is_number(self.base) else 0.0
+        return self.absolute / allowed if allowed and math.isfinite(self.absolute) else math.inf
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
     """Whether a value is a number; True and False are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def is_finite(value: object) -> TypeGuard[int | float]:
-    """Whether a value is a number that is neither infinite nor NaN."""
-    return is_number(value) and math.isfinite(value)
 
 
 @dataclass(frozen=True)
@@ -192,27 +187,17 @@ class JudgedClaim:
 
 
 @dataclass(frozen=True)
-class Version:
-    """The versions that both folders record for one name; None for a folder that does not record it."""
-
-    name: str
-    base: str | None
-    new: str | None
-
-    @property
-    def differs(self) -> bool:
-        return None not in (self.base, self.new) and self.base != self.new
-
-
-@dataclass(frozen=True)
 class Comparison:
-    """The result of a comparison; `base` and `new` are the names of the two folders or revisions."""
+    """The result of a comparison; `base` and `new` are the names of the two folders or revisions.
+
+    `environment` has by name the versions that they record, None where one does not.
+    """
 
     base: str
     new: str
     rows: tuple[Row, ...]
     claims: tuple[JudgedClaim, ...]
-    environment: tuple[Version, ...]
+    environment: Mapping[str, tuple[str | None, str | None]]
     notes: tuple[str, ...] = ()
 
     @property

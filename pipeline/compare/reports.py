@@ -1,6 +1,7 @@
 """A comparison as text for a terminal, and for a pull request."""
 
 from collections.abc import Collection, Iterator, Sequence
+from math import isinf
 from textwrap import indent
 
 from pipeline.compare.artifacts import Absent, Found
@@ -20,18 +21,16 @@ def shown(value: Found) -> str:
 def differing_text(base: Found, new: Found) -> tuple[str, str]:
     """Format two values; long texts are cut so that their first difference is visible."""
     if isinstance(base, str) and isinstance(new, str) and max(len(base), len(new)) > _LONG - 2:
-        start = next((i for i, (a, b) in enumerate(zip(base, new, strict=False)) if a != b), min(len(base), len(new)))
-        start = max(0, start - 8)
-        return ("…" if start else "") + shown(base[start:]), ("…" if start else "") + shown(new[start:])
+        same = next((i for i, (a, b) in enumerate(zip(base, new, strict=False)) if a != b), min(len(base), len(new)))
+        base, new = (f"…{text[same - 8 :]}" if same > 8 else text for text in (base, new))
     return shown(base), shown(new)
 
 
 def size(difference: Difference) -> str:
     """Say how far two numbers are apart, and how far the rule allows; of other values that no change is allowed."""
-    if (absolute := difference.absolute) is None:
+    if isinf(difference.absolute):
         return f"allowed no change ({difference.rule.name})"
-    relative = "" if difference.relative is None else f", relative {difference.relative:.2g}"
-    return f"off by {absolute:.2g}{relative}; allowed {difference.rule}"
+    return f"off by {difference.absolute:.2g}, relative {difference.relative:.2g}; allowed {difference.rule}"
 
 
 def verdict(found: Verdict) -> str:
@@ -94,11 +93,13 @@ def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
 
 
 def _environment_lines(comparison: Comparison) -> Iterator[str]:
-    differing = [version for version in comparison.environment if version.differs]
-    unknown = [version.name for version in comparison.environment if None in (version.base, version.new)]
-    named = ", ".join(version.name for version in differing)
+    unknown = [name for name, sides in comparison.environment.items() if None in sides]
+    differing = [
+        (name, *sides) for name, sides in comparison.environment.items() if name not in unknown and len({*sides}) > 1
+    ]
+    named = ", ".join(name for name, *_ in differing)
     yield f"Environment: {named} differ" if differing else "Environment: no difference known"
-    yield from (f"    {version.name}: {version.base} | {version.new}" for version in differing)
+    yield from (f"    {name}: {base} | {new}" for name, base, new in differing)
     if unknown:
         yield f"    not recorded on both sides: {', '.join(unknown)}"
 

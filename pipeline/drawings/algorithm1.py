@@ -39,6 +39,7 @@ from trackably.exports.figures import (
     PAGE,
     PALE,
     SAMPLE,
+    legend_above,
     reference_styles,
     with_style,
 )
@@ -104,22 +105,16 @@ def convergence(
         axes.set_ylabel(SYMBOLS.get(name, name))
     _mean_bound(mean, trace, float(state_set.margin(np.array(prior_mean))))
     _derivative_bound(rate, trace)
-    for axes, name in (
-        *zip(of_parameters, trace.hyperparameters, strict=True),
-        (mean, "mean_bound"),
-        *((rate, name) for name in ("growth_lower", "growth_upper", "derivative_bound")),
-    ):
+    of_bounds = {"mean_bound": mean, **dict.fromkeys(("growth_lower", "growth_upper", "derivative_bound"), rate)}
+    for name, axes in {**dict(zip(trace.hyperparameters, of_parameters, strict=True)), **of_bounds}.items():
         if published and name in published:
-            _published(axes, published["k_bar"], published[name])
+            k, values = published["k_bar"][::_EVERY], published[name][::_EVERY]
+            axes.plot(k, values, "s", markersize=2.5, **PUBLISHED)
     for axes in (*of_parameters, mean, rate):
         axes.set_xlim(trace.k_bar[0] - 0.5, trace.k_bar[-1] + 0.5)
         axes.set_xlabel(_STEP) if axes in (of_parameters[-1], rate) else axes.tick_params(labelbottom=False)
     figure.align_ylabels()
     return figure
-
-
-def _published(axes: Axes, k: Array, values: Array) -> None:
-    axes.plot(k[::_EVERY], values[::_EVERY], "s", markersize=2.5, **PUBLISHED)
 
 
 def _mean_bound(axes: Axes, trace: Trace, margin: float) -> None:
@@ -254,21 +249,18 @@ def tube(reference: Reference, steps: Array) -> Figure:
     inputs.set_xlabel(step_label(reference.plant.sampling_time))
     inputs.set_xlim(steps[0] - 0.4, steps[-1] + 1.4)
     inputs.xaxis.get_major_locator().set_params(integer=True)
-    handles = [handle for axes in (states, inputs) for handle in axes.get_legend_handles_labels()[0]]
-    figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    legend_above(figure, columns=2)
     figure.align_ylabels()
     return figure
 
 
 def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
-    x, (low, high) = state_at_steps(reference, steps), tube_after_steps(reference, steps)
-    fans = [[(k, y), (k + 1, bottom), (k + 1, top)] for k, y, bottom, top in zip(steps, x, low, high, strict=True)]
-    ends = [[(k + 1, bottom), (k + 1, top)] for k, bottom, top in zip(steps, low, high, strict=True)]
-    axes.add_collection(PolyCollection(fans, facecolors=FAINT, edgecolors="none"))
-    label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
-    axes.add_collection(LineCollection(ends, colors=GREY, linewidths=1.6, label=label))
     with_next = np.append(steps, steps[-1] + 1)
-    x = state_at_steps(reference, with_next)
+    x, (low, high) = state_at_steps(reference, with_next), tube_after_steps(reference, steps)
+    corners = np.transpose([[steps, x[:-1]], [steps + 1, low], [steps + 1, high]], (2, 0, 1))
+    axes.add_collection(PolyCollection(list(corners), facecolors=FAINT, edgecolors="none"))
+    label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
+    axes.add_collection(LineCollection(list(corners[:, 1:]), colors=GREY, linewidths=1.6, label=label))
     axes.plot(with_next, x, color=BLUE, marker="o", linewidth=0.9, label=r"reference $x_\mathrm{r}(k)$")
     axes.autoscale_view()
     state_bounds(axes, state_interval(reference), side="left")
@@ -307,7 +299,7 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     axes.axvline(final_step, color=GREY, linewidth=0.8, linestyle=":")
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
     state_bounds(axes, state_interval(reference))
-    figure.legend(loc="outside upper center", ncols=3)
+    legend_above(figure, columns=3)
     side = "right" if transient_step > last_step / 4 else "left"  # in the grey band if it is wide enough
     direct_label(axes, transient_step, bottom, " transient ", ha=side, va="bottom")
     direct_label(axes, final_step, bottom, rf" $\bar{{k}}$ = {final_step}", va="bottom")
@@ -318,12 +310,10 @@ def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
     """Draw m ± m̄(t) at times that are later than every sample by more than ζ, within the limits of the axes."""
     (signal,) = reference.kernel_sums
     tails = [(step, found) for step, t in zip(k, reference.instants(k), strict=True) if (found := tail(signal, t))]
-    if not tails:
-        return
-    steps, reach = np.array([(step, bounds.mean_bound) for step, bounds in tails]).T
-    style: dict[str, Any] = {"facecolor": FAINT, "edgecolor": ORANGE, "linestyle": (0, (4, 1.5)), "linewidth": 1.0}
-    ends = signal.mean - reach, signal.mean + reach
-    axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **style)
+    if tails:
+        steps, *ends = np.array([(step, bounds.states.lower, bounds.states.upper) for step, bounds in tails]).T
+        style: dict[str, Any] = {"facecolor": FAINT, "edgecolor": ORANGE, "linestyle": (0, (4, 1.5)), "linewidth": 1.0}
+        axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **style)
 
 
 _HEIGHT = 1.7  # of the figure, in inches
@@ -368,10 +358,7 @@ def _panel(axes: Axes, title: str, last: float, lowest: float, bound: float) -> 
     room = _ROOM * (bound - lowest)
     axes.axhspan(bound, bound + room, facecolor=FAINT, edgecolor="none")
     axes.axhline(bound, color=INK, linewidth=0.8)
-    axes.set_xlim(0, last)
-    axes.set_ylim(lowest - 0.4 * room, bound + room)
-    axes.set_xticks([])
-    axes.set_yticks([])
+    axes.set(xlim=(0, last), ylim=(lowest - 0.4 * room, bound + room), xticks=[], yticks=[])
     axes.set_title(title, fontsize=8)
     axes.set_xlabel(r"time $t$", fontsize=7, labelpad=2)
 

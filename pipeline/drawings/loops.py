@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -76,12 +76,10 @@ def _over_steps(
     There is a row for each coordinate, and a column for each label of the loops; `styles` are by initial state. Panels
     show the whole range between the bounds, or, if `zoomed`, only the range of loops and references.
     """
-    names, bounds = plant.names, bounds_of(plant)
-    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
-    panels = figure.subplots(len(names), len(loops), sharex=True, sharey="row", squeeze=False)
+    figure, panels = _grid(plant, len(loops), shown, units, sharey="row")
+    bounds = bounds_of(plant)
     parts = [{name: of.until(int(shown[1])) for name, of in by_name.items()} for by_name in loops.values()]
-    for name, row in zip(names, panels, strict=True):
-        row[0].set_ylabel(axis_label(name, units))
+    for name, row in zip(plant.names, panels, strict=True):
         for axes, by_name in zip(row, parts, strict=True):
             for loop, course in by_name.items():
                 draw_coordinate(axes, course, name, plant, styles[loop])
@@ -92,6 +90,21 @@ def _over_steps(
         pad_limits(row[0], whole or Interval(float(np.nanmin(seen)), float(np.nanmax(seen))))
         for axes in row:
             shade_outside(axes, bounds.get(name))
+    return figure, panels
+
+
+def _grid(
+    plant: ConstrainedSystem,
+    columns: int,
+    shown: tuple[float, float],
+    units: Units,
+    sharey: Literal["none", "row"] = "none",
+) -> tuple[Figure, NDArray[Any]]:
+    """Return a figure with a row of panels for each state and input, from the first to the last step of `shown`."""
+    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(plant.names)))
+    panels = figure.subplots(len(plant.names), columns, sharex=True, sharey=sharey, squeeze=False)
+    for axes, name in zip(panels[:, 0], plant.names, strict=True):
+        axes.set_ylabel(axis_label(name, units))
     for axes in panels[-1]:
         axes.set(xlabel=step_label(plant.sampling_time), xlim=shown)
     figure.align_ylabels(panels[:, 0])
@@ -119,11 +132,9 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
 
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
     """Shade the steps at which no running loop has a plan, and mark the step at which the last loop ended."""
-    ends = {name: float(course.steps[-1]) for name, course in by_state.items()}
-    ended = max(ends.values())
-    infeasible = {name: set(course.infeasible.tolist()) for name, course in by_state.items()}
-    steps = np.arange(min(ended, last_step + 1.0))
-    shade_no_plan(axes, np.array([k for k in steps if all(k in infeasible[name] or k >= ends[name] for name in ends)]))
+    ended = float(max(course.steps[-1] for course in by_state.values()))
+    lost = ({*course.infeasible.tolist(), *np.arange(course.steps[-1], ended)} for course in by_state.values())
+    shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
     if ended < last_step:
         axes.axvline(ended, color=GREY, linewidth=0.8, linestyle=":")
         if named:
@@ -174,7 +185,7 @@ def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: 
         for taken, style in _UPDATES.items():
             steps = updates.steps[updates["taken"] == taken]
             if steps.size:
-                axes.plot(steps, np.full(steps.size, 1.0), transform=where, **style)
+                axes.plot(steps, np.ones(steps.size), transform=where, **style)
                 axes.vlines(steps, 0, 1, transform=where, colors=GREY, linewidths=0.6, zorder=2)
     legend_above(figure)
     return figure
@@ -279,18 +290,15 @@ def loops_in_plane(
 
 
 _KINDS: Final[dict[str, dict[str, Any]]] = {
-    "drawn": {"color": GREEN, "linestyle": "-", "linewidth": 2.0, "zorder": 3.0, "label": "drawn disturbances"},
-    "greedy": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "greedy ones"},
-    "constant": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "constant ones"},
+    "drawn": INITIAL_STATE_STYLES["on"] | {"linewidth": 2.0, "label": "drawn disturbances"},
+    "greedy": INITIAL_STATE_STYLES["above"] | {"label": "greedy ones"},
+    "constant": INITIAL_STATE_STYLES["below"] | {"label": "constant ones"},
 }
 _TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "edgecolor": "none", "zorder": 1.5, "label": "tube"}
-_RANGE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.34, "edgecolor": "none", "zorder": 1.6}
+_RANGE: Final = _TUBE | {"alpha": 0.34, "zorder": 1.6}
 _REFERENCE: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
-_NAMED: Final[tuple[dict[str, Any], ...]] = (
-    {"color": ORANGE, "marker": "D", "markersize": 6, "linestyle": "none", "zorder": 4},
-    {"color": NAVY, "marker": "s", "markersize": 6, "linestyle": "none", "zorder": 4},
-)
+_NAMED: Final = ((ORANGE, "D"), (NAVY, "s"))
 _SHOWN: Final = (-0.03, 0.12)
 """The range of margins, as parts of a width, that a panel shows; it is larger if no loop has such small margins."""
 
@@ -311,11 +319,9 @@ def tube_runs(
     `room` is how far states and inputs may be below and above the reference, each (n + m,). The range of all `count`
     runs, the columns x_lowest and x_highest of `runs`, is shaded, and the runs `single` are drawn.
     """
-    names, bounds = plant.names, bounds_of(plant)
-    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(names)))
-    panels = figure.subplots(len(names), 2, sharex=True, squeeze=False)
-    K, n, (below, above) = len(runs.steps), len(plant.system.states), room
-    for i, (name, (left, right)) in enumerate(zip(names, panels, strict=True)):
+    figure, panels = _grid(plant, 2, (runs.steps[0], runs.steps[-1]), units)
+    bounds, K, n, (below, above) = bounds_of(plant), len(runs.steps), len(plant.system.states), room
+    for i, (name, (left, right)) in enumerate(zip(plant.names, panels, strict=True)):
         reference = window.states[:K, i] if i < n else window.inputs[:K, i - n]
         step: dict[str, Any] = {"step": "post"} if i >= n else {}
         style: dict[str, Any] = {"drawstyle": "steps-post"} if i >= n else {}
@@ -323,7 +329,7 @@ def tube_runs(
             around = reference - off
             axes.fill_between(runs.steps, around - below[i], around + above[i], **_TUBE, **step)
             ends = runs[f"{name}_lowest"] - off, runs[f"{name}_highest"] - off
-            axes.fill_between(runs.steps, *ends, label=f"range of {count} runs", **_RANGE, **step)
+            axes.fill_between(runs.steps, *ends, **_RANGE | {"label": f"range of {count} runs"}, **step)
             axes.plot(runs.steps, around, **_REFERENCE, **style)
         for r, run in enumerate(single):
             right.plot(runs.steps, run[name] - reference, **_SINGLE, **style, label="" if r else "single runs")
@@ -331,11 +337,7 @@ def tube_runs(
         shade_outside(left, bounds.get(name))
         pad_limits(right, Interval(-below[i], above[i]))
         _shade_beyond(right, runs.steps, reference, bounds.get(name))
-        left.set_ylabel(axis_label(name, units))
     panels[0, 1].set_title("minus the reference")
-    for axes in panels[-1]:
-        axes.set(xlabel=step_label(plant.sampling_time), xlim=(runs.steps[0], runs.steps[-1]))
-    figure.align_ylabels(panels[:, 0])
     legend_above(figure)
     return figure
 
@@ -352,7 +354,7 @@ def disturbed_loops(
     """
     figure = Figure(figsize=(PAGE, 3.4))
     panels = figure.subplots(2, len(loops), sharex=True, sharey="row", squeeze=False)
-    last = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values())
+    last, every = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values()), []
     for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
         first = failures[label]
         # Whether loops fail is said in the title, because a text inside the panel would hide curves.
@@ -360,7 +362,8 @@ def disturbed_loops(
         column[-1].set_xlabel(step_label(plant.sampling_time))
         lost = set.intersection(*(set(course.infeasible.tolist()) for course in by_kind.values()))
         for kind, course in by_kind.items():
-            for axes, values in zip(column, _margins(course, plant), strict=True):
+            every.append(_margins(course, plant))
+            for axes, values in zip(column, every[-1], strict=True):
                 axes.plot(course.steps, values, **_KINDS[kind])
         for axes in column:
             shade_no_plan(axes, np.array(sorted(lost)))
@@ -368,7 +371,6 @@ def disturbed_loops(
             axes.axhline(0, color=INK, linewidth=0.8, zorder=2.5)
             if first is not None:
                 axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
-    every = [_margins(course, plant) for by_kind in loops.values() for course in by_kind.values()]
     for axes, name, of_all in zip(panels[:, 0], ("states", "inputs"), zip(*every, strict=True), strict=True):
         most = max(float(np.nanmin(of)) for of in of_all)
         axes.set(ylabel=f"smallest margin\nof {name} / width [–]", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
@@ -394,7 +396,14 @@ def price_of_room(
     labels = (r"price $J - \min l$ [–]", f"misfit of the samples{unit}")
     for axes, values, label in zip(figure.subplots(1, 2), (price, misfit), labels, strict=True):
         axes.plot(sizes, values, color=GREEN, marker="o", markersize=3.5, linewidth=1.4)
-        for (size, name), style in zip(named.items(), cycle(_NAMED)):
+        for (size, name), (color, marker) in zip(named.items(), cycle(_NAMED)):
+            style: dict[str, Any] = {
+                "color": color,
+                "marker": marker,
+                "markersize": 6,
+                "linestyle": "none",
+                "zorder": 4,
+            }
             axes.plot(size, values[list(sizes).index(size)], **style, label=name)
         axes.margins(x=0.1, y=0.12)
         axes.set(xlabel="disturbance sets / those given [–]", ylabel=label)

@@ -102,9 +102,7 @@ def prediction(
     if final_step is not None:
         label = rf" $\bar{{k}}$ = {final_step}"
         direct_label(panels[0], final_step, panels[0].get_ylim()[0], label, va="bottom")
-    handles, labels = panels[0].get_legend_handles_labels()
-    found = dict(zip(labels, handles, strict=True))
-    figure.legend(found.values(), found, loc="outside upper center", ncols=min(4, ceil(len(found) / 2)))
+    legend_above(figure, columns=min(4, ceil(len({*panels[0].get_legend_handles_labels()[1]}) / 2)))
     return figure
 
 
@@ -187,8 +185,7 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
         for name, values in shown.derivatives.items():
             axes.plot(shown.times, values, **styles[name])
         axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
-        if axes.get_subplotspec().is_first_col():
-            axes.set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
+    figure.axes[0].set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
     legend_above(figure, columns=3)
     return figure
 

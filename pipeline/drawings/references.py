@@ -121,13 +121,8 @@ _ARROWS: Final = 8
 _ARROW: Final = 0.012
 """The length of an arrow, as a part of the length of the path."""
 
-_BROKEN: Final[tuple[dict[str, Any], ...]] = (
-    {"color": PURPLE, "linewidth": 7.0, "alpha": 0.45},
-    {"color": BLUE, "linewidth": 7.0, "alpha": 0.45},
-    {"color": PALE, "linewidth": 7.0, "alpha": 0.9},
-    {"color": NAVY, "linewidth": 7.0, "alpha": 0.35},
-)
-"""Styles that mark broken bounds, one for each quantity in their order."""
+_BROKEN: Final = ((PURPLE, 0.45), (BLUE, 0.45), (PALE, 0.9), (NAVY, 0.35))
+"""Colours and opacities that mark broken bounds, one for each quantity in their order."""
 
 
 @with_style
@@ -176,29 +171,25 @@ def _in_plane(reference: Reference, plane: tuple[str, str], times: Array) -> Arr
 
 def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, times: Array) -> None:
     """Mark the parts of a path (n, 2) at which a quantity is outside of its bounds, one style for each quantity."""
-    styles = iter(_BROKEN * len(reference.quantities))
+    styles = cycle(_BROKEN)
     for quantity in reference.quantities:
         values = quantity([signal.summed for signal in reference.signals], times)
         for outside, what in ((values < quantity.bounds.lower, "low"), (values > quantity.bounds.upper, "high")):
             if np.any(outside):
                 marked = np.where(outside[:, None], course, np.nan)
-                style = next(styles)
-                named = f"{quantity.name.replace('_', ' ')} too {what} ({label})"
-                axes.plot(*marked.T, **style, solid_capstyle="butt", zorder=2.0, label=named)
+                (color, alpha), named = next(styles), f"{quantity.name.replace('_', ' ')} too {what} ({label})"
+                style: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 7.0, "solid_capstyle": "butt"}
+                axes.plot(*marked.T, **style, zorder=2.0, label=named)
 
 
 def _draw_direction(axes: Axes, course: Array) -> None:
     """Draw arrows along a path (n, 2), at equal distances."""
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(course, axis=0), axis=1))])
     style = {"arrowstyle": "-|>", "color": INK, "mutation_scale": 20, "linewidth": 0, "shrinkA": 0, "shrinkB": 0}
-    for at in (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]:
-        tail, head = (_point(course, lengths, at + side * _ARROW * lengths[-1]) for side in (-0.5, 0.5))
+    middles = (np.arange(_ARROWS) + 0.5) / _ARROWS * lengths[-1]
+    ends = ([np.interp(middles + side * _ARROW * lengths[-1], lengths, x) for x in course.T] for side in (-0.5, 0.5))
+    for tail, head in zip(*(np.transpose(of).tolist() for of in ends), strict=True):
         axes.annotate("", head, tail, arrowprops=style, zorder=6)
-
-
-def _point(course: Array, lengths: Array, at: float) -> tuple[float, float]:
-    """Return the point of a path at the distance `at` along it; `lengths` are the distances of its points."""
-    return float(np.interp(at, lengths, course[:, 0])), float(np.interp(at, lengths, course[:, 1]))
 
 
 _MARKS: Final = "so^"

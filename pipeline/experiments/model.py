@@ -4,7 +4,6 @@ import math
 import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -59,27 +58,17 @@ _RESERVED = {
 
 def refused_names(names: Iterable[object]) -> list[str]:
     """Return one sentence for each name that an experiment cannot have; an empty list if there is none."""
-    names = list(names)
-    return [*(reason for name in names if (reason := _refusal(name))), *_same_but_for_case(names)]
-
-
-def _refusal(name: object) -> str | None:
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        return (
-            f"the name {name!r} is not allowed: a name consists of letters from a to z, digits, hyphens and "
-            "underscores, and begins with a letter or a digit (quote a name that is a number)"
-        )
-    if reason := _RESERVED.get(name.lower()):
-        return f"the name {name!r} is reserved: {reason}"
-    return None
-
-
-def _same_but_for_case(names: list[object]) -> list[str]:
-    """Return a sentence for each pair of names that differ only by case, as some file systems cannot hold both."""
     first: dict[str, str] = {}
     found = []
     for name in names:
-        if isinstance(name, str) and (other := first.setdefault(name.lower(), name)) != name:
+        if not isinstance(name, str) or not _NAME.fullmatch(name):
+            found.append(
+                f"the name {name!r} is not allowed: a name consists of letters from a to z, digits, hyphens and "
+                "underscores, and begins with a letter or a digit (quote a name that is a number)"
+            )
+        elif reason := _RESERVED.get(name.lower()):
+            found.append(f"the name {name!r} is reserved: {reason}")
+        elif (other := first.setdefault(name.lower(), name)) != name:  # some file systems cannot hold both
             found.append(f"the names {other!r} and {name!r} differ only by case: choose names that differ otherwise")
     return found
 
@@ -95,16 +84,6 @@ def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields
         for name in others:
             if isinstance(prior[name], PriorFields):
                 yield f"prior.{name}: expected noise_std alone, as {first} shows the same flat output"
-
-
-def mistakes_of_origin(samples: Mapping[str, Source], samples_from: Path) -> Iterator[str]:
-    """Yield one sentence for each source of samples that is not below `samples_from`, the path that DVC watches."""
-    files = {name: file for name, source in samples.items() if (file := source.file) is not None}
-    for name, file in files.items():
-        if not file.is_relative_to(samples_from):
-            yield f"samples_from: expected {file}, as for {name}, or a folder above it, got {samples_from}"
-    if not files and samples_from != GROUND_TRUTHS_FILE:
-        yield f"samples_from: all samples are drawn; expected {GROUND_TRUTHS_FILE}, got {samples_from}"
 
 
 _ROUNDING = 1e-9  # in steps: an end of a window this near to a step counts as at the step
@@ -218,7 +197,13 @@ class Experiment(Fields):
             yield f"units: expected states and inputs among {known}, got {min(misnamed)}"
 
     def _mistakes_of_origin(self) -> Iterator[str]:
-        yield from mistakes_of_origin(self.samples, self.samples_from)
+        """Yield one sentence for each source of samples that is not below `samples_from`, the path that DVC watches."""
+        files = {name: file for name, source in self.samples.items() if (file := source.file) is not None}
+        for name, file in files.items():
+            if not file.is_relative_to(self.samples_from):
+                yield f"samples_from: expected {file}, as for {name}, or a folder above it, got {self.samples_from}"
+        if not files and self.samples_from != GROUND_TRUTHS_FILE:
+            yield f"samples_from: all samples are drawn; expected {GROUND_TRUTHS_FILE}, got {self.samples_from}"
 
     def _mistakes_of_methods(self) -> Iterator[str]:
         for method in self.learned_by:
@@ -404,8 +389,5 @@ def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> 
 
 
 def _with_means(experiment: Experiment, means: Mapping[str, float]) -> Experiment:
-    prior = {
-        name: of.model_copy(update={"mean": means[name]} if name in means else {})
-        for name, of in experiment.prior.items()
-    }
-    return experiment.model_copy(update={"prior": prior})
+    known = {name: experiment.prior[name].model_copy(update={"mean": mean}) for name, mean in means.items()}
+    return experiment.model_copy(update={"prior": {**experiment.prior, **known}})

@@ -96,7 +96,15 @@ def _message_time(written: object) -> object:
 Repairs = Annotated[tuple[str, ...], LISTED, BeforeValidator(_known_repairs)]
 
 
-class CsvColumn(Fields):
+class Recorded(Fields):
+    """What a recording in any format may have: repairs, an excerpt, and a known true signal."""
+
+    repairs: Repairs = ()
+    excerpt: Excerpt | None = None
+    ground_truth: GroundTruthName | None = None
+
+
+class CsvColumn(Recorded):
     """Samples in a column of a CSV file, at the times of its time column; see trackably.recordings.read_csv.
 
     `time_unit` is a unit, `steps` if stamps count sampling steps, or the `date_format` (and `zone`) of the stamps. If
@@ -116,9 +124,6 @@ class CsvColumn(Fields):
     columns: Annotated[tuple[str, ...], LISTED] = ()
     skip: Annotated[tuple[PositiveInt, ...], LISTED] = ()
     missing: Annotated[tuple[str, ...], LISTED] = MISSING
-    repairs: Repairs = ()
-    excerpt: Excerpt | None = None
-    ground_truth: GroundTruthName | None = None
 
     @property
     def file(self) -> Path:
@@ -126,7 +131,7 @@ class CsvColumn(Fields):
         return self.csv
 
 
-class McapField(Fields):
+class McapField(Recorded):
     """Samples in a field of the messages on a topic of an MCAP file; see trackably.recordings.read_mcap."""
 
     mcap: ProjectPath
@@ -134,9 +139,6 @@ class McapField(Fields):
     field: str
     time: Annotated[MessageTime, BeforeValidator(_message_time)] = LOG_TIME
     noise_field: str | None = None
-    repairs: Repairs = ()
-    excerpt: Excerpt | None = None
-    ground_truth: GroundTruthName | None = None
 
     @property
     def file(self) -> Path:

@@ -66,10 +66,11 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
     """
     W, of_disturbance, of_plant = tightened.disturbance, np.random.default_rng(seed), np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
-    if kind == "greedy":
-        pushed = greedy(W, tightened.given.state_set)
-    else:
-        pushed = drawn(W, seed) if kind == "drawn" else constant(W, of_disturbance.standard_normal(W.dimension))
+    pushed = {
+        "drawn": drawn(W, seed),
+        "greedy": greedy(W, tightened.given.state_set),
+        "constant": constant(W, of_disturbance.standard_normal(W.dimension)),
+    }[kind]
     if tightened.model_error is None:
         return lambda k, x, u: tightened.given.linear.successor(x, u), pushed
     vertices, X = tightened.model_error.vertices, Inequalities.of(tightened.given.state_set)
@@ -223,12 +224,9 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
         if found is not None:
             rows[size] = (found.solution.objective - least, _misfit(fitted.sampled, found.reference))
             start = found.solution.posterior.prior.log_hyperparameters
-    return {
-        "sizes": sorted(rows),
-        "price": [rows[size][0] for size in sorted(rows)],
-        "misfit": [rows[size][1] for size in sorted(rows)],
-        "largest": tightened.largest_fraction,
-    }
+    columns = zip(*((size, *rows[size]) for size in sorted(rows)), strict=True)
+    table = dict(zip(("sizes", "price", "misfit"), map(list, columns), strict=True))
+    return {**table, "largest": tightened.largest_fraction}
 
 
 def scaled(tightened: Tightening, size: float) -> Tightening:

@@ -20,11 +20,11 @@ from trackably.certificates.claim import times_of
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.control.controller import Controller
 from trackably.control.simulation import ClosedLoop, simulate
-from trackably.control.stepping import Infeasible, Unsolved
+from trackably.control.stepping import Infeasible, Plan
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
-from trackably.streams.relearner import BudgetExceeded, LearningResult, holds_for_all_times
+from trackably.streams.relearner import LearningResult, holds_for_all_times
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import sampled_signals
 
@@ -34,15 +34,13 @@ def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> t
 
     Raises ValueError if a flat output has no sample up to this time.
     """
-    return tuple(_last(s, until, count) for s in samples)
-
-
-def _last(samples: Samples, until: float, count: int) -> Samples:
-    arrived = np.flatnonzero(samples.times <= until)[-count:]
-    if not arrived.size:
-        raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {samples.times[0]:g} s")
-    stencil = samples.stencil.only(arrived)
-    return Samples(samples.times[arrived], samples.values[arrived], samples.relative_noise[arrived], stencil)
+    found = []
+    for of in samples:
+        last = np.flatnonzero(of.times <= until)[-count:]
+        if not last.size:
+            raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {of.times[0]:g} s")
+        found.append(Samples(of.times[last], of.values[last], of.relative_noise[last], of.stencil.only(last)))
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -73,25 +71,21 @@ class OnlineLoop:
     @property
     def offers(self) -> Course:
         """Return for each update whether it was `taken` (1 or 0), and the `widening`; NaN without a widening."""
-        columns = {
-            "taken": np.array([float(o.accepted) for o in self.updates]),
-            "widening": np.array([np.nan if o.widening is None else o.widening for o in self.updates]),
-        }
-        return Course(np.array([float(o.k) for o in self.updates]), columns)
+        rows = np.array([(o.k, o.accepted, o.widening) for o in self.updates], dtype=float).reshape(-1, 3)
+        steps, taken, widening = rows.T
+        return Course(steps, {"taken": taken, "widening": widening})
 
     @property
     def records(self) -> list[dict[str, object]]:
         """Return the updates in the form in which control.json stores them."""
-        return [
-            {
-                "step": o.k,
-                "samples": list(o.sample_counts),
-                "taken": o.accepted,
-                "widening": o.widening,
-                "reason": o.reason,
-            }
-            for o in self.updates
-        ]
+        names = {
+            "step": "k",
+            "samples": "sample_counts",
+            "taken": "accepted",
+            "widening": "widening",
+            "reason": "reason",
+        }
+        return [{name: getattr(update, of) for name, of in names.items()} for update in self.updates]
 
 
 def simulate_online(
@@ -106,8 +100,7 @@ def simulate_online(
 
     The loop begins on the reference `first`. An arrival is (k, samples): a step, in increasing order, and the samples
     of the window that ends there (`receding_window`). Since the current reference is certified for all times, the loop
-    can stay on it if a new one is not accepted. Raises ValueError if `first` is certified for less, and if arrivals
-    are not in increasing order within `steps`.
+    can stay on it if a new one is not accepted. Raises ValueError if `first` is certified for less.
     """
     if not holds_for_all_times(first):
         raise ValueError(
@@ -118,10 +111,6 @@ def simulate_online(
     parts: list[ClosedLoop] = []
     updates: list[ReferenceUpdate] = []
     for k, samples in arrivals:
-        if not now <= k <= steps or (updates and k == now):
-            raise ValueError(
-                f"online: arrivals must come in increasing order and within {steps} steps, got {k} after {now}"
-            )
         parts.append(simulate(controller, reference, state, k - now, first_step=now))
         if parts[-1].without_plan:
             return OnlineLoop(concatenate(parts), tuple(updates), reference)
@@ -138,23 +127,21 @@ def decide_update(
     controller: Controller, k: int, state: Array, samples: tuple[Samples, ...], learned: LearningResult
 ) -> ReferenceUpdate:
     """Decide whether the controller may track a learned reference from `state` (n,) at step `k` on."""
-    counts = tuple(len(s) for s in samples)
+    accepted, widening = False, None
     if not isinstance(learned, Certified):
         why = "learned, but not proved" if isinstance(learned, Counterexample | Unproved) else "no solution"
-        why = "not ready" if isinstance(learned, BudgetExceeded) else why
-        return ReferenceUpdate(k, counts, learned, False, f"{why}: {learned.explanation}")
-    if not holds_for_all_times(learned):
-        return ReferenceUpdate(k, counts, learned, False, f"proved for {times_of(learned.certificate.claim)} only")
-    result = controller.step(k, state, learned.reference)
-    if isinstance(result, Infeasible):
-        return ReferenceUpdate(k, counts, learned, False, result.explanation, result.widening)
-    if isinstance(result, Unsolved):
-        return ReferenceUpdate(k, counts, learned, False, result.explanation)
-    # The tolerance allows for rounding on a reference that is tracked already; plans on a new one must keep the bounds.
-    if not result.keeps_sets:
-        reason = f"within the tolerance only: {result.explanation}"
-        return ReferenceUpdate(k, counts, learned, False, reason, -result.slack)
-    return ReferenceUpdate(k, counts, learned, True, result.explanation)
+        reason = f"{why}: {learned.explanation}"
+    elif not holds_for_all_times(learned):
+        reason = f"proved for {times_of(learned.certificate.claim)} only"
+    else:
+        result = controller.step(k, state, learned.reference)
+        accepted, reason = isinstance(result, Plan), result.explanation
+        if isinstance(result, Infeasible):
+            widening = result.widening
+        # The tolerance allows for rounding on a reference that is tracked already; plans on a new one must keep bounds.
+        elif isinstance(result, Plan) and not result.keeps_sets:
+            accepted, reason, widening = False, f"within the tolerance only: {reason}", -result.slack
+    return ReferenceUpdate(k, tuple(map(len, samples)), learned, accepted, reason, widening)
 
 
 def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:
@@ -215,31 +202,21 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
     """Return the first samples of every signal together with the samples that arrive while the loop runs."""
-    later = {name: _drawn(experiment, wanted, name) for name in sampled.by_name}
-    later = {name: drawn or sampled.held_out_by_name.get(name) for name, drawn in later.items()}
-    if missing := [name for name, samples in later.items() if samples is None]:
+    later = sampled.held_out_by_name
+    if (stream := wanted.stream) is not None:
+        times = stream.steps.times(experiment.plant.sampling_time)
+        later |= {name: draw(of, times, stream.noise_std, stream.seed) for name, of in experiment.truths.items()}
+    if missing := sampled.by_name.keys() - later.keys():
         raise InputError(
-            f"experiment {experiment.name}: control.online: no samples of {', '.join(missing)} arrive; give a stream "
-            "where the ground truth is known, or hold some out of a recording"
+            f"experiment {experiment.name}: control.online: no samples of {', '.join(sorted(missing))} arrive; give a "
+            "stream where the ground truth is known, or hold some out of a recording"
         )
-    arriving = experiment.measured({name: samples for name, samples in later.items() if samples is not None}).all
+    arriving = experiment.measured({name: later[name] for name in sampled.by_name}).all
     joined = {name: _joined(first, arriving[name]) for name, first in sampled.by_name.items()}
     return sampled_signals(experiment.plant, joined)[1]
 
 
-def _drawn(experiment: Experiment, wanted: Relearning, name: str) -> Samples | None:
-    stream, truth = wanted.stream, experiment.truths.get(name)
-    if stream is None or truth is None:
-        return None
-    return draw(truth, stream.steps.times(experiment.plant.sampling_time), stream.noise_std, stream.seed)
-
-
 def _joined(first: Samples, later: Samples) -> Samples:
-    new = later.times > first.times[-1]
-    return Samples(
-        np.concatenate([first.times, later.times[new]]),
-        np.concatenate([first.values, later.values[new]]),
-        np.concatenate([first.relative_noise, later.relative_noise[new]]),
-        first.stencil,
-        first.scatters,
-    )
+    new, parts = later.times > first.times[-1], ("times", "values", "relative_noise")
+    times, values, noise = (np.concatenate([getattr(first, name), getattr(later, name)[new]]) for name in parts)
+    return Samples(times, values, noise, first.stencil, first.scatters)

@@ -168,10 +168,6 @@ class Run:
     outcome: Solution | NoSolution | None
 
     @property
-    def final_step(self) -> int | None:
-        return self.iterations[-1].k_bar if isinstance(self.outcome, Solution) else None
-
-    @property
     def explanation(self) -> str:
         """Say why there is no reference; an empty string if there is one."""
         if isinstance(self.outcome, NoSolution):

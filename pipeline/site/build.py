@@ -14,7 +14,7 @@ from sphinx.errors import SphinxError
 from sphinx.util.docutils import docutils_namespace, patch_docutils
 
 from pipeline.compare.claims import judge_claim, load_claims
-from pipeline.compare.model import JudgedClaim
+from pipeline.compare.model import JudgedClaim, Verdict
 from pipeline.compare.reports import shown
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.storage.results import Results
@@ -165,24 +165,30 @@ def write_sources(project: Path, into: Path) -> list[Page]:
         raise InputError(f"{root}: there are no results to report; run `dvc repro` first")
     notebooks = [project / "notebooks" / f"{page['name']}.ipynb" for page in pages if page["notebook"]]
     more = [*_write_notebooks(project, notebooks, into), *_write_benchmark(project / "benchmarks", into)]
-    claimed = load_claims(project / "claims.yaml")
-    claims = [judge_claim(claim, project, project) for claim in claimed.claims]
     shutil.copytree(project / "docs", into, dirs_exist_ok=True)
-    _render(pages, claims, more, into)
+    told: Page = {"pages": pages, "claims": _judged(project), "more": more}
+    for name, template, about in (
+        ("results", "results", told),
+        ("gallery", "gallery", told),
+        *((page["name"], "experiment", Page(page=page)) for page in pages),
+    ):
+        write_text(into / f"{name}.md", _rendered(_HERE / "templates" / f"{template}.md.j2", **about))
     return pages
 
 
-def _render(pages: Sequence[Page], claims: Sequence[JudgedClaim], more: Sequence[str], into: Path) -> None:
+def _judged(project: Path) -> list[JudgedClaim]:
+    """Return the verdicts of all claims about a project's results."""
+    return [judge_claim(claim, project, project) for claim in load_claims(project / "claims.yaml").claims]
+
+
+def _rendered(template: Path, claims: Sequence[JudgedClaim] = (), **about: Any) -> str:
+    """Return the text of a template that is given `claims`, the number that is `held`, and what else it names."""
     templates = Environment(
-        loader=FileSystemLoader(_HERE / "templates"), undefined=StrictUndefined, keep_trailing_newline=True
+        loader=FileSystemLoader(template.parent), undefined=StrictUndefined, keep_trailing_newline=True
     )
     templates.filters |= {"cell": _cell, "found": _found, "plain": _plain}
     held = sum(claim.new.holds for claim in claims)
-    text = templates.get_template("results.md.j2").render(pages=pages, claims=claims, held=held, more=more)
-    write_text(into / "results.md", text)
-    write_text(into / "gallery.md", templates.get_template("gallery.md.j2").render(pages=pages))
-    for page in pages:
-        write_text(into / f"{page['name']}.md", templates.get_template("experiment.md.j2").render(page=page))
+    return templates.get_template(template.name).render(claims=claims, held=held, **about)
 
 
 def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> list[str]:
@@ -222,12 +228,10 @@ def _plain(text: str) -> str:
     return re.sub(r"([!-/:-@[-`{-~])", r"\\\1", " ".join(text.split()))
 
 
-def _found(verdict: object) -> str:
-    found = getattr(verdict, "found", None)
-    reason = getattr(verdict, "reason", "")
-    if reason or found is None:
-        return reason or "no value"
-    return f"{found:.{_FLOAT_DIGITS}g}" if isinstance(found, float) else shown(found)
+def _found(verdict: Verdict) -> str:
+    if verdict.reason or verdict.found is None:
+        return verdict.reason or "no value"
+    return f"{verdict.found:.{_FLOAT_DIGITS}g}" if isinstance(verdict.found, float) else shown(verdict.found)
 
 
 _SETTINGS = {
@@ -294,18 +298,12 @@ def text_of(project: Path) -> str:
     names = list(load_experiments(project / "params.yaml"))
     results = {name: Results(name, project / "data" / "results") for name in names}
     summaries: dict[str, Any] = {name: read_json(found.summary) for name, found in results.items()}
-    claims = [judge_claim(claim, project, project) for claim in load_claims(project / "claims.yaml").claims]
     study: Any = read_json(project / "benchmarks" / "rivals" / "study.json")
     drawn = [row for row in study[-1] if row["factor"] == "all"]
-    templates = Environment(
-        loader=FileSystemLoader(project / "paper"),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-    )
-    return templates.get_template("paper.md.j2").render(
+    return _rendered(
+        project / "paper" / "paper.md.j2",
+        _judged(project),
         summaries=summaries,
-        claims=len(claims),
-        held=sum(claim.new.holds for claim in claims),
         certificates=sum(len(found.proofs) for found in results.values()),
         drawn=drawn,
         rivals=len({row["rival"] for row in drawn}),

@@ -224,14 +224,10 @@ def read_log(path: Path) -> Log:
     try:
         log = decode(records_in(path))
         again = encode(log)
-    except (LookupError, TypeError, AttributeError) as error:
-        raise InputError(f"{path}: not a log of this project: its messages are not what this project writes") from error
-    except (ValueError, OverflowError, struct.error) as error:
-        raise InputError(f"{path}: not a log of this project: {error}") from error
+    except (LookupError, TypeError, AttributeError, ValueError, OverflowError, struct.error) as error:
+        raise InputError(f"{path}: not a log of this project: {error!r}") from error
     if again != data:
-        pairs = enumerate(zip(again, data, strict=False))
-        at = next((i for i, (expected, found) in pairs if expected != found), min(len(again), len(data)))
-        raise InputError(f"{path}: damaged, or written by another program: byte {at} is not what its content gives")
+        raise InputError(f"{path}: damaged, or written by another program: its content gives other bytes")
     return log
 
 

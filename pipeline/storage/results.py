@@ -47,18 +47,8 @@ class Results:
         return self.folder / "summary.json"
 
     @property
-    def margins(self) -> Path:
-        """The table of the smallest margins over time, for DVC's plots."""
-        return self.folder / "margins.csv"
-
-    @property
     def control(self) -> Path:
         return self.folder / "control.json"
-
-    @property
-    def environment(self) -> Path:
-        """The file with the versions of packages and the instructions of the processor that the fit stage used."""
-        return self.folder / ENVIRONMENT
 
     @property
     def layout(self) -> Path:
@@ -69,9 +59,6 @@ class Results:
     def proofs(self) -> list[Path]:
         """The existing files with certificates and counterexamples."""
         return sorted((self.folder / "certificates").glob("*.json"))
-
-    def counterexample(self, method: str) -> Path:
-        return self.folder / "certificates" / f"{method}.counterexample.json"
 
     def certificate(self, method: str) -> Path:
         return self.folder / "certificates" / f"{method}.json"

@@ -4,9 +4,9 @@ A layout is JSON. `configById` holds the settings of each panel by its name, `Ki
 these names, in which each node says in which direction its two children lie beside each other.
 """
 
+import json
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import cycle
 from typing import Any
 
@@ -50,93 +50,74 @@ _NO_LEGEND = {"showLegend": False, "legendDisplay": "floating"}
 Tree = str | dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Panel:
-    """A panel of a viewer: its kind, its title if it has one, and the viewer's settings for this kind."""
-
-    kind: str
-    title: str
-    config: Mapping[str, Any]
+Panel = dict[str, Any]
+"""A panel's settings, as the viewer knows them, and its `kind`."""
+Line = dict[str, Any]
+"""A series of a plot, as the viewer knows it."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """A curve of a plot: a field of a topic over time, with or without lines between the values."""
+def line(topic: str, field: str, label: str, color: str, joined: bool = True) -> Line:
+    """Return the curve of a topic's field over time, with or without lines between the values."""
+    return _series(path_of(topic, field), label, color, joined)
 
-    topic: str
-    field: str
-    label: str
-    color: str
-    joined: bool = True
 
-    @property
-    def path(self) -> str:
-        """The path of the field as viewers write it; names with special characters are in quotation marks."""
-        return f"{_quoted(self.topic, _PLAIN_TOPIC)}.{_quoted(self.field, _PLAIN_FIELD)}"
+def path_of(topic: str, field: str) -> str:
+    """Return the path of a field as viewers write it; names with special characters are in quotation marks."""
+    return f"{_quoted(topic, _PLAIN_TOPIC)}.{_quoted(field, _PLAIN_FIELD)}"
+
+
+def panel(kind: str, title: str = "", **settings: Any) -> Panel:
+    """Return a panel of a kind, with its title if it has one."""
+    return {"kind": kind, **settings, **(dict.fromkeys(_TITLES, title) if title else {})}
 
 
 def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None = None, over: str = "") -> Panel:
     """Return a plot over time, or over the path `over`, with horizontal lines at `levels` by their labels."""
-    paths = [_series(line.path, line.label, line.color, line.joined) for line in lines]
-    paths += [_series(repr(level), label, "#000000") for label, level in (levels or {}).items()]
-    config = {
-        "paths": paths,
-        "xAxisVal": "custom" if over else "timestamp",
+    return panel(
+        "Plot",
+        title,
+        paths=[*lines, *(_series(repr(level), label, INK) for label, level in (levels or {}).items())],
+        xAxisVal="custom" if over else "timestamp",
         **({"xAxisPath": {"value": over, "enabled": True}} if over else {}),
-        "showLegend": True,
-        "legendDisplay": "left",
-        "showPlotValuesInLegend": False,
-        "showXAxisLabels": True,
-        "showYAxisLabels": True,
-        "isSynced": not over,
-        "sidebarDimension": 170,
-    }
-    return Panel("Plot", title, config)
+        showLegend=True,
+        legendDisplay="left",
+        showPlotValuesInLegend=False,
+        showXAxisLabels=True,
+        showYAxisLabels=True,
+        isSynced=not over,
+        sidebarDimension=170,
+    )
 
 
 def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> dict[str, Any]:
     """Return the layout with one tab for each group of panels, and below the tabs panels that are always visible."""
     configs: dict[str, Any] = {}
-    pages = []
-    for title, panels in tabs.items():
-        names = [_add(configs, panel) for panel in _with_one_legend(panels)]
-        pages.append({"title": title, "layout": _tiled(names)})
-    tree: Tree = _add(configs, Panel("Tab", "", {"activeTabIdx": 0, "tabs": pages}))
+
+    def add(of: Panel) -> str:
+        name = f"{of['kind']}!{len(configs)}"
+        configs[name] = {key: value for key, value in of.items() if key != "kind"}
+        return name
+
+    pages = [
+        {"title": title, "layout": _tiled([*map(add, _with_one_legend(panels))])} for title, panels in tabs.items()
+    ]
+    tree: Tree = add(panel("Tab", activeTabIdx=0, tabs=pages))
     if below:
-        always = _split([_add(configs, panel) for panel in below], "row")
+        always = _split([*map(add, below)], "row")
         tree = {"direction": "column", "first": tree, "second": always, "splitPercentage": 80}
-    return {
-        "configById": configs,
-        "globalVariables": {},
-        "userNodes": {},
-        "playbackConfig": {"speed": 1},
-        "layout": tree,
-    }
+    about = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    return {"configById": configs, **about, "layout": tree}
 
 
 def _with_one_legend(panels: Sequence[Panel]) -> Iterable[Panel]:
     """Yield panels of which only the first has a legend, if there are many small plots with nearly equal legends."""
-    for i, panel in enumerate(panels):
-        hidden = panel.kind == "Plot" and i > 0 and len(panels) > _MANY
-        yield replace(panel, config={**panel.config, **_NO_LEGEND}) if hidden else panel
+    for i, of in enumerate(panels):
+        yield of | _NO_LEGEND if of["kind"] == "Plot" and i > 0 and len(panels) > _MANY else of
 
 
-def _series(path: str, label: str, color: str, joined: bool = True) -> dict[str, Any]:
-    return {
-        "value": path,
-        "label": label,
-        "color": color,
-        "enabled": True,
-        "timestampMethod": "receiveTime",
-        "showLine": joined,
-    }
-
-
-def _add(configs: dict[str, Any], panel: Panel) -> str:
-    name = f"{panel.kind}!{len(configs)}"
-    titles = dict.fromkeys(_TITLES, panel.title) if panel.title else {}
-    configs[name] = {**panel.config, **titles}
-    return name
+def _series(path: str, label: str, color: str, joined: bool = True) -> Line:
+    about = {"value": path, "label": label, "color": color, "enabled": True}
+    return {**about, "timestampMethod": "receiveTime", "showLine": joined}
 
 
 def _tiled(names: Sequence[str]) -> Tree:
@@ -158,10 +139,7 @@ def _split(parts: Sequence[Tree], direction: str) -> Tree:
 
 
 def _quoted(name: str, plain: re.Pattern[str]) -> str:
-    if plain.fullmatch(name):
-        return name
-    escaped = name.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
+    return name if plain.fullmatch(name) else json.dumps(name, ensure_ascii=False)
 
 
 OBSERVED = {"samples": (INK, False), "held_out": (GREY, False), "ground_truth": (GREY, True)}
@@ -198,7 +176,7 @@ def lines_of(topics: Mapping[str, Topic], field: str) -> list[Line]:
     """Return one line for each topic that has the field; topics with the same first part have the same colour."""
     colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in topics), cycle(COLORS), strict=False))
     return [
-        Line(topic.name, field, _spoken(name) or field, colors[name.partition("/")[0]])
+        line(topic.name, field, _spoken(name) or field, colors[name.partition("/")[0]])
         for name, topic in topics.items()
         if field in topic.fields
     ]
@@ -213,14 +191,14 @@ def by_field(plant: ConstrainedSystem, topics: Mapping[str, Topic], left_out: Co
             lines = lines_of(topics, field)
             if (reference := f"{field}_reference") in fields:
                 name, topic = next(iter(topics.items()))
-                lines.append(Line(topic.name, reference, f"reference {name}".strip(), GREY))
+                lines.append(line(topic.name, reference, f"reference {name}".strip(), GREY))
             yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
 def by_topic(topics: Mapping[str, Topic]) -> Iterator[Panel]:
     """Yield a plot of each topic, with a line for each of its fields."""
     for name, topic in topics.items():
-        lines = [Line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
+        lines = [line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
         if lines:
             yield plot(name or topic.name.removeprefix("/"), lines)
 
@@ -229,7 +207,7 @@ def observed(topics: Topics, name: str) -> Iterator[Line]:
     """Yield the lines of a coordinate's samples, held-out samples and true signal, if the logs have them."""
     for group, (color, joined) in OBSERVED.items():
         if topic := topics.below(group).get(name):
-            yield Line(topic.name, "value", _spoken(group), color, joined)
+            yield line(topic.name, "value", _spoken(group), color, joined)
 
 
 def fields_of(topics: Iterable[Topic]) -> list[str]:
@@ -245,28 +223,26 @@ def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Ite
     """Yield a 3D panel with all scenes, seen from above, of the given `size`; no panel without scenes."""
     scenes, frames = topics.of_schema(SCENE), topics.of_schema(FRAME)
     if scenes:
-        yield Panel(
+        yield panel(
             "3D",
             "Scene",
-            {
-                "cameraState": {
-                    "perspective": False,
-                    "distance": round(1.1 * size, 6),
-                    "phi": 0,
-                    "thetaOffset": 0,
-                    "target": [0, 0, 0],
-                    "targetOffset": [round(middle[0], 6), round(middle[1], 6), 0],
-                    "targetOrientation": [0, 0, 0, 1],
-                    "fovy": 45,
-                    "near": 0.01,
-                    "far": 5000,
-                },
-                "followTf": WORLD,
-                "followMode": "follow-none",
-                "scene": {"enableStats": False, "transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
-                "topics": {name: {"visible": True} for name in (*scenes, *frames)},
-                "layers": {},
+            cameraState={
+                "perspective": False,
+                "distance": round(1.1 * size, 6),
+                "phi": 0,
+                "thetaOffset": 0,
+                "target": [0, 0, 0],
+                "targetOffset": [round(middle[0], 6), round(middle[1], 6), 0],
+                "targetOrientation": [0, 0, 0, 1],
+                "fovy": 45,
+                "near": 0.01,
+                "far": 5000,
             },
+            followTf=WORLD,
+            followMode="follow-none",
+            scene={"enableStats": False, "transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
+            topics={name: {"visible": True} for name in (*scenes, *frames)},
+            layers={},
         )
 
 
@@ -294,18 +270,14 @@ def layout_of(
     }
     logs = found.of_schema(LOG)
     tabs["Further"] = list(by_topic(found.rest))
-    below = [Panel("RosOut", topic, {"topicToRender": topic, "searchTerms": [], "minLogLevel": 1}) for topic in logs]
+    below = [panel("RosOut", topic, topicToRender=topic, searchTerms=[], minLogLevel=1) for topic in logs]
     return layout({title: panels for title, panels in tabs.items() if panels}, below)
 
 
 def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
     """Return the bounds of a state or an input as levels of a plot; plots of margins show the bounds of sums."""
-    levels = [
-        level
-        for constraint in plant.given_constraints
-        if constraint.name == name
-        for level in (constraint.bounds.lower, constraint.bounds.upper)
-    ]
+    of = [constraint.bounds for constraint in plant.given_constraints if constraint.name == name]
+    levels = (level for bounds in of for level in (bounds.lower, bounds.upper))
     return {f"bound {level:g}": level for level in levels if abs(level) < float("inf")}
 
 
@@ -336,8 +308,7 @@ def _margins(topics: Topics) -> Iterator[Panel]:
         yield plot(f"margin of {quantity}", lines_of(by_method, "margin"), {"bound": 0.0})
     prices = {f"{method}, {name}": topic for name, by in active.items() for method, topic in by.items()}
     if prices:
-        points = [Line(line.topic, line.field, line.label, line.color, False) for line in lines_of(prices, "price")]
-        yield plot("price of the active bounds", points)
+        yield plot("price of the active bounds", ({**of, "showLine": False} for of in lines_of(prices, "price")))
 
 
 def _by_last(topics: Mapping[str, Topic]) -> dict[str, dict[str, Topic]]:
@@ -353,23 +324,16 @@ def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     """Yield plots of feasible sets: intervals over time for one state, and polygons for two."""
     sets = topics.below("feasible")
     if len(plant.system.states) == 1:
-        ends = [
-            Line(line.topic, line.field, f"{line.label}, {end}", line.color)
-            for end in ("lower", "upper")
-            for line in lines_of(sets, end)
-        ]
+        ends = [of | {"label": f"{of['label']}, {end}"} for end in ("lower", "upper") for of in lines_of(sets, end)]
         if ends:
             (name,) = plant.system.states
             yield plot("feasible set", ends, bounds_of(plant, name))
         return
     for name, topic in sets.items():
         first, *others = topic.fields
-        lines = [line for field in others for line in lines_of({name: topic}, field)]
-        yield plot(
-            f"feasible {', '.join(others)} over {first}, {name.replace('_', ' ')}",
-            lines,
-            over=Line(topic.name, first, "", "").path,
-        )
+        lines = [of for field in others for of in lines_of({name: topic}, field)]
+        title = f"feasible {', '.join(others)} over {first}, {name.replace('_', ' ')}"
+        yield plot(title, lines, over=path_of(topic.name, first))
 
 
 STAGE = "scene"

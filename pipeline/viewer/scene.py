@@ -34,30 +34,14 @@ def _list(items: Json) -> Json:
 
 _TIME = _object("time", sec=_COUNT, nsec=_COUNT)
 _DURATION = _object("duration", sec=_COUNT, nsec=_COUNT)
-_POINT = _object("foxglove.Point3", x=_NUMBER, y=_NUMBER, z=_NUMBER)
-_VECTOR = _object("foxglove.Vector3", x=_NUMBER, y=_NUMBER, z=_NUMBER)
-_TURN = _object("foxglove.Quaternion", x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
+_POINT, _VECTOR, _TURN, _COLOR = (
+    _object(f"foxglove.{name}", **dict.fromkeys(axes, _NUMBER))
+    for name, axes in (("Point3", "xyz"), ("Vector3", "xyz"), ("Quaternion", "xyzw"), ("Color", "rgba"))
+)
 _POSE = _object("foxglove.Pose", position=_VECTOR, orientation=_TURN)
-_COLOR = _object("foxglove.Color", r=_NUMBER, g=_NUMBER, b=_NUMBER, a=_NUMBER)
-_LINE = _object(
-    "foxglove.LinePrimitive",
-    type=_COUNT,
-    pose=_POSE,
-    thickness=_NUMBER,
-    scale_invariant=_FLAG,
-    points=_list(_POINT),
-    color=_COLOR,
-    colors=_list(_COLOR),
-    indices=_list(_COUNT),
-)
-_TRIANGLES = _object(
-    "foxglove.TriangleListPrimitive",
-    pose=_POSE,
-    points=_list(_POINT),
-    color=_COLOR,
-    colors=_list(_COLOR),
-    indices=_list(_COUNT),
-)
+_CORNERS = {"points": _list(_POINT), "color": _COLOR, "colors": _list(_COLOR), "indices": _list(_COUNT)}
+_LINE = _object("foxglove.LinePrimitive", type=_COUNT, pose=_POSE, thickness=_NUMBER, scale_invariant=_FLAG, **_CORNERS)
+_TRIANGLES = _object("foxglove.TriangleListPrimitive", pose=_POSE, **_CORNERS)
 _ARROW = _object(
     "foxglove.ArrowPrimitive",
     pose=_POSE,
@@ -124,61 +108,38 @@ def allowed_region(plant: ConstrainedSystem, plane: Plane, within: Array) -> Arr
     return np.asarray(corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
 
 
-_PLACES = 6
 _STRIP, _LOOP = 0, 1
-_HERE: Json = {"position": {"x": 0.0, "y": 0.0, "z": 0.0}, "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+_HERE: Json = {"position": dict.fromkeys("xyz", 0.0), "orientation": {**dict.fromkeys("xyz", 0.0), "w": 1.0}}
 
 
 def entity(name: str, frame: str = WORLD, **shapes: Sequence[Json]) -> Json:
     """Return an entity of a scene that exists from time 0 on, with its shapes."""
-    empty: dict[str, Sequence[Json]] = {"arrows": [], "lines": [], "triangles": []}
-    return {
-        "timestamp": time_of(0),
-        "frame_id": frame,
-        "id": name,
-        "lifetime": time_of(0),
-        "frame_locked": frame != WORLD,
-        **empty,
-        **shapes,
-    }
+    now, every = time_of(0), {kind: shapes.get(kind, []) for kind in ("arrows", "lines", "triangles")}
+    about = {"timestamp": now, "frame_id": frame, "id": name, "lifetime": now, "frame_locked": frame != WORLD}
+    return {**about, **every}
 
 
 def line(points: Array, color: str, thickness: float, closed: bool = False) -> Json:
     """Return a line through points (n, 2), with a thickness in pixels at any distance of the viewer."""
-    return {
-        "type": _LOOP if closed else _STRIP,
-        "pose": _HERE,
-        "thickness": thickness,
-        "scale_invariant": True,
-        "points": _points(points),
-        "color": color_of(color),
-        "colors": [],
-        "indices": [],
-    }
+    kind = {"type": _LOOP if closed else _STRIP, "pose": _HERE, "thickness": thickness, "scale_invariant": True}
+    return {**kind, **_corners(points, color)}
 
 
 def area(corners: Array, color: str, opacity: float, height: float) -> Json:
     """Return a convex polygon with corners (n, 2)."""
     fan = [i for second in range(1, len(corners) - 1) for i in (0, second, second + 1)]
-    return {
-        "pose": _HERE,
-        "points": _points(corners, height),
-        "color": color_of(color, opacity),
-        "colors": [],
-        "indices": fan,
-    }
+    return {"pose": _HERE, **_corners(corners, color, opacity, height), "indices": fan}
+
+
+def _corners(points: Array, color: str, opacity: float = 1.0, height: float = 0.0) -> Json:
+    places = [{"x": x, "y": y, "z": height} for x, y in points.round(_DIGITS).tolist()]
+    return {"points": places, "color": color_of(color, opacity), "colors": [], "indices": []}
 
 
 def vehicle(size: float, color: str) -> Json:
     """Return the shape of the vehicle: an arrow along the x axis of its own frame, with the length `size`."""
-    arrow = {
-        "pose": _HERE,
-        "shaft_length": 0.5 * size,
-        "shaft_diameter": 0.3 * size,
-        "head_length": 0.5 * size,
-        "head_diameter": 0.6 * size,
-        "color": color_of(color),
-    }
+    parts = {"shaft_length": 0.5, "shaft_diameter": 0.3, "head_length": 0.5, "head_diameter": 0.6}
+    arrow = {"pose": _HERE, **{name: part * size for name, part in parts.items()}, "color": color_of(color)}
     return entity(VEHICLE, VEHICLE, arrows=[arrow])
 
 
@@ -188,13 +149,9 @@ def color_of(code: str, opacity: float = 1.0) -> Json:
     return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": opacity}
 
 
-def _points(points: Array, height: float = 0.0) -> list[Json]:
-    return [{"x": x, "y": y, "z": height} for x, y in points.round(_PLACES).tolist()]
-
-
-_POINTS = 400  # most points of a path
 _AT_REST = 1e-9  # a step shorter than this part of the scene's size counts as a rest
 _DIGITS = 6
+_TURNED = {"z": math.sin, "w": math.cos}  # of half an angle: parts of a quaternion
 
 
 def scene_topics(
@@ -223,7 +180,7 @@ def scene_topics(
             for (horizon, corners), color in zip(feasible.items(), reversed(COLORS), strict=False)
         ),
         *(
-            entity(f"path {name}", lines=[line(_thinned(path), color, 2.5)])
+            entity(f"path {name}", lines=[line(path, color, 2.5)])
             for (name, path), color in zip(paths.items(), COLORS, strict=False)
         ),
         *([entity("samples", lines=[_cross(p, 0.01 * size) for p in samples])] if len(samples) else []),
@@ -243,12 +200,7 @@ def _frame(nanoseconds: int, place: list[float], angle: float) -> Json:
         "parent_frame_id": WORLD,
         "child_frame_id": VEHICLE,
         "translation": {"x": round(place[0], _DIGITS), "y": round(place[1], _DIGITS), "z": 0.0},
-        "rotation": {
-            "x": 0.0,
-            "y": 0.0,
-            "z": round(math.sin(angle / 2), _DIGITS),
-            "w": round(math.cos(angle / 2), _DIGITS),
-        },
+        "rotation": {"x": 0.0, "y": 0.0, **{axis: round(of(angle / 2), _DIGITS) for axis, of in _TURNED.items()}},
     }
 
 
@@ -260,10 +212,6 @@ def _headings(places: Array, at_rest: float) -> list[float]:
             last = math.atan2(step[1], step[0])
         found.append(last)
     return found
-
-
-def _thinned(path: Array) -> Array:
-    return path[:: max(1, len(path) // _POINTS)]
 
 
 def _cross(place: Array, size: float) -> Json:

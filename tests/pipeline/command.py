@@ -4,13 +4,13 @@ import contextlib
 import io
 import subprocess
 import sys
-from collections.abc import Iterator
-from itertools import starmap
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 from pipeline import __main__ as command_line
-from pipeline.fit import Calls, Row
+from pipeline.fit import Row
 from tests.project import ROOT
 from trackably.learning import search
 
@@ -20,8 +20,8 @@ few_periods = mock.patch.object(search, "_FEWEST_BASINS", 6)
 
 
 @contextlib.contextmanager
-def _mapped_here(*tasks: Calls[Row]) -> Iterator[list[Iterator[Row]]]:
-    yield [starmap(function, zip(*arguments, strict=True)) for function, arguments in tasks]
+def _mapped_here(*tasks: tuple[Callable[[Any], Row], Collection[object]]) -> Iterator[list[tuple[Iterator[Row], int]]]:
+    yield [(map(function, arguments), len(arguments)) for function, arguments in tasks]
 
 
 studies_here = mock.patch("pipeline.fit.mapped", _mapped_here)

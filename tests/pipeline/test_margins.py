@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.margins import margin_profile, smallest_defect
+from pipeline.margins import margin_profiles, smallest_defect
 from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import PLANTS, SIGNAL, bounded
@@ -16,7 +16,7 @@ from trackably.systems.reference import Reference
 def test_margin_profile_against_a_loop(plant, which):
     reference = Reference((SIGNAL,), plant)
     quantity = reference.quantities[which]
-    profile = margin_profile(reference, quantity, last_step=30, instants_per_step=7)
+    profile = margin_profiles(reference, last_step=30, instants_per_step=7)[which]
     for k in range(31):
         inside = (k + np.arange(7) / 7) * plant.sampling_time
         margins = quantity.bounds.margin(quantity((SIGNAL,), inside))

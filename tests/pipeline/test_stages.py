@@ -122,7 +122,7 @@ def test_an_interrupt_has_its_exit_code_and_no_traceback(tmp_path: Path) -> None
 
 def test_an_interrupt_ends_processes_of_a_study_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
     """A terminal interrupts all of them."""
-    with pytest.raises(KeyboardInterrupt), mapped((interrupt_all, [[os.getpid()]])) as (results,):
+    with pytest.raises(KeyboardInterrupt), mapped((interrupt_all, [os.getpid()])) as ((results, _),):
         list(results)
     assert capfd.readouterr() == ("", "")
 

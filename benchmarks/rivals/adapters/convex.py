@@ -37,14 +37,14 @@ class Shortest:
     multipliers: Array
 
 
-def shortest(F: Array, lower: Array, upper: Array, every: int = 16) -> Shortest | NotFound:
-    """Solve with one inequality out of so many first, and add those that are broken until none is.
+def shortest(F: Array, lower: Array, upper: Array) -> Shortest | NotFound:
+    """Solve with one inequality out of sixteen first, and add those that are broken until none is.
 
     Most bounds of a grid hold back nothing. Programs with fewer bounds are relaxations, so that what the last one says
     holds of the whole; and what is infeasible is seen more clearly: rows of close times nearly depend on each other.
     """
     G, h = np.vstack([F, -F]), np.concatenate([upper, -lower])
-    chosen = np.arange(len(G)) % every == 0
+    chosen = np.arange(len(G)) % 16 == 0
     while True:
         w = cp.Variable(F.shape[1])
         kept = G[chosen] @ w <= h[chosen]

@@ -15,7 +15,7 @@ _ORDER = 6
 _FEWEST, _MOST = 24, 60
 
 
-def solve(problem: Problem, count: int | None = None) -> Answer:
+def solve(problem: Problem) -> Answer:
     """Bring the spline as near to the samples as bounds allow: about as many control points as samples."""
     if not is_driven_by_accelerations(problem):
         return NotFound("does not apply", "bounds positions, velocities and accelerations; the system has other states")
@@ -24,7 +24,7 @@ def solve(problem: Problem, count: int | None = None) -> Answer:
 
     task, m = problem.task, problem.task.plant.signal_count
     start, end = 0.0, problem.span[1]
-    count = count or int(np.clip(max(len(samples) for samples in task.samples), _FEWEST, _MOST))
+    count = int(np.clip(max(len(samples) for samples in task.samples), _FEWEST, _MOST))
     planned = KinematicTrajectoryOptimization(m, count, _ORDER, end - start)
     planned.AddDurationConstraint(end - start, end - start)
     positions, velocities, accelerations = _boxes(task.plant)

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.rivals.adapters.rows import POINTS
 from benchmarks.rivals.curves import is_driven_by_accelerations, moving, of_states_and_inputs
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
@@ -14,7 +13,7 @@ _PIECES, _DEGREE = 8, 5
 _TIMES = 60  # at which constraints are asked for: with 200 its optimiser needs minutes
 
 
-def solve(problem: Problem, points: int = _TIMES) -> Answer:
+def solve(problem: Problem) -> Answer:
     """Move from where the likeliest mean is at the first sample to rest at the prior mean, with the least effort."""
     is_periodic = any("period" in name for name in problem.task.prior.hyperparameters)
     if is_periodic or not is_driven_by_accelerations(problem):
@@ -30,7 +29,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     limits = of_states_and_inputs(problem.task.plant)
     trajectory = fs.point_to_point(
         system,
-        np.linspace(0, end - start, points),
+        np.linspace(0, end - start, _TIMES),
         first,
         np.zeros(m),
         last,
@@ -44,7 +43,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     breaks = np.linspace(start, end, _PIECES + 1)
     says = "from the first state to rest; it takes no samples"
     curve = moving(lambda t: trajectory.eval(np.array([max(t - start, 0.0)]))[0][:, 0], breaks, _DEGREE, problem)
-    return Found(curve, None, "", points, says=says, ignores_samples=True, last=end)
+    return Found(curve, None, "", _TIMES, says=says, ignores_samples=True, last=end)
 
 
 def _flag(x: Array, u: Array, params: Any = None) -> list[Array]:
@@ -81,4 +80,3 @@ FLATSYS = Rival(
     needs=("control",),
     licence="BSD-3-Clause",
 )
-assert POINTS > _TIMES

@@ -4,7 +4,7 @@ from functools import partial
 
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
-from pipeline.methods import AS_PUBLISHED, Failed
+from pipeline.methods import AS_PUBLISHED, Fit
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
@@ -54,7 +54,7 @@ def solve_as_published(problem: Problem) -> Answer:
     if missing := [block for block in AS_PUBLISHED.needs if getattr(problem.experiment, block) is None]:
         return NotFound("does not apply", f"is not for this kind of claim (it needs {', '.join(missing)})")
     found = AS_PUBLISHED.learn(task)
-    if isinstance(found, Failed):
+    if not isinstance(found, Fit):
         return NotFound("infeasible", found.explanation)
     reference = Reference(found.solution.signals, task.plant)
     proof = AS_PUBLISHED.prove(task.goal, reference)

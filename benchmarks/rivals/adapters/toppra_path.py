@@ -13,7 +13,7 @@ _TIMES = 1000  # grid points: it is fast
 _FAR = 1e3
 
 
-def solve(problem: Problem, points: int = _TIMES) -> Answer:
+def solve(problem: Problem) -> Answer:
     """Follow the learned path from the first sample to the last, from rest to rest."""
     if not is_driven_by_accelerations(problem):
         return NotFound("does not apply", "bounds velocities and accelerations; the system has other states")
@@ -23,12 +23,12 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     logging.getLogger("toppra").setLevel(logging.ERROR)
     task = problem.task
     first, last = problem.span
-    at = np.linspace(first, last, points + 1)
+    at = np.linspace(first, last, _TIMES + 1)
     posterior = problem.likeliest.posterior
     learned = [
         samples.stencil.measured(signal, at) for signal, samples in zip(posterior.signals, task.samples, strict=True)
     ]
-    grid = np.linspace(0.0, last - first, points + 1)
+    grid = np.linspace(0.0, last - first, _TIMES + 1)
     path = toppra.SplineInterpolator(grid, np.stack(learned, axis=1))
     mixed, limits = _speeds(problem)
     bounded = toppra.SplineInterpolator(grid, np.stack(learned, axis=1) @ np.vstack([np.eye(len(learned)), mixed]).T)
@@ -42,7 +42,7 @@ def solve(problem: Problem, points: int = _TIMES) -> Answer:
     took = float(times[-1])
     curve = moving(lambda t: path(_parameter(t, times, grid, speeds)), times, _DEGREE, problem)
     says = f"the same path at other times: {took:.3g} s instead of {last - first:.3g} s"
-    return Found(curve, took, "duration [s]", points, says=says, ignores_samples=True, last=took)
+    return Found(curve, took, "duration [s]", _TIMES, says=says, ignores_samples=True, last=took)
 
 
 def _parameter(t: float, times: Array, grid: Array, speeds: Array) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pipeline.environment import has_avx2, kernels
+from pipeline.environment import KERNELS, has_avx2
 from tests.project import ROOT
 
 LOOK = """
@@ -31,7 +31,7 @@ needs_avx2 = pytest.mark.skipif(not has_avx2(), reason="nothing is pinned on thi
 
 def look(before: str = "", **chosen: str) -> dict[str, Any]:
     """What a new process finds, in an environment that says nothing but what is `chosen`; `before` is done first."""
-    inherited = {name: text for name, text in os.environ.items() if name not in {*kernels(), "OPENBLAS_NUM_THREADS"}}
+    inherited = {name: text for name, text in os.environ.items() if name not in {*KERNELS, "OPENBLAS_NUM_THREADS"}}
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", f"import pipeline{before}\n{LOOK}"],
         env=inherited | chosen,

@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.experiments import load_experiment
 from pipeline.generate import generate, sampled_by
-from pipeline.methods import LearnedReference
+from pipeline.methods import Fit
 from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from pipeline.verify import metrics_of
@@ -63,7 +63,7 @@ def test_numbers_are_those_of_all_samples(tmp_path: Path) -> None:
     experiment = recorded(tmp_path, TIMES, LEVELS, "centres: 60")
     samples = sampled_by(experiment).samples
     free = best_solution(ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples)))
-    learned = LearnedReference.of("unconstrained", free, experiment.plant)
+    learned = Fit(free).learned("unconstrained", experiment.plant)
     numbers = metrics_of(experiment, sampled_by(experiment), learned, [], learned)
     assert numbers["condensed"] == {"level": {"samples": 2400, "centres": 60}}
     off = LEVELS - learned.reference.kernel_sums[0](TIMES)

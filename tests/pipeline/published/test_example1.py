@@ -98,6 +98,5 @@ def test_giving_up_says_which_test_failed():
     assert [iteration.k_bar for iteration in run.iterations] == [70, 71, 72]
     assert heard.count("fit") == 3
     assert run.outcome is None
-    assert run.final_step is None
     assert run.iterations[-1].tail is None
     assert "at k̄ = 72 a sample still lies within ζ = 0.20" in run.explanation

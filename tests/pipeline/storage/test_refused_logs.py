@@ -36,7 +36,7 @@ def test_what_no_checksum_covers_is_found(path: Path, data: bytes) -> None:
     # The library does not look at the checksum of the closing summary, nor at what follows the end.
     assert "damaged" in refusal(path, data + b"\0")
     summary_checksum = len(data) - 8 - 4
-    assert f"byte {summary_checksum} " in refusal(path, data[:summary_checksum] + b"\0\0\0\0" + data[-8:])
+    assert "damaged" in refusal(path, data[:summary_checksum] + b"\0\0\0\0" + data[-8:])
 
 
 FOREIGN = {
