@@ -23,24 +23,6 @@ from trackably.systems.polytopes import Polytope
 STATES = np.linspace(-3, 3, 13)
 
 
-UNIT = Interval(-1.0, 1.0)
-TWO_STATES = ConstrainedSystem(
-    LinearSystem(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]]), sampling_time=0.1),
-    Polytope.box(np.array([-1.0, -1.0]), np.array([1.0, 1.0])),
-    interval_box(UNIT),
-)
-
-
-def test_only_a_scalar_system_with_both_bounds_has_growth_rates():
-    scaled = Polytope(np.array([[2.0]]), np.array([-1.0]), np.array([1.0]))
-    for plant, counts in (
-        (TWO_STATES, "2 states, 1 inputs and 3 bounded quantities"),
-        (replace(PLANTS["example1"], input_set=scaled), "1 states, 1 inputs and 2 bounded quantities"),
-    ):
-        with pytest.raises(ValueError, match=f"^only a scalar system .* has growth rates, got {counts}$"):
-            growth_rates(plant, UNIT)
-
-
 @over(PLANTS, "plant")
 def test_successor_set_is_what_the_inputs_reach_and_one_input_holds_each_state(plant):
     for x in STATES.tolist():
