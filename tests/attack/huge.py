@@ -9,10 +9,10 @@ import gzip
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import lz4.frame
 import zstandard
@@ -28,8 +28,6 @@ from trackably.checker.__main__ import FAILED, REFUTED, UNDECIDED, UNUSABLE
 from trackably.checker.form import read_certificate
 
 Data = dict[str, Any]
-T = TypeVar("T")
-
 TINY = 5e-324
 DIGITS = "7" * 1900
 KERNEL: Data = {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3}
@@ -110,14 +108,6 @@ def _named(data: Data) -> Data:
         data["claim"]["covers"] = dict.fromkeys(names, boxes)
     data["evaluation"]["errors"] = dict.fromkeys(names, 1)
     return data
-
-
-def balanced(terms: Sequence[T], join: Callable[[T, T], T]) -> T:
-    """Join all terms by twos, so that what comes out is not deep."""
-    while len(terms) > 1:
-        pairs = (terms[i : i + 2] for i in range(0, len(terms), 2))
-        terms = [join(*pair) if len(pair) > 1 else pair[0] for pair in pairs]
-    return terms[0]
 
 
 def _system(data: Data) -> Data:
@@ -227,7 +217,7 @@ def _with_kernel(kernel: Data, centres: list[float], boxes: int = 1) -> Data:
 
 
 def _nested(kernel: Data, count: int, kind: str = "product") -> Data:
-    return balanced([kernel] * count, lambda left, right: {"type": kind, "left": left, "right": right})
+    return hostile.balanced([kernel] * count, lambda left, right: {"type": kind, "left": left, "right": right})
 
 
 def _matern() -> Data:
@@ -284,11 +274,11 @@ def _tower(base: object, height: int) -> object:
 def _flat_names() -> Data:
     """100 signals with 100 shifts, all in one formula."""
 
-    def added(later: int) -> object:
+    def total(later: int) -> object:
         terms = [f"z{s}[{j + later}]" for s in range(1, 100) for j in range(0, 98, 2)]
-        return balanced(terms, lambda left, right: ["+", left, right])
+        return hostile.balanced(terms, hostile.added)
 
-    data = _flat("u", states=[added(0)], inputs=[added(1)])
+    data = _flat("u", states=[total(0)], inputs=[total(1)])
     data["reference"]["signals"] *= 99
     return data
 
@@ -305,7 +295,7 @@ def _gains() -> Data:
     """Sums of all inputs, times a state, over and over: each product has a part for each input."""
     data = hostile.chain(100)
     system = _system(data)
-    sums: object = reduce(lambda left, right: ["+", left, right], (f"u{i}" for i in range(50)))
+    sums: object = reduce(hostile.added, (f"u{i}" for i in range(50)))
     for _ in range(45):
         sums = ["*", "x0", sums]
     system["f"] = [sums] * 100

@@ -1,16 +1,12 @@
 """Stages from outside: the same bytes each time, and what they say and leave where they cannot go on."""
 
 import json
-import os
 import shutil
-import signal
-import time
 from pathlib import Path
 from unittest import mock
 
 import pytest
 
-from pipeline.fit import mapped
 from pipeline.storage.results import Results
 from tests.pipeline.command import call, refused
 from tests.pipeline.params import EXAMPLE1, changed, undisturbed, written_to
@@ -95,46 +91,10 @@ def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, 
     refused(run_here("fit", tmp_path), "samples.mcap")
 
 
-NO_REFERENCE = {
-    "an empty problem": (
-        ("{lower: [-2.0], upper: [0.05]}", "{lower: [-0.9], upper: [-0.5]}"),
-        "breaks the state bounds [-0.9, -0.5] at t = ",
-    ),
-    "a loop that does not end": (("first_step: 128, last_step: 300", "first_step: 128, last_step: 129"), "did not end"),
-}
-
-
-@pytest.mark.parametrize(("change", "said"), NO_REFERENCE.values(), ids=NO_REFERENCE)
-def test_a_fit_without_a_reference_says_why_and_leaves_nothing(
-    change: tuple[str, str], said: str, tmp_path: Path
-) -> None:
-    written_to(tmp_path, changed("example1", change, text=SHORT))
-    assert run_here("generate", tmp_path).returncode == 0
-    refused(run_here("fit", tmp_path), said, code=1)
-    assert not (tmp_path / "results/example1/fit.mcap").exists()
-
-
 def test_an_interrupt_has_its_exit_code_and_no_traceback(tmp_path: Path) -> None:
     with mock.patch("pipeline.generate.generate", side_effect=KeyboardInterrupt):
         done = call("generate", "example1", "--results", str(tmp_path))
     assert (done.returncode, done.stderr.strip()) == (130, "")
-
-
-def test_an_interrupt_ends_processes_of_a_study_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
-    """A terminal interrupts all of them."""
-    with pytest.raises(KeyboardInterrupt), mapped((interrupt_all, [[os.getpid()]])) as (results,):
-        list(results)
-    assert capfd.readouterr() == ("", "")
-
-
-def interrupt_all(first: int) -> None:
-    """Interrupt the first process, and work on."""
-    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:
-        print("where it is interrupted, this process would say where it was", flush=True)
-    time.sleep(0.5)
-    os.kill(first, signal.SIGINT)
-    time.sleep(20)
-    print("nothing ended this process", flush=True)
 
 
 def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> None:
@@ -154,19 +114,33 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
 
 
 STREAM = next(line for line in SHORT.splitlines(keepends=True) if line.startswith("        stream: {"))
-NO_LOOPS = {
+NOTHING_FOLLOWS = {
+    "an empty problem": (
+        "fit",
+        ("{lower: [-2.0], upper: [0.05]}", "{lower: [-0.9], upper: [-0.5]}"),
+        "breaks the state bounds [-0.9, -0.5] at t = ",
+    ),
+    "a loop that does not end": (
+        "fit",
+        ("first_step: 128, last_step: 300", "first_step: 128, last_step: 129"),
+        "did not end",
+    ),
     "a window shorter than the horizon": (
+        "control",
         ("claim: all_times", "claim: {window: [0.0, 0.1]}"),
         "the window that is proved must be longer than the horizon, 20 steps",
     ),
-    "samples that never arrive": ((STREAM, ""), "control.online: no samples of state arrive"),
+    "samples that never arrive": ("control", (STREAM, ""), "control.online: no samples of state arrive"),
 }
 
 
-@pytest.mark.parametrize(("change", "said"), NO_LOOPS.values(), ids=NO_LOOPS)
-def test_what_has_no_loops_is_one_sentence(change: tuple[str, str], said: str, finished: Path, tmp_path: Path) -> None:
-    results = Results("example1", tmp_path / "results")
+@pytest.mark.parametrize(("stage", "change", "said"), NOTHING_FOLLOWS.values(), ids=NOTHING_FOLLOWS)
+def test_a_stage_that_cannot_go_on_says_why_and_leaves_nothing(
+    stage: str, change: tuple[str, str], said: str, finished: Path, tmp_path: Path
+) -> None:
+    results, read = Results("example1", tmp_path / "results"), {"fit": "samples", "control": "fit"}[stage]
     results.folder.mkdir(parents=True)
-    shutil.copyfile(finished / "results/example1/fit.mcap", results.log("fit"))
+    shutil.copyfile(finished / f"results/example1/{read}.mcap", results.log(read))
     written_to(tmp_path, changed("example1", change, text=SHORT))
-    refused(run_here("control", tmp_path), said)
+    refused(run_here(stage, tmp_path), said, code=1 if stage == "fit" else 2)
+    assert [*results.folder.iterdir()] == [results.log(read)]

@@ -1,7 +1,5 @@
 """Scalar linear systems: the dynamics and their inverse, successor sets, growth rates."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,11 +12,7 @@ from pipeline.published.scalar import (
     successor_set,
 )
 from tests.trackably.gp.instances import over
-from tests.trackably.systems.instances import PLANTS, interval_box, intervals, plants
-from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
-from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from tests.trackably.systems.instances import PLANTS, intervals, plants
 
 STATES = np.linspace(-3, 3, 13)
 

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.trackably.checker.redundant import PLANT, STEPS, as_read, in_the_plane, learned
+from tests.trackably.certificates.decoded import as_read
+from tests.trackably.checker.redundant import PLANT, STEPS, in_the_plane, learned
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.instances import controllable
 from tests.trackably.systems.redundant_instances import CASES, excess

@@ -1,7 +1,9 @@
 """Small files that take a checker long, or deep."""
 
 import copy
+from collections.abc import Callable, Sequence
 from functools import cache, reduce
+from typing import TypeVar
 
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import proved
@@ -36,18 +38,27 @@ def instants(steps: int) -> dict:
 
 
 def deep(depth: int) -> dict:
-    term: object = "level"
-    for _ in range(depth):
-        term = ["+", term, 1e-9]
-    return with_law(["+", term, ["*", 0.05, "inflow"]])
+    return with_law(["+", reduce(added, [1e-9] * depth, "level"), ["*", 0.05, "inflow"]])
+
+
+T = TypeVar("T")
+
+
+def balanced(terms: Sequence[T], join: Callable[[T, T], T]) -> T:
+    """Join all terms by twos, so that what comes out is not deep."""
+    while len(terms) > 1:
+        pairs = (terms[i : i + 2] for i in range(0, len(terms), 2))
+        terms = [join(*pair) if len(pair) > 1 else pair[0] for pair in pairs]
+    return terms[0]
+
+
+def added(left: object, right: object) -> object:
+    return ["+", left, right]
 
 
 def long(parts: int) -> dict:
-    """A balanced sum, so that it is not deep."""
     terms: list[object] = [["*", 1e-9, "level"]] * parts
-    while len(terms) > 1:
-        terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
-    return with_law(["+", "level", ["+", ["*", 0.05, "inflow"], terms[0]]])
+    return with_law(["+", "level", ["+", ["*", 0.05, "inflow"], balanced(terms, added)]])
 
 
 def chain(states: int) -> dict:
@@ -57,7 +68,7 @@ def chain(states: int) -> dict:
     names = [f"x{i}" for i in range(states)]
     inputs = [f"u{i}" for i in range(states)]
     system |= {"states": names, "inputs": inputs}
-    system["f"] = [reduce(lambda law, name: ["+", law, name], inputs[: i + 1], names[i]) for i in range(states)]
+    system["f"] = [reduce(added, inputs[: i + 1], names[i]) for i in range(states)]
     data["reference"]["signals"] *= states
     for side, of in (("state_set", names), ("input_set", inputs)):
         row = plant[side]

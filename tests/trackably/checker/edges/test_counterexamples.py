@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 
+from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import tight
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.changes import with_changes, without
 from tests.trackably.checker.redundant import learned
 from trackably import NotTrackableError
-from trackably.certificates.form import encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
 from trackably.checker import Failed, Refuted, check
@@ -24,7 +24,7 @@ from trackably.systems.reference import Reference
 def refuted(found: Outcome) -> dict:
     """As it is read from a file."""
     assert isinstance(found, Counterexample), found.explanation
-    return json.loads(json.dumps(encode_counterexample(found), allow_nan=False))
+    return as_read(found)
 
 
 def narrowed(given: Reference, **bounds: Polytope) -> Reference:
