@@ -47,9 +47,9 @@ class Took(NamedTuple):
     said: str
 
 
-def measured(path: Path, *options: str, command: tuple[str, ...] = ("-m", "trackably", "check")) -> Took:
-    """Check a file in a process of its own, or read it with another command."""
-    asked = [sys.executable, *command, *options, str(path)]
+def measured(*arguments: Path | str, command: tuple[str, ...] = ("-m", "trackably", "check")) -> Took:
+    """Check a file in a process of its own, or read files with another command."""
+    asked = [sys.executable, *command, *map(str, arguments)]
     done = subprocess.run([sys.executable, "-c", _ALONE, *asked], capture_output=True, text=True, check=True)
     code, seconds, memory, said = json.loads(done.stdout)
     return Took(code, seconds, memory * (1 if sys.platform == "darwin" else 1024), said)
@@ -477,22 +477,21 @@ from trackably.given.command import read_plant
 from trackably.recordings import read_csv
 from trackably.recordings.mcap_file import Field, Stamp, read_mcap
 
-path = Path(sys.argv[1])
-try:
+def refusal(read, *of):
+    try:
+        read(*of)
+    except InputError as error:
+        assert len(str(error)) < 400
+        return str(error)
+
+for path in map(Path, sys.argv[1:]):
     if path.suffix == ".yaml":
-        read_plant(path)
+        said = refusal(read_plant, path)
     elif path.suffix == ".mcap":
-        for time in (Stamp("x", "s"), Stamp("t", "s")):
-            try:
-                read_mcap(path, {"x": Field("/x", "x", time=time)})
-            except InputError as error:
-                assert len(str(error)) < 400
-                said = error
-        raise said
+        said = [refusal(read_mcap, path, {"x": Field("/x", "x", time=Stamp(of, "s"))}) for of in "xt"][-1]
     else:
-        read_csv(path, "t", "s", {"x": "x"})
-except InputError as error:
-    assert len(str(error)) < 400
-    sys.exit(str(error))
+        said = refusal(read_csv, path, "t", "s", {"x": "x"})
+    print(said, file=sys.stderr)
+sys.exit(1)
 """
-"""Read a file as a user would; an InputError is one short sentence."""
+"""Read files as a user would; an InputError is one short sentence."""

@@ -155,12 +155,10 @@ def test_what_is_missing_or_added_is_named(base: Path, new: Path) -> None:
 
 
 def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
-    keep = np.arange(10) != 4
+    def without_one(s: Series) -> Series:
+        return replace(s, times=np.delete(s.times, 4), fields={n: np.delete(v, 4) for n, v in s.fields.items()})
 
-    def shorter(s: Series) -> Series:
-        return replace(s, times=s.times[keep], fields={name: values[keep] for name, values in s.fields.items()})
-
-    edit_log(LOG, lambda s: shorter(s) if s.topic == "/samples" else s)(new)
+    edit_log(LOG, without_one)(new)
     rows = moved(compared(base, new))
     assert {(row.worst.place, row.worst.new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
 
