@@ -13,7 +13,7 @@ from pipeline.storage.archive import read_samples
 from pipeline.storage.results import Results
 from pipeline.verify import metrics_of
 from tests.pipeline.params import changed, recorded, written_to
-from trackably import Samples
+from trackably import DoubtfulInputWarning, Samples
 from trackably.errors import InputError
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
@@ -37,6 +37,17 @@ def test_centres_stand_for_all_samples(line: str, condensed: Callable[[Samples],
     for name in ("times", "values", "relative_noise"):
         np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
     assert found.scatter == wanted.scatter
+
+
+def test_gaps_of_all_samples_are_asked_about(tmp_path: Path) -> None:
+    """Centres that stand for samples have gaps of their own, and hide those of samples."""
+    times = TIMES[:60] * 4
+    levels, late = 1.0 + 0.1 * np.sin(times / 30) + 0.1 * (LEVELS[:60] - 1.0), np.where(times > 120, times + 60, times)
+    with pytest.warns(
+        DoubtfulInputWarning, match="experiment tank: samples: there is none of level for 64 s after 120 s"
+    ):
+        generate(recorded(tmp_path, late, levels, "centres: 30"), Results("tank", tmp_path))
+    generate(recorded(tmp_path, times, levels, "centres: 30"), Results("tank", tmp_path))
 
 
 def test_centres_are_refused_where_the_true_signal_is_bounded(tmp_path: Path) -> None:

@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.loops.trajectory import below
+from pipeline.loops.trajectory import Course, below
 from pipeline.storage.logs import Documents, Topic, topics_of
 from pipeline.viewer.layout import documents_of, layout_of
 from pipeline.viewer.scene import (
     SCHEMAS,
     allowed_region,
+    losses,
     plane_of,
 )
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, fitted, loops
 from trackably.files import from_json
 from trackably.systems.polytopes import Polytope
 
+NAN = float("nan")
 _PATH = re.compile(r'("?)(/.*?)\1\.(\D.*)')
 
 
@@ -105,9 +107,21 @@ def test_a_scene_has_every_path_and_set_and_the_vehicle_turns_where_it_goes(name
 
 def test_the_region_is_cut_by_bounds_on_both_states_and_ends_at_a_distance_where_one_is_free() -> None:
     """The free state ends where paths have been, and as far again on each side."""
-    plant, H = EXPERIMENTS["vehicle"].plant, np.array([[1, 1, 0, 0], [1, 0, 1, 0], [0, -1, 0, 0], [-1, 0, 0, 0]])
+    plant, R = EXPERIMENTS["vehicle"].plant, np.array([[0, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 0]])
     assert plant.system.states == ("x", "y", "vx", "vy")
-    for rows, corners in ((4, {(-2, -1), (2, -1), (2, 0), (-2, 4)}), (3, {(-5, -1), (3, -1), (-5, 7)})):
-        state_set = Polytope.halfspaces(H[:rows], [2.0, 99.0, 1.0, 2.0][:rows])
-        found = allowed_region(replace(plant, state_set=state_set), ("x", "y"), np.array([[-1.0, 0.0], [1.0, 1.0]]))
+    cut, free = {(-2, -1), (2, -1), (2, 0), (1, 1), (-2, 1)}, {(-5, -0.5), (15, -0.5), (15, 1), (-5, 1)}
+    for count, places, corners in ((4, [[-1.0, -1.0], [9.0, 9.0]], cut), (1, [[0.0, 0.0], [10.0, 1.0]], free)):
+        state_set = Polytope(R[:count], [-1, -9, -9, -2][:count], [1, 2, 1, 2][:count])
+        found = allowed_region(replace(plant, state_set=state_set), ("x", "y"), np.array(places))
         assert {tuple(corner) for corner in found.round(9).tolist()} == corners
+
+
+def test_events_name_each_time_without_a_plan() -> None:
+    costs = np.array([1.0, NAN, NAN, 1.0, 1.0, NAN, 1.0, NAN])
+    lost = Course(np.arange(8.0), {"x": np.append(np.zeros(7), NAN), "cost": costs})
+    assert [(time / 1e8, text) for time, _, _, text in losses("joint, on", lost, 0.1)] == [
+        (1, "no plan from step 1 to 2"),
+        (3, "a plan again at step 3"),
+        (5, "no plan from step 5 to 5"),
+        (6, "a plan again at step 6"),
+    ]

@@ -153,7 +153,11 @@ FAILED: Rows = {
         ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
         ("disturbance.noise.centre", ["0"], WITH_NOISE),
     ],
-    "triangle": [("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1")],
+    "three states": [("disturbance.state_set.upper.0", HAIR_LESS, ROOM)],
+    "triangle": [
+        ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
+        ("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1"),
+    ],
     "two pushers": [("disturbance.input_set.upper.0", times(0.999))],
     "moving bounds, a window": [
         (UPPER + ".breakpoints.1", 1.4),

@@ -108,6 +108,16 @@ def test_they_hold_every_value(name, evaluated):
     assert escapes(name, evaluated) == 0
 
 
+@pytest.mark.parametrize("formed", [formed for formed, _ in SERIES.values()], ids=SERIES)
+def test_series_miss_what_is_of_the_order_of_the_next_term(formed):
+    missed = []
+    for size in (0.02, 0.04):
+        a, b = ([exactly(sign**k * size**k / (k + 1)) for k in range(TERMS)] for sign in (-1, 1))
+        missed.append(float(formed(Model(a, exactly(0)), Model(b, exactly(0))).missed.b))
+    assert missed[1] < 1e-12
+    assert missed[0] < missed[1] / 2 ** (TERMS - 1)
+
+
 def test_where_one_may_have_no_value_is_said():
     for (formed, _), slope in product(SERIES.values(), (1.0, 1.5)):
         with pytest.raises(UndefinedError):

@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from functools import cache, reduce
 from typing import TypeVar
 
+import numpy as np
+
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.checker.instances import scalar_certificate
@@ -64,21 +66,13 @@ def long(parts: int) -> dict:
 def chain(states: int) -> dict:
     """Each input is in all later equations too: solved one by one, written out they double with each state."""
     data = copy.deepcopy(tank())
-    system, plant = data["reference"]["plant"]["system"], data["reference"]["plant"]
-    names = [f"x{i}" for i in range(states)]
-    inputs = [f"u{i}" for i in range(states)]
-    system |= {"states": names, "inputs": inputs}
-    system["f"] = [reduce(added, inputs[: i + 1], names[i]) for i in range(states)]
+    plant, names, inputs = data["reference"]["plant"], *([f"{of}{i}" for i in range(states)] for of in "xu")
+    laws = [reduce(added, inputs[: i + 1], names[i]) for i in range(states)]
+    plant["system"] |= {"states": names, "inputs": inputs, "f": laws}
     data["reference"]["signals"] *= states
-    for side, of in (("state_set", names), ("input_set", inputs)):
-        row = plant[side]
-        plant[side] = {
-            "rows": [[float(i == k) for k in range(states)] for i in range(states)],
-            "lower": row["lower"] * states,
-            "upper": row["upper"] * states,
-            "dimension": states,
-        }
+    for side, known, of in (("state_set", "level", names), ("input_set", "inflow", inputs)):
+        ends = {end: plant[side][end] * states for end in ("lower", "upper")}
+        plant[side] = {"rows": np.eye(states).tolist(), **ends, "dimension": states}
         for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
-            first = held.pop({"state_set": "level", "input_set": "inflow"}[side])
-            held.update(dict.fromkeys(of, first))
+            held.update(dict.fromkeys(of, held.pop(known)))
     return data

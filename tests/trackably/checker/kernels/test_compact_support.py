@@ -8,6 +8,8 @@ from tests.trackably.checker.kernels.instances import KINKED, checked, kinks
 from tests.trackably.gp.instances import formula, over
 from trackably.checker.intervals import SIGN, ZERO
 from trackably.checker.intervals import exactly as interval
+from trackably.gp.kernels.base import Sum
+from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2, PiecewisePolynomial3
 
 TERMS = 12
@@ -41,3 +43,10 @@ def test_nothing_is_left_beyond_the_support(family):
         assert own.beyond(distance) == (ZERO, ZERO)
     assert 0 < own.beyond(length + SIGN * 2.0**-100).size.b < 1e-100
     assert own.beyond(length * (1 - 2.0**-20)).size > 0
+
+
+def test_a_box_with_both_kinks_and_a_middle_beyond_them_has_no_model():
+    own = checked(Sum(PiecewisePolynomial2(1.0, 0.5), Matern52(1.0, 0.5)))
+    for middle, finite in ((0.6, False), (0.51, False), (0.49, True), (0.1, True)):
+        model = own.model(interval(middle), interval(1.0), interval(2.0), TERMS)
+        assert bool(model.missed.b < 1e300) == finite

@@ -47,7 +47,7 @@ def boxes_around(of: ManyCentres, scale: float, rng: np.random.Generator) -> Box
     moved = shifts(scale, 10, rng)
     ends_of_support = rng.choice([-1.0, 0.0, 1.0], 10) * scale
     at = rng.choice(of.centres, 10) - np.array(moved, dtype=float) + ends_of_support * rng.choice([1.0, 0.7], 10)
-    halves = scale * 10 ** rng.uniform(-4, 0.3, 10)
+    halves = scale * 10 ** rng.uniform(-4, -0.5, 10)
     starts = at - halves * rng.choice([0.0, 1.0, 0.3, 1e-9], 10)
     ends = at + halves * np.where(starts < at, rng.choice([0.0, 1.0, 0.7], 10), 1.0)
     return Boxes(starts, ends, (ends - starts) / 2 * rng.choice([1.3, 2.0, 6.0, 64.0], 10), moved)
