@@ -2,8 +2,10 @@
 
 import subprocess
 import sys
+from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 from platform import machine
 
 import pytest
@@ -50,6 +52,15 @@ def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch)
     assert check(broken).reason.startswith("box: ")
     monkeypatch.setattr(boxes, "stay_between", lambda *of: stay_between(*of) | True)
     assert isinstance(check(broken), Proved)
+
+
+@pytest.mark.parametrize("kind", ["window", "tank"])
+def test_a_remainder_that_is_too_large_shows_nothing(kind):
+    """On discs that are hardly wider than their boxes, Cauchy's estimate bounds a remainder by far more than a set."""
+    data = deepcopy(data_of(kind) if kind in VALID else encode_certificate(proved(kind)))
+    for cover in data["claim"]["covers"].values():
+        cover["radii"] = [0.5001 * (end - start) for start, end in pairwise(cover["ends"])]
+    assert check(data).reason.startswith("box: ")
 
 
 @pytest.mark.parametrize("step", [0.1, 1 / 3, 1e-7])

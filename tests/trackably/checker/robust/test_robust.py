@@ -1,11 +1,16 @@
 """Certificates of disturbed systems: what is proved and said."""
 
+from fractions import Fraction
+
 import pytest
 
 from tests.trackably.certificates.nonlinear.instances import proved as nonlinear
 from tests.trackably.checker.robust.instances import KINDS, robust_certificate, robust_data
+from tests.trackably.systems.disturbance.naive import naive_support
 from trackably.certificates.form import encode_certificate
 from trackably.checker import NotACertificate, Proved, check
+from trackably.checker import disturbances as step
+from trackably.checker.form import read_certificate
 
 SAID = {
     "pushed cart": (
@@ -30,6 +35,18 @@ def test_the_answer_names_disturbances_bounds_and_feedback(kind):
     assert isinstance(verdict, Proved), verdict
     for words in (*SAID.get(kind, ()), f"K = {robust_certificate(kind).robust.invariant.feedback.tolist()!r}"):
         assert words in verdict.statement
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_support_is_that_of_the_definition(kind):
+    """The checker's own arithmetic against powers of rational matrices, and against the library's."""
+    Z, read = robust_certificate(kind).robust.invariant, read_certificate(robust_data(kind))
+    errors, n = step._errors_of(read.subject.system, read.robust), len(Z.box)
+    for row in ([Fraction(1)] * n, [Fraction(-3, 7), Fraction(2), Fraction(1, 9)][:n]):
+        support = naive_support(Z, row)
+        assert support == Z.support(row)
+        assert errors.fits(row, support)
+        assert not errors.fits(row, support * (1 - Fraction(1, 10**30)))
 
 
 def test_nonlinear_systems_have_no_disturbances():
