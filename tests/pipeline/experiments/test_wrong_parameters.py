@@ -106,6 +106,12 @@ WRONG = [
     ),
     ("tank", LISTED, "[joint]", r"methods: expected unconstrained and hyperparameters among them, got joint"),
     (
+        "vehicle",
+        "joint, robust]",
+        "joint, robust, grid]",
+        r"methods: grid: only a scalar system .* has growth rates, got 4 states, 2 inputs",
+    ),
+    (
         "tank",
         LISTED,
         "[unconstrained, hyperparameters, joint, grid]",
