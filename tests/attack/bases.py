@@ -8,7 +8,7 @@ from tests.attack.truth import input_exists, is_broken, is_kept, is_kept_by_form
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.checker.edges.test_before_zero import SHORT, certificate
-from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.edges.test_counterexamples import FOUND, counterexample
 from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.checker.redundant import in_the_plane, learned
 from tests.trackably.checker.tight import VALID
@@ -38,8 +38,8 @@ def bases() -> list[Base]:
     for redundant in (in_the_plane(), learned().certificate):
         found.append(Base("redundant inputs", as_read(redundant), lambda data: is_kept(data) and input_exists(data)))
     found += [
-        Base("counterexamples", data, is_broken)
-        for kind, data in by_claim().items()
+        Base("counterexamples", counterexample(kind), is_broken)
+        for kind in FOUND
         if kind not in ("redundant inputs", "nonlinear")
     ]
     return [Base(base.family, json.loads(json.dumps(base.data)), base.is_true) for base in found]

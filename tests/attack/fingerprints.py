@@ -20,7 +20,9 @@ from tests.splines.naive import value_of
 from tests.trackably.certificates import naive
 from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.given.test_table import AXIS, ROBOT, TANK, followed
+from tests.trackably.systems.formulas.random_expressions import many_digits
 from trackably import CertifiedTable, RefutedTable, Table, certify_table
+from trackably.checker.form import a_formula
 from trackably.codec import CodecError, decode
 from trackably.systems.pieces import PolynomialPieces, Signal
 
@@ -214,25 +216,11 @@ def _is_true_of_table(data: dict) -> bool:
 
 def _successor(system: dict, x: list[float], u: list[float]) -> list[Any]:
     if "f" in system:
-        values = dict(zip([*system["states"], *system["inputs"]], map(mp.mpf, [*x, *u]), strict=True))
-        return [_value(formula, values) for formula in system["f"]]
+        values = dict(zip([*system["states"], *system["inputs"]], [*x, *u], strict=True))
+        return [many_digits(a_formula(law, "f"), values) for law in system["f"]]
     rows = zip(system["A"], system["B"], system["c"], strict=True)
     return [_ratio(_sum([*A, *B, c], [*x, *u, 1])) for A, B, c in rows]
 
 
 def _sum(weights: list[float], values: list[float]) -> Fraction:
     return sum((Fraction(w) * Fraction(v) for w, v in zip(weights, values, strict=True)), Fraction(0))
-
-
-def _value(formula: Any, values: dict[str, Any]) -> Any:
-    match formula:
-        case str():
-            return values[formula]
-        case ["^", base, exponent]:
-            return _value(base, values) ** exponent
-        case [("+" | "-" | "*" | "/") as symbol, left, right]:
-            a, b = _value(left, values), _value(right, values)
-            return {"+": lambda: a + b, "-": lambda: a - b, "*": lambda: a * b, "/": lambda: a / b}[symbol]()
-        case [function, *arguments]:
-            return getattr(mp, function)(*(_value(argument, values) for argument in arguments))
-    return mp.mpf(formula)

@@ -8,10 +8,10 @@ import copy
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import reduce
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import lz4.frame
 import zstandard
@@ -27,8 +27,6 @@ from trackably.checker.__main__ import FAILED, REFUTED, UNDECIDED, UNUSABLE
 from trackably.checker.form import read_certificate
 
 Data = dict[str, Any]
-T = TypeVar("T")
-
 TINY = 5e-324
 DIGITS = "7" * 1900
 KERNEL: Data = {"type": "squared_exponential", "signal_std": 1.0, "lengthscale": 0.3}
@@ -48,9 +46,9 @@ class Took(NamedTuple):
     said: str
 
 
-def measured(path: Path, *options: str, command: tuple[str, ...] = ("-m", "trackably", "check")) -> Took:
-    """Check a file in a process of its own, or read it with another command."""
-    asked = [sys.executable, *command, *options, str(path)]
+def measured(*arguments: Path | str, command: tuple[str, ...] = ("-m", "trackably", "check")) -> Took:
+    """Check a file in a process of its own, or read files with another command."""
+    asked = [sys.executable, *command, *map(str, arguments)]
     done = subprocess.run([sys.executable, "-c", _ALONE, *asked], capture_output=True, text=True, check=True)
     code, seconds, memory, said = json.loads(done.stdout)
     return Took(code, seconds, memory * (1 if sys.platform == "darwin" else 1024), said)
@@ -109,14 +107,6 @@ def _named(data: Data) -> Data:
         data["claim"]["covers"] = dict.fromkeys(names, boxes)
     data["evaluation"]["errors"] = dict.fromkeys(names, 1)
     return data
-
-
-def balanced(terms: Sequence[T], join: Callable[[T, T], T]) -> T:
-    """Join all terms by twos, so that what comes out is not deep."""
-    while len(terms) > 1:
-        pairs = (terms[i : i + 2] for i in range(0, len(terms), 2))
-        terms = [join(*pair) if len(pair) > 1 else pair[0] for pair in pairs]
-    return terms[0]
 
 
 def _system(data: Data) -> Data:
@@ -226,7 +216,7 @@ def _with_kernel(kernel: Data, centres: list[float], boxes: int = 1) -> Data:
 
 
 def _nested(kernel: Data, count: int, kind: str = "product") -> Data:
-    return balanced([kernel] * count, lambda left, right: {"type": kind, "left": left, "right": right})
+    return hostile.balanced([kernel] * count, lambda left, right: {"type": kind, "left": left, "right": right})
 
 
 def _matern() -> Data:
@@ -283,11 +273,11 @@ def _tower(base: object, height: int) -> object:
 def _flat_names() -> Data:
     """100 signals with 100 shifts, all in one formula."""
 
-    def added(later: int) -> object:
+    def total(later: int) -> object:
         terms = [f"z{s}[{j + later}]" for s in range(1, 100) for j in range(0, 98, 2)]
-        return balanced(terms, lambda left, right: ["+", left, right])
+        return hostile.balanced(terms, hostile.added)
 
-    data = _flat("u", states=[added(0)], inputs=[added(1)])
+    data = _flat("u", states=[total(0)], inputs=[total(1)])
     data["reference"]["signals"] *= 99
     return data
 
@@ -304,7 +294,7 @@ def _gains() -> Data:
     """Sums of all inputs, times a state, over and over: each product has a part for each input."""
     data = hostile.chain(100)
     system = _system(data)
-    sums: object = reduce(lambda left, right: ["+", left, right], (f"u{i}" for i in range(50)))
+    sums: object = reduce(hostile.added, (f"u{i}" for i in range(50)))
     for _ in range(45):
         sums = ["*", "x0", sums]
     system["f"] = [sums] * 100
@@ -480,22 +470,21 @@ from trackably.given.command import read_plant
 from trackably.recordings import read_csv
 from trackably.recordings.mcap_file import Field, Stamp, read_mcap
 
-path = Path(sys.argv[1])
-try:
+def refusal(read, *of):
+    try:
+        read(*of)
+    except InputError as error:
+        assert len(str(error)) < 400
+        return str(error)
+
+for path in map(Path, sys.argv[1:]):
     if path.suffix == ".yaml":
-        read_plant(path)
+        said = refusal(read_plant, path)
     elif path.suffix == ".mcap":
-        for time in (Stamp("x", "s"), Stamp("t", "s")):
-            try:
-                read_mcap(path, {"x": Field("/x", "x", time=time)})
-            except InputError as error:
-                assert len(str(error)) < 400
-                said = error
-        raise said
+        said = [refusal(read_mcap, path, {"x": Field("/x", "x", time=Stamp(of, "s"))}) for of in "xt"][-1]
     else:
-        read_csv(path, "t", "s", {"x": "x"})
-except InputError as error:
-    assert len(str(error)) < 400
-    sys.exit(str(error))
+        said = refusal(read_csv, path, "t", "s", {"x": "x"})
+    print(said, file=sys.stderr)
+sys.exit(1)
 """
-"""Read a file as a user would; an InputError is one short sentence."""
+"""Read files as a user would; an InputError is one short sentence."""

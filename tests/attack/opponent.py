@@ -15,7 +15,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from itertools import chain, count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,6 +33,8 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_on_window
 from trackably.checker import NotACertificate, Proved, Refuted, Undecided, check
+from trackably.codec import decode
+from trackably.systems.reference import Reference
 
 COMMIT = "8d027f1"
 """The last one whose prover was rigorous by itself; the library was called `trackable` then."""
@@ -127,7 +129,8 @@ def _checked(data: dict[str, Any]) -> tuple[str, str]:
 class Opponent:
     """The earlier prover, which lives beside today's library, as its package has another name."""
 
-    modules: dict[str, Any]
+    prover: Any
+    classes: dict[str, Any]
     known: dict[str, tuple[str, str]] = field(default_factory=dict)
 
     @classmethod
@@ -137,8 +140,10 @@ class Opponent:
         packed = subprocess.run(["git", "archive", COMMIT, "trackable"], cwd=root, check=True, capture_output=True)
         subprocess.run(["tar", "-x", "-C", str(folder)], input=packed.stdout, check=True)
         sys.path.append(str(folder))
-        names = ("codec", "certificates.prove", "certificates.certificate", "certificates.outcome", "systems.reference")
-        return cls({name.rpartition(".")[2]: importlib.import_module(f"trackable.{name}") for name in names})
+        prover = importlib.import_module("trackable.certificates.prove")
+        loaded = [vars(module).values() for name, module in sys.modules.items() if name.startswith("trackable.")]
+        classes = [of for every in loaded for of in every if isinstance(of, type) and is_dataclass(of)]
+        return cls(prover, {_named(of): of for of in classes})
 
     def says(self, data: dict[str, Any]) -> tuple[str, str]:
         """Return what it says of the claim about the reference, and why."""
@@ -151,23 +156,31 @@ class Opponent:
         return self.known[about]
 
     def _said(self, data: dict[str, Any]) -> tuple[str, str]:
-        m = self.modules
         try:
-            reference = m["codec"].decode(m["reference"].Reference, data["reference"])
+            reference = self._translated(decode(Reference, data["reference"]))
             with _in_time():
                 found = self._proved(reference, data["claim"])
         except _LateError:
             return LATE, "the opponent takes too long"
-        except (m["codec"].CodecError, LookupError, ValueError, TypeError, ArithmeticError, AssertionError) as error:
+        except (LookupError, ValueError, TypeError, ArithmeticError, AssertionError) as error:
             return UNREADABLE, f"the opponent refuses it: {type(error).__name__}"
-        if isinstance(found, m["certificate"].Certificate):
+        if isinstance(found, self.classes["certificates.Certificate"]):
             return PROVED, ""
-        if isinstance(found, m["outcome"].Counterexample):
+        if isinstance(found, self.classes["certificates.Counterexample"]):
             return REFUTED, ""
         return NEITHER, found.reason.partition(",")[0]
 
+    def _translated(self, value: Any) -> Any:
+        """Return what today's classes hold in the classes of then, which have the same names and fields."""
+        if isinstance(value, tuple):
+            return tuple(map(self._translated, value))
+        if not is_dataclass(value):
+            return value
+        then = self.classes[_named(type(value))]
+        return then(**{field.name: self._translated(getattr(value, field.name)) for field in fields(then)})
+
     def _proved(self, reference: Any, claim: dict[str, Any]) -> Any:
-        prove = self.modules["prove"]
+        prove = self.prover
         match claim["kind"]:
             case "window":
                 return prove.prove_on_window(reference, float(claim["start"]), float(claim["end"]))
@@ -180,6 +193,11 @@ class Opponent:
             case "all_times" | "all_phases":
                 return prove.prove(reference)
         raise ValueError(f"claim: there is no {claim['kind']!r}")
+
+
+def _named(of: type) -> str:
+    """Return a class's name with that of its room: where in the room it is has changed since then."""
+    return f"{of.__module__.split('.')[1]}.{of.__name__}"
 
 
 _PROOF = ("covers", "terms", "tail_start", "last_step")

@@ -34,21 +34,23 @@ SLOW_ONCE = {
 
 @pytest.mark.parametrize("what", SLOW_ONCE)
 def test_a_small_file_keeps_its_time_and_a_gigabyte(what: str, tmp_path: Path) -> None:
-    took = measured(write(HUGE[what](), tmp_path / "file.json"), "--seconds", "2", command=SLOW_ONCE[what])
+    took = measured(write(HUGE[what](), tmp_path / "file.json"), "--seconds", "0.5", command=SLOW_ONCE[what])
     assert took.code in answers(what), took
     assert "Traceback" not in took.said
-    assert took.seconds < MOST_SECONDS
+    assert took.seconds < MOST_SECONDS - 1.5
     assert took.memory < MOST_MEMORY
 
 
-@pytest.mark.parametrize("what", RECORDINGS)
-def test_what_unpacks_to_gigabytes_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
-    packed = RECORDINGS[what]
-    packed.write(path := tmp_path / packed.name)
-    assert path.stat().st_size < 10**6
-    took = measured(path, command=("-c", READ))
-    assert took.said.startswith(str(path))
-    assert packed.says in took.said
+def test_what_unpacks_to_gigabytes_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    """One process reads all of them, as it takes a second to start."""
+    paths = [tmp_path / f"{number} {packed.name}" for number, packed in enumerate(RECORDINGS.values())]
+    for path, packed in zip(paths, RECORDINGS.values(), strict=True):
+        packed.write(path)
+        assert path.stat().st_size < 10**6
+    took = measured(*paths, command=("-c", READ))
+    for path, packed, said in zip(paths, RECORDINGS.values(), took.said.splitlines(), strict=True):
+        assert said.startswith(str(path))
+        assert packed.says in said
     assert took.memory < MOST_MEMORY
 
 

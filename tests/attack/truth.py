@@ -8,7 +8,7 @@ import numpy as np
 from mpmath import mp
 
 from tests.trackably.certificates import naive
-from tests.trackably.certificates.decoded import decode_certificate
+from tests.trackably.certificates.decoded import claim_of, decode_certificate
 from tests.trackably.checker.truth import as_stored, is_true, statement
 from tests.trackably.joints.trajectories import extreme
 from tests.trackably.systems.redundant_instances import excess
@@ -51,9 +51,7 @@ def is_broken(data: dict) -> bool:
     """Whether the bound is broken by what is said, at a time that is claimed, and the system follows the reference."""
     reference = as_stored(decode(Reference, _widened(data["reference"])), data["trajectories"])
     claim, at, plant = data["claim"], data["at"], data["reference"]["plant"]
-    start, end = {"all_times": (0.0, np.inf), "all_phases": (-np.inf, np.inf), "instants": (0.0, np.inf)}.get(
-        claim["kind"], (claim.get("start"), claim.get("end"))
-    )
+    start, end = claim_of(claim).span
     t = naive.instant(reference, at["step"]) if "step" in at else at["time"]
     is_claimed = start <= t <= end and ("step" in at) == (claim["kind"] == "instants")
     i = [q.name for q in reference.quantities].index(data["quantity"])

@@ -99,27 +99,6 @@ def test_the_checker_says_of_every_file_what_the_metrics_say_and_it_is_about_the
 
 
 @BY_NAME
-def test_the_system_goes_where_the_stored_reference_goes(name: str) -> None:
-    for learned in fitted(name).learned.values():
-        reference = learned.reference
-        states, inputs = reference.state(np.arange(501)), reference.input(np.arange(500))
-        off = reference.plant.system.successor(states[:-1], inputs) - states[1:]
-        angles = reference.plant.angles
-        off[:, angles] = np.remainder(off[:, angles] + np.pi, 2 * np.pi) - np.pi
-        np.testing.assert_allclose(states[1:] + off, states[1:], atol=1e-9)
-
-
-@BY_NAME
-def test_the_last_round_is_the_proved_one(name: str) -> None:
-    columns = read_columns(RESULTS[name].iterations)
-    least = {"proved": 1, "relative_margin": 0, "mean_bound": 0}
-    kind = next(kind for kind in least if kind in columns)
-    is_proved = (columns[kind] >= least[kind]).tolist()
-    assert is_proved[-1]
-    assert is_proved == sorted(is_proved)
-
-
-@BY_NAME
 def test_loops_have_a_plan_at_each_step_on_what_is_proved_and_their_log_holds_what_is_counted(name: str) -> None:
     counted, closed = content(RESULTS[name].control), loops(name)
     for start, kept in counted["joint"].items():

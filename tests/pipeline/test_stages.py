@@ -77,14 +77,6 @@ def test_rounding_moves_results_within_tolerance_only(finished: Path, tmp_path: 
     assert moved(finished, tmp_path) == []
 
 
-def test_unusable_parameters_leave_earlier_results(finished: Path, tmp_path: Path) -> None:
-    before = written(finished)
-    written_to(tmp_path, changed("example1", ("A: [[0.9]]", "A: fast"), text=SHORT))
-    (tmp_path / "results").symlink_to(finished / "results")
-    refused(run_here("generate", tmp_path), "system: A")
-    assert written(finished) == before
-
-
 def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, tmp_path: Path) -> None:
     written_to(tmp_path, SHORT)
     missing = "samples.mcap: not there yet; `python -m pipeline generate example1` writes it"
@@ -93,25 +85,6 @@ def test_a_damaged_or_missing_log_is_one_sentence_that_names_it(finished: Path, 
     whole = (finished / "results/example1/samples.mcap").read_bytes()
     (tmp_path / "results/example1/samples.mcap").write_bytes(whole[:-10])
     refused(run_here("fit", tmp_path), "samples.mcap")
-
-
-NO_REFERENCE = {
-    "an empty problem": (
-        ("{lower: [-2.0], upper: [0.05]}", "{lower: [-0.9], upper: [-0.5]}"),
-        "breaks the state bounds [-0.9, -0.5] at t = ",
-    ),
-    "a loop that does not end": (("first_step: 128, last_step: 300", "first_step: 128, last_step: 129"), "did not end"),
-}
-
-
-@pytest.mark.parametrize(("change", "said"), NO_REFERENCE.values(), ids=NO_REFERENCE)
-def test_a_fit_without_a_reference_says_why_and_leaves_nothing(
-    change: tuple[str, str], said: str, tmp_path: Path
-) -> None:
-    written_to(tmp_path, changed("example1", change, text=SHORT))
-    assert run_here("generate", tmp_path).returncode == 0
-    refused(run_here("fit", tmp_path), said, code=1)
-    assert not (tmp_path / "results/example1/fit.mcap").exists()
 
 
 def test_an_interrupt_has_its_exit_code_and_no_traceback(tmp_path: Path) -> None:
@@ -154,19 +127,35 @@ def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> N
 
 
 STREAM = next(line for line in SHORT.splitlines(keepends=True) if line.startswith("        stream: {"))
-NO_LOOPS = {
+NOTHING_FOLLOWS = {
+    "unusable parameters": ("generate", ("A: [[0.9]]", "A: fast"), "system: A"),
+    "an empty problem": (
+        "fit",
+        ("{lower: [-2.0], upper: [0.05]}", "{lower: [-0.9], upper: [-0.5]}"),
+        "breaks the state bounds [-0.9, -0.5] at t = ",
+    ),
+    "a loop that does not end": (
+        "fit",
+        ("first_step: 128, last_step: 300", "first_step: 128, last_step: 129"),
+        "did not end",
+    ),
     "a window shorter than the horizon": (
+        "control",
         ("claim: all_times", "claim: {window: [0.0, 0.1]}"),
         "the window that is proved must be longer than the horizon, 20 steps",
     ),
-    "samples that never arrive": ((STREAM, ""), "control.online: no samples of state arrive"),
+    "samples that never arrive": ("control", (STREAM, ""), "control.online: no samples of state arrive"),
 }
 
 
-@pytest.mark.parametrize(("change", "said"), NO_LOOPS.values(), ids=NO_LOOPS)
-def test_what_has_no_loops_is_one_sentence(change: tuple[str, str], said: str, finished: Path, tmp_path: Path) -> None:
-    results = Results("example1", tmp_path / "results")
+@pytest.mark.parametrize(("stage", "change", "said"), NOTHING_FOLLOWS.values(), ids=NOTHING_FOLLOWS)
+def test_a_stage_that_cannot_go_on_says_why_and_leaves_what_was_there(
+    stage: str, change: tuple[str, str], said: str, finished: Path, tmp_path: Path
+) -> None:
+    results, earlier = Results("example1", tmp_path / "results"), "fit" if stage == "control" else "samples"
     results.folder.mkdir(parents=True)
-    shutil.copyfile(finished / "results/example1/fit.mcap", results.log("fit"))
+    shutil.copyfile(finished / f"results/example1/{earlier}.mcap", results.log(earlier))
+    before = written(tmp_path)
     written_to(tmp_path, changed("example1", change, text=SHORT))
-    refused(run_here("control", tmp_path), said)
+    refused(run_here(stage, tmp_path), said, code=1 if stage == "fit" else 2)
+    assert written(tmp_path) == before

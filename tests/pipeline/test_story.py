@@ -41,10 +41,9 @@ def test_a_theorem_is_told_of_the_very_certificate_that_is_on_record(tmp_path: P
     assert proved.printed in printed_by_coq(results, "joint", theory)
     wider = json.loads(text)
     wider["reference"]["plant"]["state_set"]["upper"] = [0.0500001]
-    assert told(json.dumps(wider), words, {"mine": {"joint": proved}}) == ""
-    assert told(text, words.replace("<=", "<"), {"mine": {"joint": proved}}) == ""
+    for other in ((json.dumps(wider), words), (text, words.replace("<=", "<"))):
+        assert told(*other, {"mine": {"joint": proved}}) == ""
     assert told(text, words, {"other": {"joint": proved}, "mine": {"robust": proved}}) == ""
-    assert told(text, words, {}) == ""
 
 
 def test_what_a_theorem_leaves_out_is_told() -> None:

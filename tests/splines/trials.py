@@ -1,6 +1,5 @@
 """One trial: a bound is put next to a true extreme, and what prover and checker say of it is judged."""
 
-import json
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
@@ -9,8 +8,8 @@ from flint import arb
 
 from tests.splines.draws import Drawn, drawn
 from tests.splines.naive import extremes
+from tests.trackably.certificates.decoded import as_read
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.checker import Proved, Refuted, check
@@ -56,17 +55,13 @@ def _judge(
 ) -> None:
     """Count what is said of a bound that leaves this room, negative where it is broken."""
     outcome = prove_on_window(bounded, *window) if window else prove(bounded)
-    if isinstance(outcome, Certificate):
-        counts.certificates += 1
-        verdict = check(json.loads(json.dumps(encode_certificate(outcome))))
-        is_true = room > 0 and isinstance(verdict, Proved)
-    elif isinstance(outcome, Counterexample):
-        counts.counterexamples += 1
-        verdict = check(json.loads(json.dumps(encode_counterexample(outcome))))
-        is_true = room < 0 and isinstance(verdict, Refuted)
-    else:
+    if not isinstance(outcome, Certificate | Counterexample):
         counts.undecided += [f"{what}: {outcome.explanation}"] if margin >= DECIDED else []
         return
+    is_proved, verdict = isinstance(outcome, Certificate), check(as_read(outcome))
+    counts.certificates += is_proved
+    counts.counterexamples += not is_proved
+    is_true = room > 0 and isinstance(verdict, Proved) if is_proved else room < 0 and isinstance(verdict, Refuted)
     counts.false += [] if is_true else [f"{what}, {room}: {verdict}"]
 
 

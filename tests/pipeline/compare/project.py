@@ -58,6 +58,7 @@ METRICS = {
         "worst_state_margin_at_steps": 2.05e-9,
         "seconds": 1.5,
         "first": None,
+        "said": "at 0.2812170167227962 s",
     }
 }
 SIGNAL = {
@@ -82,9 +83,18 @@ FIGURE = """<?xml version="1.0" encoding="utf-8"?>
   <g id="line2d_1"><path d="M 1 1 L 2 2 L 3 1 L 4 2" style="fill: none; stroke: #d55e00; stroke-width: 1.3"/></g>
   <use xlink:href="#m0772998e1b" x="46.3" y="122.2"/>
   <g id="text_1"><!-- step $k$ --></g>
+  <g id="text_2"><!-- worst NUMBER --><g><defs/>OUTLINES</g></g>
  </g>
 </svg>
 """
+
+
+def figure(number: str = "4.480001") -> str:
+    """Return a figure with a number, each of whose digits has an outline of its own."""
+    outlines = "".join(f'<use xlink:href="#DejaVuSans-{ord(digit):x}"/>' for digit in number)
+    return FIGURE.replace("NUMBER", number).replace("OUTLINES", outlines)
+
+
 NOTEBOOK: dict[str, Any] = {
     "nbformat": 4,
     "nbformat_minor": 5,
@@ -99,6 +109,7 @@ NOTEBOOK: dict[str, Any] = {
             "source": ["table"],
             "outputs": [
                 {"output_type": "stream", "name": "stdout", "text": ["learned\n", "theta 0.659325 of 7 samples\n"]},
+                {"output_type": "stream", "name": "stdout", "text": ["theorem of 7 samples, checked by Coq"]},
                 {"output_type": "execute_result", "metadata": {}, "data": {"text/plain": ["Table"]}},
             ],
         },
@@ -115,7 +126,7 @@ def build(root: Path) -> Path:
     (results / "certificates").mkdir()
     write(results / "certificates/sound.json", CERTIFICATE)
     (results / "iterations.csv").write_text(TABLE)
-    (results / "figures/margins.svg").write_text(FIGURE)
+    (results / "figures/margins.svg").write_text(figure())
     write(root / "notebooks/example1.ipynb", NOTEBOOK)
     times = np.arange(10) / 100
     mean = Series("/references/sound", times, {"mean": times * 10, "std": np.full(10, 0.1)}, {"mean": "1"})

@@ -23,12 +23,9 @@ def test_the_committed_results_bear_the_claims_out(monkeypatch: pytest.MonkeyPat
     ("artifact", "topic", "field", "rule"),
     [
         ("example1/metrics.json", "", "sound.nlml", "metrics"),
-        ("example2/metrics.json", "", "exact.nlml", "metrics, at all phases"),
         ("example2/verification.mcap", "attachment metrics.json", "intervals.rmse", "metrics, on intervals"),
         ("example2/fit.mcap", "/references/hyperparameters", "mean", "all phases"),
-        ("example2/fit.mcap", "attachment intervals.json", "reference.signals[0].weights[3]", "weights, on intervals"),
         ("example1/certificates/joint.json", "", "claim.covers.state.ends[1]", "boxes of a proof"),
-        ("example2/figures/margins.svg", "", "coordinates", "points on paper, Example 2"),
         ("notebooks/example1.ipynb", "", "numbers", "numbers in notebooks"),
         ("notebooks/example1.ipynb", "", "theorem", "what Coq has proved"),
     ],

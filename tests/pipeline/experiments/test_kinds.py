@@ -75,11 +75,6 @@ def test_it_learns_what_the_library_learns(tmp_path: Path) -> None:
     [
         (_PRIOR, _PRIOR, r"prior\.velocity: expected noise_std alone, as position shows the same flat output"),
         ("{noise_std: 0.1}", "{noise_std: 0.1}", r"prior\.position: mean and kernel are missing"),
-        (
-            _PRIOR.replace("0.02", "[0.01, 0.1]"),
-            "{noise_std: 0.1}",
-            r"prior\.position\.noise_std: must be a number, as",
-        ),
         (_PRIOR, "{noise_std: [0.01, 0.1]}", r"prior\.velocity\.noise_std: "),
         (_PRIOR, "{}", r"prior\.velocity\.noise_std: is missing"),
     ],

@@ -7,7 +7,6 @@ from tests.pipeline.committed import EXPERIMENTS
 
 CLAIMS = (
     ("all_times", range(40)),
-    ({"window": [0.0, 0.5]}, range(30)),
     ({"window": [0.105, 0.5]}, range(11, 30)),
     ({"window": [-1.0, 0.5]}, range(30)),
     ({"window": [0.0, 0.1]}, range(0)),

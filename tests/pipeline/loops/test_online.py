@@ -65,29 +65,30 @@ def far() -> Certified:
 
 SHORT = Controller(PLANT, 1, np.eye(1), np.eye(1))
 REFUSED = {
-    "out of reach": (lambda first, far: far, "at step 30 "),
     "no proof": (
-        lambda first, far: Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes"),
+        lambda first: Unproved("state", Interval(-2, 0.05), (1.0, 1.1), 1e-9, "too many boxes"),
         "learned, but not proved: ",
     ),
     "a window": (
-        lambda first, far: replace(first, certificate=replace(first.certificate, claim=Window(0.0, 2.0))),
+        lambda first: replace(first, certificate=replace(first.certificate, claim=Window(0.0, 2.0))),
         "proved for all real t from 0 s to 2 s only",
     ),
 }
 
 
 @pytest.mark.parametrize(("offered", "reason"), REFUSED.values(), ids=REFUSED)
-def test_what_is_not_proved_for_all_times_or_out_of_reach_is_not_accepted(first, far, offered, reason):
-    update = decide_update(SHORT, 30, first.reference.state(30), STREAM, offered(first, far))
+def test_what_is_not_proved_for_all_times_is_not_accepted(first, offered, reason):
+    update = decide_update(SHORT, 30, first.reference.state(30), STREAM, offered(first))
     assert not update.accepted
     assert update.reason.startswith(reason)
 
 
 def test_a_loop_keeps_its_reference_where_another_one_is_out_of_reach(first, far):
     loop = simulate_online(SHORT, first, first.reference.state(0), 60, [(30, STREAM)], lambda _: far)
-    assert not loop.updates[0].accepted
-    assert loop.updates[0].widening > 0.1
+    (update,) = loop.updates
+    assert not update.accepted
+    assert update.widening > 0.1
+    assert update.reason.startswith("at step 30 ")
     assert loop.reference is first.reference
     assert loop.loop.first_infeasible_step is None
 
@@ -104,4 +105,4 @@ def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first
 def test_a_loop_begins_on_what_is_proved_for_all_times(first):
     brief, _ = REFUSED["a window"]
     with pytest.raises(ValueError, match="must be certified for all time"):
-        simulate_online(CONTROLLER, brief(first, None), np.array([0.0]), 10, [], certified_by_search)
+        simulate_online(CONTROLLER, brief(first), np.array([0.0]), 10, [], certified_by_search)

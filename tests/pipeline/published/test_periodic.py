@@ -3,24 +3,20 @@
 import numpy as np
 import pytest
 
-from pipeline.published.ground_truth import two_harmonics
 from pipeline.published.periodic import GrowthRates, all_phases, on_grid, on_intervals
-from pipeline.published.scalar import coefficients, interval_sets, scalar
+from pipeline.published.scalar import coefficients, interval_sets
 from tests.pipeline.command import few_periods
 from tests.pipeline.published.periodic_instances import instance
+from tests.trackably.certificates.references import PLANT as SYSTEM
+from tests.trackably.certificates.references import SAMPLES
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
 from trackably.learning import search
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
-from trackably.systems.intervals import Interval
 
-SYSTEM = scalar(0.9, 0.1, state_set=Interval(-2.0, 2.0), input_set=Interval(-3.0, 1.4), sampling_time=0.01)
 STATE_SET, INPUT_SET = interval_sets(SYSTEM)
-TIMES = np.arange(0, 401, 20) * 0.01
-SAMPLES = Samples(TIMES, two_harmonics(TIMES) + 0.3 * np.random.default_rng(4).standard_normal(TIMES.size))
 SINGLE = Prior(Periodic(1.0, 1.0, 3.0).as_learned(), 0.1)
 PRIOR = JointPrior((SINGLE,))
 SPACE = SearchSpace.around((SAMPLES,), PRIOR, starts=6)

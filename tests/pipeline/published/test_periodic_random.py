@@ -1,4 +1,8 @@
-"""Random instances against brute force (see naive_periodic.py, which wrote the table)."""
+"""Random instances against brute force.
+
+The table has the smallest of what 120 random starts led to, each with bounds at dense phases, polished where they are
+touched; it was written by `python -m tests.pipeline.published.naive_periodic` of commit 9f790583, in minutes.
+"""
 
 import csv
 from pathlib import Path
@@ -15,6 +19,9 @@ from trackably.learning.screening import screen
 
 with Path(__file__).with_name("periodic_references.csv").open(newline="", encoding="utf-8") as _file:
     REFERENCES = {int(row["seed"]): float(row["objective"]) for row in csv.DictReader(_file)}
+
+
+PHASES = 200_000
 
 
 def learned(case: Instance, best: float) -> Solution:
@@ -36,4 +43,4 @@ def test_as_good_as_brute_force_and_never_outside(seed):
     assert outcome.objective <= REFERENCES[seed] + 1e-4
     brute, theta = Brute(case), outcome.posterior.prior.log_hyperparameters
     assert brute.objective(theta) == pytest.approx(outcome.objective, rel=1e-9)
-    assert np.min(brute.touching(theta)[1], initial=1.0) >= -1e-9
+    assert np.min(brute.margins(theta, np.arange(PHASES) / PHASES)) >= -1e-9

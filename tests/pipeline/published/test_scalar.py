@@ -1,7 +1,5 @@
 """Scalar linear systems: the dynamics and their inverse, successor sets, growth rates."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,31 +12,9 @@ from pipeline.published.scalar import (
     successor_set,
 )
 from tests.trackably.gp.instances import over
-from tests.trackably.systems.instances import PLANTS, interval_box, intervals, plants
-from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
-from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from tests.trackably.systems.instances import PLANTS, intervals, plants
 
 STATES = np.linspace(-3, 3, 13)
-
-
-UNIT = Interval(-1.0, 1.0)
-TWO_STATES = ConstrainedSystem(
-    LinearSystem(np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]]), sampling_time=0.1),
-    Polytope.box(np.array([-1.0, -1.0]), np.array([1.0, 1.0])),
-    interval_box(UNIT),
-)
-
-
-def test_only_a_scalar_system_with_both_bounds_has_growth_rates():
-    scaled = Polytope(np.array([[2.0]]), np.array([-1.0]), np.array([1.0]))
-    for plant, counts in (
-        (TWO_STATES, "2 states, 1 inputs and 3 bounded quantities"),
-        (replace(PLANTS["example1"], input_set=scaled), "1 states, 1 inputs and 2 bounded quantities"),
-    ):
-        with pytest.raises(ValueError, match=f"^only a scalar system .* has growth rates, got {counts}$"):
-            growth_rates(plant, UNIT)
 
 
 @over(PLANTS, "plant")

@@ -52,9 +52,7 @@ def test_the_plan_is_that_of_dvc_yaml() -> None:
     assert Path("data/results/example1/fit.mcap") in fit.outputs
     assert "record" in stages["generate@robot-axis"].needs
     assert {"fit@tank", "verify@tank", "control@tank"} <= stages["figures@tank"].needs
-    experiments = {path.name for path in (ROOT / "data/results").iterdir()}
-    for kind in ("generate", "fit", "verify", "control", "figures"):
-        assert {name for name in stages if name.startswith(f"{kind}@")} == {f"{kind}@{name}" for name in experiments}
+    assert {f"figures@{path.name}" for path in (ROOT / "data/results").iterdir()} <= stages.keys()
 
 
 def test_the_copy_has_what_git_would_have_but_no_results(tmp_path: Path) -> None:

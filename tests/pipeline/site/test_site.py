@@ -83,6 +83,4 @@ def test_errata_come_with_their_evidence_and_nothing_else(tmp_path: Path) -> Non
 
 def test_errata_of_the_committed_notebooks_are_found() -> None:
     found = json.loads(errata([ROOT / "notebooks" / f"{name}.ipynb" for name in ("example1", "example2", "tank")]))
-    titles = [cell["source"] for cell in found["cells"] if "".join(cell["source"]).startswith("## ")]
-    assert len(titles) == 2
-    assert len({cell["id"] for cell in found["cells"]}) == len(found["cells"]) > 12
+    assert sum("".join(cell["source"]).startswith("## ") for cell in found["cells"]) == 2

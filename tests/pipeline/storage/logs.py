@@ -26,22 +26,6 @@ LOG = Log(
 )
 
 
-def same(a: Log, b: Log) -> bool:
-    """Equality to the bit, NaN included, the order of everything too."""
-
-    def plain(log: Log) -> object:
-        return (
-            [
-                (s.topic, s.times.tobytes(), [(n, v.tobytes()) for n, v in s.fields.items()], list(s.units.items()))
-                for s in log.series
-            ],
-            [(name, list(record.items())) for name, record in log.metadata.items()],
-            list(log.attachments.items()),
-        )
-
-    return plain(a) == plain(b)
-
-
 SCHEMA = b'{"type": "object", "properties": {"t": {"type": "number"}, "x": {"type": "number"}}}'
 
 

@@ -1,21 +1,20 @@
 """Logs are read as they were written, hold what viewers can plot, and refuse what breaks their rules."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-import pytest
 from mcap.reader import make_reader
 
-from pipeline.storage.logs import Log, Series, encode, read_log, write_log
-from tests.pipeline.storage.logs import LOG, same
+from pipeline.storage.logs import read_log, write_log
+from tests.pipeline.storage.logs import LOG
 
 
-def test_round_trip_and_equal_logs_are_equal_files(path: Path, data: bytes) -> None:
-    assert same(read_log(path), LOG)
+def test_what_is_read_is_to_the_bit_what_was_written_and_equal_logs_are_equal_files(path: Path, data: bytes) -> None:
+    with np.printoptions(floatmode="unique"):  # which is exact, and tells -0 from 0
+        assert repr(read_log(path)) == repr(LOG)
     write_log(path, replace(LOG))
     assert path.read_bytes() == data
 
@@ -38,18 +37,3 @@ def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: byte
     assert {a.name: a.data for a in reader.iter_attachments()} == LOG.attachments
     assert {a.media_type for a in reader.iter_attachments()} == {"application/json"}
     assert {m.name: m.metadata for m in reader.iter_metadata()} == {"trackably": {"format": "1"}, **LOG.metadata}
-
-
-T = np.array([0.0, 1.0])
-
-
-@pytest.mark.parametrize(
-    ("make", "complaint"),
-    [
-        (lambda: Series("/a", T, {"x": T[:1]}), r"/a: x must be .* got shape \(1,\) for times of shape \(2,\)"),
-        (lambda: encode(Log((Series("/a", T, {"x": np.array([0, np.inf])}),), {}, {"a": b"0"})), "not JSON"),
-    ],
-)
-def test_what_no_viewer_could_read_is_not_written(make: Callable[[], object], complaint: str) -> None:
-    with pytest.raises(ValueError, match=complaint):
-        make()

@@ -106,18 +106,14 @@ def test_a_scene_has_every_path_and_set_and_the_vehicle_turns_where_it_goes(name
 
 
 def test_the_region_is_cut_by_bounds_on_both_states_and_ends_at_a_distance_where_one_is_free() -> None:
-    plant, box = EXPERIMENTS["vehicle"].plant, Polytope.box([-2, -1, -5, -5], [2, 1, 5, 5])
+    """The free state ends where paths have been, and as far again on each side."""
+    plant, R = EXPERIMENTS["vehicle"].plant, np.array([[0, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 0]])
     assert plant.system.states == ("x", "y", "vx", "vy")
-
-    def corners(state_set: Polytope, *places: list[float]) -> np.ndarray:
-        return allowed_region(replace(plant, state_set=state_set), ("x", "y"), np.array(places))
-
-    H, h = box.inequalities
-    wall = Polytope.halfspaces(np.vstack([H, [[1, 1, 0, 0], [1, 0, 1, 0]]]), np.append(h, [2.0, 1.0]))
-    expected = {(-2, -1), (2, -1), (2, 0), (1, 1), (-2, 1)}
-    assert {tuple(corner) for corner in corners(wall, [-1.0, -1.0], [9.0, 9.0]).round(9).tolist()} == expected
-    free = corners(Polytope(np.eye(4)[1:], [-1, -5, -5], [1, 5, 5]), [0.0, 0.0], [10.0, 1.0])
-    assert (free.min(axis=0).tolist(), free.max(axis=0).tolist()) == ([-5, -0.5], [15, 1])
+    cut, free = {(-2, -1), (2, -1), (2, 0), (1, 1), (-2, 1)}, {(-5, -0.5), (15, -0.5), (15, 1), (-5, 1)}
+    for count, places, corners in ((4, [[-1.0, -1.0], [9.0, 9.0]], cut), (1, [[0.0, 0.0], [10.0, 1.0]], free)):
+        state_set = Polytope(R[:count], [-1, -9, -9, -2][:count], [1, 2, 1, 2][:count])
+        found = allowed_region(replace(plant, state_set=state_set), ("x", "y"), np.array(places))
+        assert {tuple(corner) for corner in found.round(9).tolist()} == corners
 
 
 def test_events_name_each_time_without_a_plan() -> None:

@@ -27,8 +27,7 @@ def as_read(found: Certificate | Counterexample) -> dict:
 def decode_certificate(data: dict) -> Certificate:
     """Return the certificate whose `encode_certificate` is `data`; what follows from its reference is not compared."""
     claim, evaluation = data["claim"], data["evaluation"]
-    kind = KINDS[claim["kind"]]
-    of = kind(claim["start"], claim["end"]) if kind is Window else kind()
+    of = claim_of(claim)
     reference = decode(Reference, data["reference"])
     return Certificate(
         reference=reference,
@@ -38,6 +37,11 @@ def decode_certificate(data: dict) -> Certificate:
         evaluated_until=evaluation["until"],
         robust=_robust(data.get("disturbance"), reference.plant.system),
     )
+
+
+def claim_of(data: dict) -> Claim:
+    kind = KINDS[data["kind"]]
+    return kind(data["start"], data["end"]) if kind is Window else kind()
 
 
 def _proof(of: Claim, data: dict) -> Cover | Steps:

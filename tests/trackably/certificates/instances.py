@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tests.trackably.certificates import naive
-from tests.trackably.checker.tight import wide
+from tests.trackably.checker.tight import wide, with_bounds
 from tests.trackably.systems.instances import controllable
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.matern import Matern32, Matern52
@@ -17,7 +17,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 DrawnKernel = Callable[[np.random.Generator, float], Kernel]
@@ -140,9 +139,4 @@ def _with_bounds(rng: np.random.Generator, reference: Reference, end: float, mar
             side = reached[int(rng.integers(len(reached)))]
             ends[side] = (low, high)[side] + (-1, 1)[side] * margin * width
         bounds.append(ends)
-    plant = reference.plant
-    lower, upper = np.array(bounds).T
-    split = len(plant.state_set.rows)
-    state_set = Polytope(plant.state_set.rows, lower[:split], upper[:split])
-    input_set = Polytope(plant.input_set.rows, lower[split:], upper[split:])
-    return Case(Reference(reference.signals, replace(plant, state_set=state_set, input_set=input_set)), active, end)
+    return Case(with_bounds(reference, *np.transpose(bounds)), active, end)

@@ -1,11 +1,11 @@
 """A reference's quantities written out a second time: with mpmath at one instant, in extended precision on grids."""
 
+from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
 from mpmath import mp
 
-from pipeline.published.scalar import is_scalar
 from tests.trackably.gp.instances import LongDoubles, formula
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
@@ -28,13 +28,7 @@ def mean_of(signal: KernelSum):
 
 
 def _quantity(reference: Reference, name: str, means, t, number):
-    """Of a scalar system by its own formulas, of others as what it says it looks at; in any arithmetic."""
-    plant = reference.plant
-    if is_scalar(plant) and plant.flatness.states[0].functional.weights == ((1,),):
-        if name == reference.quantities[0].name:
-            return means[0](t)
-        a, b, c = (number(v) for v in (plant.system.A.item(), plant.system.B.item(), plant.system.c.item()))
-        return (means[0](t + number(plant.sampling_time)) - a * means[0](t) - c) / b
+    """What it says it looks at, in any arithmetic; `follows_exactly` says whether the system goes there."""
     functional = reference.quantity(name).functional
 
     def ratio(fraction):
@@ -44,7 +38,7 @@ def _quantity(reference: Reference, name: str, means, t, number):
     for mean, weights in zip(means, functional.weights, strict=True):
         for j, w in enumerate(weights):
             if w:
-                total = total + ratio(w) * mean(t + j * number(plant.sampling_time))
+                total = total + ratio(w) * mean(t + j * number(reference.plant.sampling_time))
     return total
 
 
@@ -78,6 +72,19 @@ def off(reference: Reference, name: str, value: float, t) -> float:
     """How far a value in float64 is from x_r(t) or u_r(t)."""
     with mp.workdps(DIGITS):
         return float(abs(mp.mpf(float(value)) - exactly(reference, name, t)))
+
+
+def evaluated(reference: Reference, times: list[float], steps: list[int]) -> Iterator[tuple[str, float]]:
+    """Yield how far float64 values at some times and steps are from the bounded quantities, by their names."""
+    for t in times:
+        for q in reference.quantities:
+            yield q.name, off(reference, q.name, q(reference.signals, np.array(t)), t)
+    looks = [(t, reference.state_at(np.array(t)), reference.input_at(np.array(t))) for t in times]
+    looks += [(instant(reference, k), reference.state(k), reference.input(k)) for k in steps]
+    for t, x, u in looks:
+        for limit in reference.plant.constraints:
+            value = np.array(limit.row, dtype=float) @ {"state": x, "input": u}[limit.side]
+            yield limit.name, off(reference, limit.name, value, t)
 
 
 def margin(reference: Reference, name: str, t):

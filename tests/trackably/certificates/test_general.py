@@ -6,59 +6,13 @@ import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS
-from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.form import encode_certificate
-from trackably.checker import Proved, check
-from trackably.checker.certificate import AllTimes
 from trackably.errors import DoubtfulInputWarning
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learning.space import SearchSpace
 from trackably.reference.learn import learn_reference
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-
-PLANE = ConstrainedSystem(
-    LinearSystem.discretised(
-        np.kron(np.eye(2), np.array([[0.0, 1.0], [0.0, -0.5]])),
-        np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0], [0.0, 2.0]]),
-        0.05,
-        np.array([0.0, 0.1, 0.0, 0.0]),
-    ),
-    Polytope([[1.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]], [-1.0, -1.5], [1.2, 1.5]),
-    Polytope([[1.0, 1.0], [1.0, -1.0]], [-6.0, -5.0], [6.0, 5.0]),
-)
-
-
-def circling() -> tuple[Samples, ...]:
-    """Of both positions, at times of their own."""
-    rng, found = np.random.default_rng(2), []
-    for i, course in ((0, np.cos), (2, np.sin)):
-        t = np.sort(rng.uniform(0, 3.0, 9))
-        values = course(3 * t) * np.exp(-0.3 * t) + 0.05 * rng.standard_normal(9)
-        found.append(Samples(t, values, stencil=PLANE.flatness.states[i].stencil[1]))
-    return tuple(found)
-
-
-def test_a_reference_is_certified_and_kept_for_thousands_of_steps():
-    """And without feedback for some of them: the inputs lead where the states say."""
-    samples, kernels = circling(), (SquaredExponential(lengthscale=(0.2, 2.0)), Matern52(lengthscale=(0.2, 2.0)))
-    prior = JointPrior(tuple(Prior(kernel, 0.05) for kernel in kernels), ("x", "y"), frozenset({"lengthscale"}))
-    found = learn_certified(samples, prior, PLANE, SearchSpace.around(samples, prior, starts=2))
-    assert isinstance(found, Certified), found.explanation
-    assert isinstance(found.certificate.claim, AllTimes)
-    assert isinstance(check(encode_certificate(found.certificate)), Proved)
-    assert found.backoff <= 1e-3
-    steps = np.arange(5000)
-    x, u = found.reference.state(steps), found.reference.input(steps)
-    assert np.min(PLANE.state_set.margin(x)) >= 0
-    assert np.min(PLANE.input_set.margin(u)) >= 0
-    landed = PLANE.system.successor(x[:-1], u[:-1])
-    np.testing.assert_allclose(landed, x[1:], rtol=0, atol=1e-9 * np.max(np.abs(x)))
 
 
 def test_an_error_of_evaluation_tightens_the_bounds_of_its_own_quantity_only() -> None:

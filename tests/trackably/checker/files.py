@@ -7,7 +7,7 @@ from typing import Any
 
 from tests.trackably.certificates.nonlinear.instances import proved
 from tests.trackably.certificates.test_moving import CERTIFIED, certified
-from tests.trackably.checker.edges.test_counterexamples import KINDS, by_claim
+from tests.trackably.checker.edges.test_counterexamples import FOUND, counterexample
 from tests.trackably.checker.instances import scalar_certificate
 from tests.trackably.checker.pieces import instances as pieces
 from tests.trackably.checker.redundant import in_the_plane, learned
@@ -32,7 +32,7 @@ CERTIFICATES: dict[str, Callable[[], dict]] = {
 }
 FILES: dict[str, Callable[[], dict]] = {
     **CERTIFICATES,
-    **{f"counterexample, {kind}": lambda kind=kind: by_claim()[kind] for kind in KINDS},
+    **{f"counterexample, {kind}": partial(counterexample, kind) for kind in FOUND},
     "contradiction": multipliers,
     "contradiction by boxes": lambda: tank(2, 0.7),
     **JOINTS,

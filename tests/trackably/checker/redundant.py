@@ -1,15 +1,12 @@
 """References of systems with redundant inputs, and their certificates."""
 
-import json
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from tests.trackably.systems.redundant_instances import ONE_STATE
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.samples import Samples
@@ -51,7 +48,3 @@ def in_the_plane() -> Certificate:
     found = prove(Reference(signals, PLANE))
     assert isinstance(found, Certificate)
     return found
-
-
-def as_read(certificate: Certificate) -> dict[str, Any]:
-    return json.loads(json.dumps(encode_certificate(certificate)))

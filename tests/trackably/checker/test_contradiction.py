@@ -126,16 +126,9 @@ def _accepted(data: dict, missing: float) -> bool:
     return isinstance(verdict, Contradicted)
 
 
-def test_there_are_contradictions_of_all_kinds() -> None:
-    plants = [data["plant"] for data, _ in cases()]
-    assert len(plants) > 20
-    assert {bool(data["values"]) for data, _ in cases()} == {True, False}
-    assert sum("breakpoints" in str(plant) for plant in plants) > 4
-    assert any(len(plant["state_set"]["rows"]) < len(plant["system"]["states"]) for plant in plants)
-
-
 def test_it_is_accepted_below_the_least_relaxation_and_refused_above_whatever_the_multipliers_are() -> None:
     draw = np.random.default_rng(0)
+    assert len(cases()) > 20
     for data, least in cases():
         assert _accepted(data, least * (1 - 1e-6))
         assert not _accepted(data, least * (1 + 1e-6))

@@ -16,8 +16,11 @@ FORMS = (
 )
 
 
+HOSTILE = ("\ud800\x1b[2J\u202ex", "a\nProved: x ≤ 1, y", "x" * 2000)
+
+
 @pytest.mark.parametrize("kind", FORMS)
-def test_a_part_of_another_kind_a_field_more_or_a_field_less_make_it_unreadable(kind):
+def test_a_part_of_another_kind_a_field_more_or_a_field_less_make_it_unreadable_in_a_printable_line(kind):
     """Each field, and the first entry of each list."""
     data = file_of(kind)
     for path in leaves(data):
@@ -28,6 +31,12 @@ def test_a_part_of_another_kind_a_field_more_or_a_field_less_make_it_unreadable(
         others += [{**value, "more": None}] if isinstance(value, dict) else [{}]
         for other in others if path != ("version",) else [2.5, True, "3", None]:
             assert isinstance(check(changed(data, path, other)), NotACertificate), (path, other)
+        for text in HOSTILE:
+            for put in (text, {**value, text: 1}) if isinstance(value, dict) else (text,):
+                verdict = check(changed(data, path, put))
+                assert isinstance(verdict, NotACertificate | Failed), path
+                assert verdict.reason.isprintable()
+                assert len(verdict.reason) < 300
         if isinstance(path[-1], str) and path != ("disturbance",):
             assert isinstance(check(without(data, path)), NotACertificate | Failed), path
     assert isinstance(check({**data, "more": 1.0}), NotACertificate)

@@ -57,6 +57,7 @@ LONGEST = {
 }
 HAIR_LESS = times(1 - 2.0**-52)
 ROOM = "leaves less room"
+HOURS = {"head": 10_000, "terms": 10_000, "feedback": [[2.0**-1000]]}
 WITH_NOISE = "leaves less room|not inside of P|an entry for each state"
 
 UPPER = "reference.plant.state_set.upper.0"
@@ -69,7 +70,6 @@ FAILED: Rows = {
         ("reference.signals.0.weights", [0.5, -0.8], "as many"),
         ("reference.plant.system.A", [[0.9, 0.0]], "shapes: A"),
         ("reference.plant.system.B", [[0.5, 0.5]], "shapes: A"),
-        ("reference.plant.system.c", [0.0, 0.0], "shapes: A"),
         ("reference.plant.system.states", ["a", "b"], "shapes: the sets"),
         ("reference.plant.state_set.rows.0", [1.0, 0.0], "shapes: every bound"),
         ("trajectories.states", times(2), "shapes: there must be a trajectory for each"),
@@ -83,7 +83,6 @@ FAILED: Rows = {
         ("evaluation.errors", {"state": 1.0}, "names"),
         ("claim.covers", {}, "names"),
         ("reference.plant.system.A.0.0", 0.8, "the system does not follow signal 0 with the weights of shift 0"),
-        ("reference.plant.system.B.0.0", 1e-300, "trajectories"),
         ("reference.plant.system.c.0", 1e-300, "trajectories: the system does not stay where"),
         ("trajectories.states.0.weights.0.0", "2", "trajectories: the system does not follow signal 0"),
         ("trajectories.inputs.0.offset", "1/1000000000000", "trajectories: the system does not stay where"),
@@ -92,8 +91,6 @@ FAILED: Rows = {
         ("reference.signals.0.mean", 1e300, "sizes"),
         ("reference.plant.system.sampling_time", 1e-300, "sizes"),
         ("evaluation.until", 1e200, "sizes"),
-        ("evaluation.errors.state", 1e-300, "evaluation: the state"),
-        ("evaluation.errors.input", 1e-300, "evaluation: the input"),
         ("claim.tail_start", 0.5, "cover"),
         ("claim.covers.state.ends", [0.0, 1.0], "cover"),
         ("claim.covers.state.ends.0", 0.01, "cover"),
@@ -111,7 +108,6 @@ FAILED: Rows = {
     "tank": [
         ("reference.plant.system.f.0.2.2.2.2.0", "log", "(box|evaluation): the inflow"),
         ("reference.plant.system.f.0", ["^", "inflow", 2.0], "system: f is not affine in inflow"),
-        ("reference.plant.system.f.0", ["exp", "inflow"], "system: f is not affine"),
         ("reference.plant.system.f.0", ["/", "level", "inflow"], "system: f is not affine"),
         ("reference.plant.system.f.0", "level", "system: f cannot be solved for its inputs"),
         ("reference.plant.system.f.0", ["-", ["+", "level", "inflow"], "inflow"], "box: .* may be zero"),
@@ -145,21 +141,23 @@ FAILED: Rows = {
         ("disturbance.box.0", times(-1), "sizes of at least 0"),
         ("disturbance.state_set.upper.0", HAIR_LESS, "state_set: row 0"),
         ("disturbance.input_set.upper.0", HAIR_LESS, "input_set: row 0"),
-        ("disturbance.input_set.lower.0", HAIR_LESS, "input_set: row 0"),
         ("disturbance.state_set.rows.0.0", lambda v: float(np.nextafter(v, 9)), "the same rows"),
         ("disturbance.state_set.dimension", 1, "dimensions of state and input"),
         ("disturbance.feedback", [[1.0]], "a column for each state"),
         ("disturbance.set.centre", ["0"], "an entry for each state"),
     ],
+    "example1": [("disturbance", lambda of: of | HOURS, "too many powers")],
     "noisy cart": [
         ("disturbance.noise.generators.1.1", hair, WITH_NOISE),
         ("disturbance.noise.centre.0", "-1/100", WITH_NOISE),
-        ("disturbance.set.generators.0.1", hair, WITH_NOISE),
         ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
-        ("disturbance.state_set.lower.1", HAIR_LESS, ROOM),
         ("disturbance.noise.centre", ["0"], WITH_NOISE),
     ],
-    "triangle": [("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1")],
+    "three states": [("disturbance.state_set.upper.0", HAIR_LESS, ROOM)],
+    "triangle": [
+        ("disturbance.state_set.upper.0", HAIR_LESS, ROOM),
+        ("disturbance.set.vertices.2.1", "-1", "W is not inside of P: coordinate 1"),
+    ],
     "two pushers": [("disturbance.input_set.upper.0", times(0.999))],
     "moving bounds, a window": [
         (UPPER + ".breakpoints.1", 1.4),
@@ -258,11 +256,9 @@ UNREADABLE: Rows = {
         ("reference.plant.system.sampling_time", 0.0),
         ("reference.plant.state_set.lower", [-2.0, -2.0]),
         ("reference.plant.state_set.dimension", 0),
-        ("reference.plant.state_set.dimension", 1.0),
         ("attainable", [{"row": [1.0], "lower": -1.0, "upper": 1.0}]),
         ("claim", {"kind": "for_ever"}),
         ("claim", {"kind": "instants", "last_step": 1.5}),
-        ("claim", {"kind": "instants", "last_step": -1}),
         ("claim.terms", 0),
         ("claim.covers.", {"ends": [0.0, 1.0], "radii": [1.0]}),
         ("evaluation.errors.state", 0.0),

@@ -78,7 +78,7 @@ def test_nothing_false_is_ever_claimed(seeds, draw, least):
     assert min(said[Certificate], said[Counterexample]) >= least
 
 
-@pytest.mark.parametrize("seed", range(5000, 5012))
+@pytest.mark.parametrize("seed", range(5000, 5006))
 def test_a_margin_of_a_millionth_is_enough_and_a_millionth_too_much_is_refuted(seed):
     for margin in (1e-6, -1e-6):
         chosen = case(seed, margin=margin)

@@ -55,12 +55,15 @@ def tightened(loose: Reference, end: float) -> Reference:
         values = [float(naive.exactly(loose, quantity.name, t)) for t in naive.extremes(loose, quantity.name, 0.0, end)]
         low, high = min([*values, rest - 0.02]), max([*values, rest + 0.02])
         bounds.append((low - 1e-3 * (high - low), high + 1e-3 * (high - low)))
-    plant, (lower, upper), n = loose.plant, np.array(bounds).T, len(loose.plant.state_set.rows)
-    sets = {
-        "state_set": Polytope(plant.state_set.rows, lower[:n], upper[:n]),
-        "input_set": Polytope(plant.input_set.rows, lower[n:], upper[n:]),
-    }
-    return Reference(loose.signals, replace(plant, **sets))
+    return with_bounds(loose, *np.transpose(bounds))
+
+
+def with_bounds(reference: Reference, lower: np.ndarray, upper: np.ndarray) -> Reference:
+    """Return a reference with other bounds of its states and inputs, in the order of the rows of both sets."""
+    plant, n = reference.plant, len(reference.plant.state_set.rows)
+    X = Polytope(plant.state_set.rows, lower[:n], upper[:n])
+    U = Polytope(plant.input_set.rows, lower[n:], upper[n:])
+    return replace(reference, plant=replace(plant, state_set=X, input_set=U))
 
 
 VALID = {

@@ -1,4 +1,4 @@
-"""Certificates of nonlinear systems: found, checked, learned."""
+"""Certificates of nonlinear systems: found and checked."""
 
 from dataclasses import replace
 from functools import partial
@@ -18,15 +18,9 @@ from tests.trackably.certificates.nonlinear.instances import (
 )
 from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, as_formulas, exactly, moving
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
 from trackably.checker import Proved, check
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
-from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
@@ -126,26 +120,3 @@ def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_verdict(room):
     else:
         assert first.quantity == second.quantity
         assert first.violation == pytest.approx(second.violation, abs=1e-9)
-
-
-# ---- learning
-
-
-@pytest.mark.parametrize("name", ["tank", "reactor"])
-def test_a_reference_is_learned_with_its_proof(name):
-    """Input bounds that the samples themselves would break."""
-    moved, rest = moving(INSTANCES[name], seed=5), INSTANCES[name].rest
-    times, rng = np.linspace(0.0, 3.0, 12), np.random.default_rng(0)
-    data = tuple(Samples(times, values + 0.02 * rng.standard_normal(12)) for values in moved.state_at(times).T)
-    at_rest = [q.at_rest(rest) for q in moved.plant.flatness.inputs]
-    reached = np.abs(moved.input_at(np.linspace(0, 3, 300)) - at_rest).max(0)
-    plant = replace(moved.plant, input_set=Polytope.box(at_rest - 0.6 * reached, at_rest + 0.6 * reached))
-    priors = tuple(Prior(SquaredExponential(0.3, 0.7).as_learned(), 0.02, level) for level in rest)
-    prior = JointPrior(priors, INSTANCES[name].states if len(rest) > 1 else ("",))
-    found = learn_certified(data, prior, plant, SearchSpace.around(data, prior, starts=2))
-    assert isinstance(found, Certified), found.explanation
-    k = np.arange(200.0)
-    x, u = found.reference.state(k), found.reference.input(k)
-    assert plant.state_set.margin(x).min() > 0
-    assert 0 < plant.input_set.margin(u).min() < 0.05
-    np.testing.assert_allclose(plant.system.successor(x[:-1], u[:-1]), x[1:], atol=1e-12)

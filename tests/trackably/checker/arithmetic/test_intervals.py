@@ -2,9 +2,7 @@
 
 import random
 
-import pytest
 from mpmath import mp
-from mpmath.ctx_iv import MPIntervalContext
 
 from tests.trackably.checker.kernels.instances import checked
 from tests.trackably.gp.instances import KERNELS, formula, over
@@ -13,18 +11,6 @@ from trackably.checker.intervals import iv
 
 def _holds(interval, number) -> bool:
     return mp.mpf(interval.a._mpi_[0]) <= number <= mp.mpf(interval.b._mpi_[1])
-
-
-@pytest.mark.parametrize(
-    "number", [0, 1, -3, 10**60, True, 0.1, -0.0, 5e-324, -1.5e308, float("inf"), float("nan")], ids=repr
-)
-def test_remembered_numbers_are_those_of_mpmath(number):
-    """When they are met and when they are met again, beside others."""
-    own = MPIntervalContext()
-    own.prec = iv.prec
-    for _ in range(2):
-        assert iv.convert(number)._mpi_ == own.convert(number)._mpi_
-        assert iv.convert(number + 0.5)._mpi_ == own.convert(number + 0.5)._mpi_
 
 
 @over(KERNELS)

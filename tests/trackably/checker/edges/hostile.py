@@ -1,7 +1,11 @@
 """Small files that take a checker long, or deep."""
 
 import copy
+from collections.abc import Callable, Sequence
 from functools import cache, reduce
+from typing import TypeVar
+
+import numpy as np
 
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import proved
@@ -36,38 +40,39 @@ def instants(steps: int) -> dict:
 
 
 def deep(depth: int) -> dict:
-    term: object = "level"
-    for _ in range(depth):
-        term = ["+", term, 1e-9]
-    return with_law(["+", term, ["*", 0.05, "inflow"]])
+    return with_law(["+", reduce(added, [1e-9] * depth, "level"), ["*", 0.05, "inflow"]])
+
+
+T = TypeVar("T")
+
+
+def balanced(terms: Sequence[T], join: Callable[[T, T], T]) -> T:
+    """Join all terms by twos, so that what comes out is not deep."""
+    while len(terms) > 1:
+        pairs = (terms[i : i + 2] for i in range(0, len(terms), 2))
+        terms = [join(*pair) if len(pair) > 1 else pair[0] for pair in pairs]
+    return terms[0]
+
+
+def added(left: object, right: object) -> object:
+    return ["+", left, right]
 
 
 def long(parts: int) -> dict:
-    """A balanced sum, so that it is not deep."""
     terms: list[object] = [["*", 1e-9, "level"]] * parts
-    while len(terms) > 1:
-        terms = [["+", *terms[i : i + 2]] if i + 1 < len(terms) else terms[i] for i in range(0, len(terms), 2)]
-    return with_law(["+", "level", ["+", ["*", 0.05, "inflow"], terms[0]]])
+    return with_law(["+", "level", ["+", ["*", 0.05, "inflow"], balanced(terms, added)]])
 
 
 def chain(states: int) -> dict:
     """Each input is in all later equations too: solved one by one, written out they double with each state."""
     data = copy.deepcopy(tank())
-    system, plant = data["reference"]["plant"]["system"], data["reference"]["plant"]
-    names = [f"x{i}" for i in range(states)]
-    inputs = [f"u{i}" for i in range(states)]
-    system |= {"states": names, "inputs": inputs}
-    system["f"] = [reduce(lambda law, name: ["+", law, name], inputs[: i + 1], names[i]) for i in range(states)]
+    plant, names, inputs = data["reference"]["plant"], *([f"{of}{i}" for i in range(states)] for of in "xu")
+    laws = [reduce(added, inputs[: i + 1], names[i]) for i in range(states)]
+    plant["system"] |= {"states": names, "inputs": inputs, "f": laws}
     data["reference"]["signals"] *= states
-    for side, of in (("state_set", names), ("input_set", inputs)):
-        row = plant[side]
-        plant[side] = {
-            "rows": [[float(i == k) for k in range(states)] for i in range(states)],
-            "lower": row["lower"] * states,
-            "upper": row["upper"] * states,
-            "dimension": states,
-        }
+    for side, known, of in (("state_set", "level", names), ("input_set", "inflow", inputs)):
+        ends = {end: plant[side][end] * states for end in ("lower", "upper")}
+        plant[side] = {"rows": np.eye(states).tolist(), **ends, "dimension": states}
         for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
-            first = held.pop({"state_set": "level", "input_set": "inflow"}[side])
-            held.update(dict.fromkeys(of, first))
+            held.update(dict.fromkeys(of, held.pop(known)))
     return data

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.trackably.checker.edges import hostile
-from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.edges.test_counterexamples import counterexample
 from tests.trackably.checker.instances import scalar_certificate
 from trackably.__main__ import main as library
 from trackably.checker.__main__ import INTERRUPTED, PROVED, REFUTED, UNDECIDED, UNUSABLE, main
@@ -31,7 +31,7 @@ COMMANDS = {
 
 @pytest.fixture
 def files(tmp_path: Path) -> dict[str, Path]:
-    contents = {"proved": scalar_certificate(), "refuted": by_claim()["all_times"], "long": LONG}
+    contents = {"proved": scalar_certificate(), "refuted": counterexample("all_times"), "long": LONG}
     for name, data in contents.items():
         (tmp_path / name).write_text(json.dumps(data))
     (tmp_path / "huge").write_bytes(b" " * (BYTES + 1))

@@ -1,17 +1,18 @@
 """Counterexamples as files: a time that is claimed, at which a bound is broken; the checker verifies both."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
+from tests.trackably.certificates.decoded import as_read
 from tests.trackably.certificates.nonlinear.instances import tight
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.changes import with_changes, without
 from tests.trackably.checker.redundant import learned
 from trackably import NotTrackableError
-from trackably.certificates.form import encode_counterexample
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
 from trackably.checker import Failed, Refuted, check
@@ -24,7 +25,7 @@ from trackably.systems.reference import Reference
 def refuted(found: Outcome) -> dict:
     """As it is read from a file."""
     assert isinstance(found, Counterexample), found.explanation
-    return json.loads(json.dumps(encode_counterexample(found), allow_nan=False))
+    return as_read(found)
 
 
 def narrowed(given: Reference, **bounds: Polytope) -> Reference:
@@ -34,32 +35,27 @@ def narrowed(given: Reference, **bounds: Polytope) -> Reference:
 BROKEN = narrowed(reference(SquaredExponential(1.0, 0.3)), state_set=Polytope.box([-0.3], [2.0]))
 
 
+PERIODIC = narrowed(reference(Periodic(1.0, 1.0, 0.73)), state_set=Polytope.box([-0.1], [2.0]))
+FOUND: dict[str, Callable[[], Outcome]] = {
+    "all_times": lambda: prove(BROKEN),
+    "window": lambda: prove_on_window(BROKEN, -0.3, 1.3),
+    "instants": lambda: prove_at_instants(BROKEN),
+    "all_phases": lambda: prove(PERIODIC),
+    "instants of a periodic kernel": lambda: prove_at_instants(PERIODIC),
+    "redundant inputs": lambda: prove(narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))),
+    "nonlinear": lambda: prove(tight("tank", room=-1e-3)),
+}
+"""One of each claim, of redundant inputs and of a nonlinear system."""
+
+
 @cache
-def by_claim() -> dict[str, dict]:
-    """One of each claim, of redundant inputs and of a nonlinear system."""
-    periodic = narrowed(reference(Periodic(1.0, 1.0, 0.73)), state_set=Polytope.box([-0.1], [2.0]))
-    few = narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))
-    found = {
-        "all_times": prove(BROKEN),
-        "window": prove_on_window(BROKEN, -0.3, 1.3),
-        "instants": prove_at_instants(BROKEN),
-        "all_phases": prove(periodic),
-        "instants of a periodic kernel": prove_at_instants(periodic),
-        "redundant inputs": prove(few),
-        "nonlinear": prove(tight("tank", room=-1e-3)),
-    }
-    return {name: refuted(outcome) for name, outcome in found.items()}
-
-
-KINDS = (  # without `by_claim`, which takes a second
-    *("all_times", "window", "instants", "all_phases", "instants of a periodic kernel"),
-    *("redundant inputs", "nonlinear"),
-)
+def counterexample(kind: str) -> dict:
+    return refuted(FOUND[kind]())
 
 
 def test_redundant_inputs_are_judged_by_what_the_set_demands_not_by_the_rows_of_the_file() -> None:
     """Narrower rows prove nothing."""
-    data = by_claim()["redundant inputs"]
+    data = counterexample("redundant inputs")
     narrow = {**data, "attainable": [{**row, "lower": -1e-3, "upper": 1e-3} for row in data["attainable"]]}
     ends = {"reference.plant.input_set.lower": [-9.0, -9.0], "reference.plant.input_set.upper": [9.0, 9.0]}
     assert isinstance(check(narrow), Refuted)

@@ -14,7 +14,7 @@ from tests.project import ROOT
 from tests.trackably.certificates.decoded import decode_certificate
 from tests.trackably.certificates.test_prove import reference
 from tests.trackably.checker.changes import changed
-from tests.trackably.checker.edges.test_counterexamples import by_claim
+from tests.trackably.checker.edges.test_counterexamples import FOUND, counterexample
 from tests.trackably.checker.files import file_of
 from tests.trackably.checker.naive_fingerprint import fingerprint
 from tests.trackably.checker.redundant import learned
@@ -88,7 +88,7 @@ def test_every_number_of_the_reference_counts_and_nothing_else_does(path: str, c
 def test_where_the_fingerprint_stays_so_do_states_and_inputs() -> None:
     """Once all trajectories divided by ten had the same fingerprint, as weights are not unique."""
     counts: dict[str, Counts] = {}
-    known = [Base("", file_of(kind), bool) for kind in (*KINDS, *(f"counterexample, {kind}" for kind in by_claim()))]
+    known = [Base("", file_of(kind), bool) for kind in (*KINDS, *(f"counterexample, {kind}" for kind in FOUND))]
     for number in range(30):
         attack_fingerprint(counts, known, 5, number)
     assert counts["fingerprints"].false == []
@@ -96,7 +96,7 @@ def test_where_the_fingerprint_stays_so_do_states_and_inputs() -> None:
 
 
 def test_a_certificate_and_a_counterexample_of_one_reference_have_one_fingerprint() -> None:
-    assert sha(check(by_claim()["all_times"]).statement) == sha(said(file_of("scalar")))
+    assert sha(check(counterexample("all_times")).statement) == sha(said(file_of("scalar")))
 
 
 def test_every_formula_of_a_flat_form_counts() -> None:
@@ -109,7 +109,7 @@ def test_an_answer_says_which_arithmetic_it_trusted(monkeypatch: pytest.MonkeyPa
     exact = "This was checked in exact arithmetic:"
     assert "trusts IEEE arithmetic and NumPy's exp" in check(file_of("scalar")).statement
     assert exact in check(file_of("scalar"), exact=True).statement
-    for data in (file_of("rest"), by_claim()["all_times"]):  # whole numbers alone, and a single time
+    for data in (file_of("rest"), counterexample("all_times")):  # whole numbers alone, and a single time
         assert exact in check(data).statement
     monkeypatch.setattr(boxes, "FIRST_PASS", replace(boxes.FIRST_PASS, is_sound=lambda: False))  # no subnormal numbers
     assert exact in said(file_of("scalar"))
@@ -129,7 +129,7 @@ def test_a_negative_base_is_in_parentheses() -> None:
 @pytest.mark.parametrize(("upper", "wanted"), [(1e3, checker.Failed), (1e-3, Refuted)])
 def test_what_a_counterexample_breaks_is_broken_by_as_much_as_it_says(upper: float, wanted: type) -> None:
     """Once a row that is kept was said to be broken, where another row of the same inputs is."""
-    data = by_claim()["all_times"]
+    data = counterexample("all_times")
     value = float(reference(SquaredExponential(1.0, 0.3)).input_at(np.asarray(data["at"]["time"]))[0])
     assert value < -0.07
     rows = {"rows": [[1.0], [-1.0]], "lower": [-0.01, -1e3], "upper": [9.0, upper], "dimension": 1}

@@ -1,18 +1,18 @@
 """Certificates of polynomial pieces whose bounds are next to their extremes, one of each claim."""
 
-import json
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from tests.splines.draws import from_scipy
 from tests.splines.naive import extremes
+from tests.trackably.certificates.decoded import as_read
+from tests.trackably.checker.tight import with_bounds
 from tests.trackably.plants import AXIS
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove, prove_on_window
 from trackably.given.conversion import interpolate
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 WINDOW = (0.25, 2.75)
@@ -24,12 +24,8 @@ def reference(beyond: str) -> Reference:
     spline = interpolate([0.0, 1.0, 2.0, 3.0], [-0.5, -0.25, -0.75, -0.5], "cubic", beyond)
     free = Reference((from_scipy(spline, beyond),), AXIS)
     ends = [extremes(q.functional, free.pieces, *map(Fraction, times(beyond))) for q in free.quantities]
-    low, high = (
-        [float(ball) + sign * ROOM for ball in side]
-        for side, sign in zip(zip(*ends, strict=True), (-1, 1), strict=True)
-    )
-    state, force = Polytope.box(low[:2], high[:2]), Polytope.box(low[2:], high[2:])
-    return Reference(free.signals, replace(AXIS, state_set=state, input_set=force))
+    low, high = np.array(ends, dtype=float).T
+    return with_bounds(free, low - ROOM, high + ROOM)
 
 
 def times(beyond: str) -> tuple[float, float]:
@@ -39,5 +35,4 @@ def times(beyond: str) -> tuple[float, float]:
 def certificate(beyond: str) -> dict[str, Any]:
     found = prove_on_window(reference("end"), *WINDOW) if beyond == "end" else prove(reference(beyond))
     assert isinstance(found, Certificate)
-    data: dict[str, Any] = json.loads(json.dumps(encode_certificate(found)))
-    return data
+    return as_read(found)

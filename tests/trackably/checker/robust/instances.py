@@ -1,13 +1,12 @@
 """Certificates of robust references: of a scalar system, of a pushed cart, of a hull of disturbances."""
 
-import json
 from dataclasses import replace
 from functools import cache
 
+from tests.trackably.certificates.decoded import as_read
 from tests.trackably.control.tube.instances import LOOPS as PLAIN
 from tests.trackably.control.tube.instances import STEPS
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.systems.disturbances import Zonotope
 
@@ -26,4 +25,4 @@ def robust_certificate(kind: str) -> Certificate:
 
 def robust_data(kind: str) -> dict:
     """A file's content of its own."""
-    return json.loads(json.dumps(encode_certificate(robust_certificate(kind))))
+    return as_read(robust_certificate(kind))

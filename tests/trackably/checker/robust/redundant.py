@@ -1,12 +1,10 @@
 """A cart that two inputs push alike, under disturbance."""
 
-import json
-
 import numpy as np
 
+from tests.trackably.certificates.decoded import as_read
 from tests.trackably.systems.disturbance.instances import CART
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove_on_window
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -25,4 +23,4 @@ def two_pushers() -> dict:
     signal = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.array([0.0, 2.0]), np.array([0.2, -0.3]))
     found = prove_on_window(Reference((signal,), drawn.plant), 0.0, 3.0)
     assert isinstance(found, Certificate)
-    return json.loads(json.dumps(encode_certificate(found.with_robust(drawn))))
+    return as_read(found.with_robust(drawn))
