@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS, CART, KERNEL, MOVED, SAMPLES, TIMES
-from tests.trackably.saved import assert_comes_back
 from trackably import (
     DoubtfulInputWarning,
     Periodic,
@@ -47,10 +46,6 @@ def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis):
     np.testing.assert_allclose(axis.input_std(0.31 / step), expected[2:], rtol=1e-2)
 
 
-def test_what_is_saved_comes_back(axis, tmp_path):
-    assert_comes_back(axis, tmp_path)
-
-
 def test_the_certificate_stands_alone(axis, tmp_path):
     (file,) = axis.save_certificate(tmp_path / "proof.json")
     assert isinstance(check(file), Proved)
@@ -86,11 +81,6 @@ def test_two_periodic_signals_swing_about_their_means_with_one_period():
     assert "proved for all real t:" in found.explanation
     k = np.arange(5000)
     assert np.min(CART.input_set.margin(found.input(k))) >= 0
-    last = int(found.certificate.last_time / found.reference.plant.sampling_time)
-    assert found.window(last - 6, 5).states.shape == (6, 2)
-    for refused in (last + 1, -last - 1, np.array([0, 10**16])):  # whole periods have to be counted in float64
-        with pytest.raises(ValueError, match=r"^step -?\S+ \(\S+ s\) is further from zero than \S+ s, up to which"):
-            found.input(refused)
 
 
 def test_known_and_bounded_hyperparameters_stay_and_those_at_an_end_of_their_interval_are_asked_about():
