@@ -6,35 +6,18 @@ import numpy as np
 import pytest
 
 from tests.trackably.gp import naive
-from tests.trackably.gp.instances import over
-from tests.trackably.learning.joint.instances import ALL, Case, solved
-from trackably.learning.joint.constrained_mean import constrained_mean
-from trackably.learning.joint.places import Places
+from tests.trackably.learning.joint.instances import ALL, solved
 from trackably.learning.joint.search import JointProgram
 from trackably.learning.nonlinear import Program
 
 
-def program(case: Case, places: Places) -> JointProgram:
-    return JointProgram(case.problem, places, case.posterior.signals)
-
-
 @pytest.mark.parametrize("name", ALL)
 def test_is_the_slope(name):
-    case, joint = ALL[name], program(ALL[name], solved(name).places)
+    case = ALL[name]
+    joint = JointProgram(case.problem, solved(name).places, case.posterior.signals)
     found = joint.evaluate(case.prior.log_hyperparameters)
     slopes = naive.by_log_hyperparameters(lambda at: joint.evaluate(at.log_hyperparameters).value, case.prior)
     np.testing.assert_allclose(found.gradient, slopes, atol=2e-6 * np.max(np.abs(slopes)))
-
-
-@over(ALL, "case")
-def test_the_value_is_likelihood_and_price(case):
-    times = case.times[::13]
-    places = (np.column_stack([times, np.ones(len(times))]),) * len(case.plant.quantities)
-    found = program(case, places).evaluate(case.prior.log_hyperparameters)
-    price = constrained_mean(case.problem, case.posterior, places).price
-    likelihood, _ = case.posterior.negative_log_marginal_likelihood()
-    assert found.value == pytest.approx(likelihood + price, rel=1e-12)
-    assert price >= 0 or case.required
 
 
 @pytest.mark.parametrize("name", ["drifts", "axis", "plane", "mixed", "one_lengthscale_for_both"])
