@@ -25,12 +25,3 @@ def test_two_sensors_at_each_time_are_asked_about_in_whatever_order_and_noise_is
         read(tmp_path / "a.csv", twice(rng.permuted(both, axis=1).ravel()), **how)
     alone = np.sin(np.arange(600) // 2 / 7) + 0.1 * rng.standard_normal(600)
     read(tmp_path / "a.csv", twice(alone), **how)
-
-
-def test_readers_warn_and_average_nevertheless(tmp_path):
-    lines = [f"{k},{float(np.sin(k / 5))!r}" for k in range(30)]
-    text = "\n".join(["t,x", *lines[:8], "7,9.0", *lines[8:]])
-    with pytest.warns(DoubtfulInputWarning, match=r"values of x at one time .*: 1, first in line 9"):
-        recording = read(tmp_path / "twice.csv", text, repairs=["average_repeated"])
-    assert recording["x"].values[7] == (np.sin(7 / 5) + 9.0) / 2
-    read(tmp_path / "twice.csv", text, repairs=["keep_last_of_repeated"])
