@@ -57,13 +57,3 @@ def test_a_rival_that_fails_is_a_row_that_says_so():
     row = table.measured(problem("example1"), rival)
     assert (row.answer, row.least) == ("infeasible", None)
     assert "there is no such curve" in table.page([row])
-
-
-def test_the_drive_cycle_has_the_length_and_the_speed_that_the_agency_gives():
-    rows = np.loadtxt(page.FOLDER / "data" / "udds.csv", delimiter=",", skiprows=1)
-    assert rows[:, 0].tolist() == list(range(1370))
-    assert rows[:, 1].max() == 56.7
-    assert rows[:, 1].sum() / 3600 == pytest.approx(7.45, abs=0.005)
-    (samples,) = problem("drive-cycle").task.samples
-    assert samples.values[1:3] == pytest.approx(np.array([1.0, 4.3]) * 0.44704)
-    assert samples.values[-1] == 0.0
