@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from tests.trackably.gp import naive
-from tests.trackably.learning.joint.instances import ALL, solved
+from tests.trackably.gp.instances import over
+from tests.trackably.learning.joint.instances import ALL, Case, solved
+from tests.trackably.systems.nonlinear_instances import INSTANCES
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
+from trackably.learning.index_set import Steps
 from trackably.learning.joint.search import JointProgram
 from trackably.learning.nonlinear import Program
 
@@ -20,10 +27,20 @@ def test_is_the_slope(name):
     np.testing.assert_allclose(found.gradient, slopes, atol=2e-6 * np.max(np.abs(slopes)))
 
 
-@pytest.mark.parametrize("name", ["drifts", "axis", "plane", "mixed", "one_lengthscale_for_both"])
-def test_slopes_of_bounds_of_the_posterior_mean(name):
-    """Rows that look at both signals, and at one; hyperparameters of their own, and shared ones."""
-    case = ALL[name]
+def nonlinear(name: str) -> Case:
+    plant, rng = INSTANCES[name].plant, np.random.default_rng(2)
+    samples = tuple(Samples(np.linspace(0, 2, 8), 0.7 + 0.1 * rng.standard_normal(8)) for _ in plant.system.states)
+    parts = tuple(Prior(SquaredExponential(0.3, 0.6), 0.1, 0.7).as_learned() for _ in samples)
+    return Case(samples, JointPrior(parts, plant.system.states), plant, Steps(2, 36, 0.05))
+
+
+SEVERAL = {name: ALL[name] for name in ("drifts", "axis", "plane", "mixed", "one_lengthscale_for_both")}
+SEVERAL |= {name: nonlinear(name) for name in ("tank", "reactor", "vehicle")}
+
+
+@over(SEVERAL, "case")
+def test_slopes_of_bounds_of_the_posterior_mean(case):
+    """Rows that look at both signals, and at one; hyperparameters of their own, and shared ones; formulas."""
     problem, times = case.problem, tuple(case.times[k :: 20 + k] for k, _ in enumerate(case.plant.quantities))
     problem = replace(problem, constraints=tuple(replace(c, backoff=0.01) for c in problem.constraints))
     nonlinear = Program(problem, times)
