@@ -96,10 +96,7 @@ def elementary(kind, **more):
 
 PERIODIC = elementary("periodic", period=1.7)
 KERNELS = {
-    "squared exponential": elementary("squared_exponential"),
     "periodic": PERIODIC,
-    "Matérn 3/2": elementary("matern32"),
-    "Matérn 5/2": elementary("matern52"),
     "a sum": {"type": "sum", "left": elementary("matern52"), "right": elementary("squared_exponential")},
     "a product": {"type": "product", "left": PERIODIC, "right": elementary("matern32")},
 }
