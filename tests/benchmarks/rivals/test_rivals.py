@@ -5,7 +5,6 @@ from benchmarks.rivals import page, table
 from benchmarks.rivals.adapters import fine_grid
 from benchmarks.rivals.adapters.rows import Grid, evenly
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import NotFound, Promise, Rival
 from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.problems import problem
 from benchmarks.rivals.table import objective_of
@@ -50,10 +49,3 @@ def test_a_rival_does_what_its_committed_row_says(rival):
     for name, rounding in {"objective": 0.0, "J": 0.0, "misfit": 0.0, "least": 1e-5}.items():
         found, wanted = getattr(row, name), getattr(said, name)
         assert found == wanted if wanted is None else found == pytest.approx(wanted, rel=0.01, abs=rounding), name
-
-
-def test_a_rival_that_fails_is_a_row_that_says_so():
-    rival = Rival("z", "nobody", Promise("", "nowhere"), lambda _: NotFound("infeasible", "there is no such curve"))
-    row = table.measured(problem("example1"), rival)
-    assert (row.answer, row.least) == ("infeasible", None)
-    assert "there is no such curve" in table.page([row])
