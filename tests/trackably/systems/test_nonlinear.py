@@ -3,18 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp import naive
 from tests.trackably.systems.nonlinear_instances import INSTANCES, T_S, moving
-from trackably.checker.certificate import Window
 from trackably.checker.formulas import Name
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
-from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import RealTimes
-from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.space import SearchSpace
 from trackably.systems.nonlinear import NonlinearSystem
 
 
@@ -23,8 +13,6 @@ def test_states_and_inputs_of_other_sizes_are_refused(states, inputs):
     """Once a state too many was taken for an input that was missing."""
     with pytest.raises(ValueError, match="zip"):
         INSTANCES["reactor"].system.successor(np.ones(states), np.ones(inputs))
-
-
 
 
 def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():
