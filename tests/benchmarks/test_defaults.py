@@ -13,7 +13,7 @@ RECORDINGS = {
     "axis": axis,
     "drive cycle": hill,
 }
-EVERY = [*(("made up", kernel) for kernel in KERNELS), *((name, "Matérn 5/2") for name in [*RECORDINGS][1:])]
+EVERY = [("made up", "squared exponential"), *((name, "Matérn 5/2") for name in RECORDINGS)]
 
 
 @cache

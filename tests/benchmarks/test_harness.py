@@ -1,11 +1,8 @@
 """A comparison that fails is a row that says so, and what was measured before it is not lost."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from benchmarks import __main__ as command
 from benchmarks import report
 from benchmarks.harness import Disagreement, Row, agree, duel, no_worse
 
@@ -36,15 +33,6 @@ def test_a_rival_that_fails_or_disagrees_is_a_row_that_says_so(options, sentence
     table = report.table([row, compared()], {})
     assert f"**failed**; {sentence}" in table
     assert f"- topic, problem, beside rival: {sentence}" in table
-
-
-def test_what_cannot_go_on_is_a_row_after_those_that_were_measured(monkeypatch):
-    def rows():
-        yield compared()
-        raise ValueError("no such file")
-
-    monkeypatch.setattr(command, "import_module", lambda _: SimpleNamespace(rows=rows))
-    assert [row.failure for row in command.measured("mine")] == ["", "ValueError: no such file"]
 
 
 def test_a_rival_may_end_at_something_worse_but_not_at_something_better_or_at_nothing():

@@ -56,14 +56,13 @@ def test_what_is_added_to_the_disturbance_holds_all_differences(seed):
         A, B, c = (of[:1] + np.linspace(-1, 2, q).reshape(-1, *[1] * (of.ndim - 1)) * of[-1:] for of in (A, B, c))
     low, high = -draw.uniform(0.1, 2, n + m), draw.uniform(0.1, 2, n + m)
     nominal = LinearSystem(*(of.mean(axis=0) + draw.normal(size=of.shape[1:]) for of in (A, B, c)), sampling_time=1.0)
-    sets = Polytope.box(low[:n], high[:n]), Polytope.box(low[n:], high[n:])
-    plant, nothing = ConstrainedSystem(nominal, *sets), Zonotope(np.zeros(n))
-    D = ModelError.of(list(zip(A, B, c, strict=True))).added_to(nothing, plant)
+    (x_low, u_low), (x_high, u_high) = np.split(low, [n]), np.split(high, [n])
+    plant = ConstrainedSystem(nominal, Polytope.box(x_low, x_high), Polytope.box(u_low, u_high))
+    D = ModelError.of(list(zip(A, B, c, strict=True))).added_to(Zonotope(np.zeros(n)), plant)
     rows = draw.normal(size=(40, n))
-    for _ in range(40):
-        hull, z = draw.dirichlet(np.ones(q)), np.where(draw.random(n + m) < 0.5, low, high)
-        matrices = [np.tensordot(hull, of, 1) for of in (A, B, c)]
-        d = matrices[0] @ z[:n] + matrices[1] @ z[n:] + matrices[2] - nominal.successor(z[:n], z[n:])
+    for hull in draw.dirichlet(np.ones(q), 40):
+        x, u = np.split(np.where(draw.random(n + m) < 0.5, low, high), [n])
+        d = hull @ (A @ x + B @ u + c) - nominal.successor(x, u)
         assert np.all(rows @ d <= D.support(rows) + 1e-9)
 
 

@@ -2,7 +2,6 @@
 
 import io
 import re
-import subprocess
 import sys
 
 import numpy as np
@@ -51,13 +50,3 @@ def test_an_interrupt_ends_it_at_once():
     assert len(heard) == 5
     done("fit")
     assert len(heard) == 5  # nobody watches any more
-
-
-def test_the_command_line_says_how_far_a_long_check_is(tmp_path):
-    learned().save_certificate(tmp_path / "proof.json")
-    soon = "from trackably import progress; progress._EVERY = 0"
-    run = "import runpy, sys; runpy.run_module('trackably', run_name='__main__')"
-    command = [sys.executable, "-c", f"{soon}; {run}", "check", str(tmp_path / "proof.json")]
-    found = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert found.stdout.startswith("For all real t")
-    assert re.search(r"^checked \d+ of \d+ \[0 s\]$", found.stderr, re.MULTILINE)

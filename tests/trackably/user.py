@@ -140,7 +140,6 @@ except NotTrackableError as error:
         assert_type(error.outcome.missing, float)
     if isinstance(error.outcome, InfeasibleTightening):
         assert_type(error.outcome.tightening.margin, float)
-learn_reference({"position": recording.samples("position")}, plant, {"position": kernel}, (0.0, 10.0), starts=3)
 pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
 learn_reference(Samples([0], [0]), plant, kernel, (0, 9), at={6.0: "rest"}, disturbance=cut, measurement_noise=pushed)
 assert_type(learn_stream(Samples([0], [0]), plant, kernel, "all_times", window=20.0), StreamReference)

@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.rivals.adapters import governor
 from benchmarks.rivals.adapters.truncated import Truncated, conditioned, hats
-from benchmarks.rivals.problems import problem
 from trackably.gp.bounded import least_norm
 from trackably.gp.kernels.matern import Matern52
 
@@ -38,12 +36,3 @@ def test_mode_and_mean_of_the_toy_problem_are_those_of_other_methods():
     of = toy(26)
     assert of.mode() == pytest.approx(of.mean + of.root @ least_norm(*walls(of)), abs=1e-4)
     assert toy(5).average(4000) == pytest.approx(by_rejection(toy(5), 200_000), abs=0.01)
-
-
-def test_a_governor_follows_the_system_and_holds_the_command_back():
-    of = problem("example1")
-    answer = governor.solve(of)
-    assert "held back at 0 " not in answer.says
-    plant, steps = of.task.plant.linear, np.arange(301) * of.task.plant.sampling_time
-    x, u = (signal(steps)[:, None] for signal in answer.curve.reference.signals)
-    assert x[1:] == pytest.approx(x[:-1] @ plant.A.T + u[:-1] @ plant.B.T)

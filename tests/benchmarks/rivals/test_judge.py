@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from benchmarks.rivals.curves import stepping
 from benchmarks.rivals.judge import Curve, tracing
-from benchmarks.rivals.problems import problem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
@@ -32,14 +30,3 @@ def test_the_largest_violation_is_enclosed_and_named_and_is_what_dense_times_sho
     assert 0.1 / (high - low) - 1e-12 <= found.most <= found.least * (1 + 1e-3) + 1e-6
     assert (found.quantity, of(found.time)) == ("x", pytest.approx(seen, abs=1e-4))
     assert bounded(of, low, seen + 0.1).violation((0.0, float(ends[-1]))).most == 0.0
-
-
-def test_a_sequence_is_broken_by_what_its_worst_step_breaks():
-    of = problem("example1")
-    plant, states, inputs = of.task.plant, np.zeros((301, 1)), np.zeros((300, 1))
-    assert stepping(states, inputs, of).violation(of.window).most == 0.0
-    states[70] = plant.state_set.upper + 0.1
-    broken = stepping(states, inputs, of).violation(of.window)
-    assert broken.least == pytest.approx(0.1 / (plant.state_set.upper - plant.state_set.lower).item(), rel=1e-6)
-    assert broken.least <= broken.most
-    assert (broken.quantity, broken.time) == ("state", pytest.approx(0.7))

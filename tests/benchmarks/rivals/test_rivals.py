@@ -5,7 +5,6 @@ from benchmarks.rivals import page, table
 from benchmarks.rivals.adapters import fine_grid
 from benchmarks.rivals.adapters.rows import Grid, evenly
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import NotFound, Promise, Rival
 from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.problems import problem
 from benchmarks.rivals.table import objective_of
@@ -50,20 +49,3 @@ def test_a_rival_does_what_its_committed_row_says(rival):
     for name, rounding in {"objective": 0.0, "J": 0.0, "misfit": 0.0, "least": 1e-5}.items():
         found, wanted = getattr(row, name), getattr(said, name)
         assert found == wanted if wanted is None else found == pytest.approx(wanted, rel=0.01, abs=rounding), name
-
-
-def test_a_rival_that_fails_is_a_row_that_says_so():
-    rival = Rival("z", "nobody", Promise("", "nowhere"), lambda _: NotFound("infeasible", "there is no such curve"))
-    row = table.measured(problem("example1"), rival)
-    assert (row.answer, row.least) == ("infeasible", None)
-    assert "there is no such curve" in table.page([row])
-
-
-def test_the_drive_cycle_has_the_length_and_the_speed_that_the_agency_gives():
-    rows = np.loadtxt(page.FOLDER / "data" / "udds.csv", delimiter=",", skiprows=1)
-    assert rows[:, 0].tolist() == list(range(1370))
-    assert rows[:, 1].max() == 56.7
-    assert rows[:, 1].sum() / 3600 == pytest.approx(7.45, abs=0.005)
-    (samples,) = problem("drive-cycle").task.samples
-    assert samples.values[1:3] == pytest.approx(np.array([1.0, 4.3]) * 0.44704)
-    assert samples.values[-1] == 0.0

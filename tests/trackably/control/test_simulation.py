@@ -66,13 +66,11 @@ def test_on_a_trackable_reference_every_step_has_a_plan_bounds_are_kept_and_the_
     assert np.max(np.abs(loop.errors[-1])) < (1e-4 if "robot" in name else 1e-9)
 
 
-@pytest.mark.parametrize(
-    ("horizon", "first_step", "fitting"), [(5, 0, 14), (5, 13, 1), (5, 14, 0), (5, 20, 0), (2, 1, 16)]
-)
-def test_beyond_the_end_of_a_reference_the_error_says_how_far_it_is_needed(horizon, first_step, fitting):
+@pytest.mark.parametrize(("first_step", "fitting"), [(0, 14), (13, 1), (14, 0)])
+def test_beyond_the_end_of_a_reference_the_error_says_how_far_it_is_needed(first_step, fitting):
     reference = certify(np.zeros(30), AXIS, (0.0, 1.0), interpolation="linear")  # steps 0 to 20
-    close = partial(simulate, Controller(AXIS, horizon), reference, [0, 0], first_step=first_step)
-    with pytest.raises(ValueError, match=rf"need the reference up to step {first_step + horizon + 51}: "):
+    close = partial(simulate, Controller(AXIS, 5), reference, [0, 0], first_step=first_step)
+    with pytest.raises(ValueError, match=rf"need the reference up to step {first_step + 56}: "):
         close(50)
     if fitting:
         assert len(close(fitting).inputs) == fitting

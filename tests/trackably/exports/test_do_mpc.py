@@ -25,23 +25,18 @@ def test_each_stage_holds_states_and_inputs_of_its_step(of: Any, kind: Any) -> N
     reference, model = of(), Model("discrete", "SX")
     plant, T = reference.reference.plant, reference.reference.plant.sampling_time
     x, _ = model.set_variable("_x", "x"), model.set_variable("_u", "u")
-    names = [f"{name}_ref" for name in plant.names]
-    for name in names:
-        model.set_variable("_tvp", name)
-    model.set_variable("_tvp", "both", (2, 1))
+    for name in plant.names:
+        model.set_variable("_tvp", f"{name}_ref")
     model.set_rhs("x", x)
     model.setup()
     user, stages = kind(model), HORIZON + 1 if kind is MPC else 1
     user.set_param(t_step=T, **{"n_horizon": HORIZON} if kind is MPC else {})
-    tvp, of_both = reference.to_do_mpc(user), reference.to_do_mpc(user, {"both": [*plant.names[1::-1]]})
+    tvp = reference.to_do_mpc(user)
     wanted = np.hstack([np.unwrap(reference.state(K), axis=0), reference.input(K)])
     for t_now in (0.0, np.array([180 * T]), sum([T] * 40), 60 * T):
         k = round(np.asarray(t_now).item() / T)
-        found, both = tvp(t_now), of_both(t_now)
+        found = tvp(t_now)
         for j in range(stages):
-            got = [
-                float(found["_tvp", j, f"{name}_ref"] if kind is MPC else found[f"{name}_ref"]) for name in plant.names
-            ]
+            stage = ("_tvp", j) if kind is MPC else ()
+            got = [float(found[(*stage, f"{name}_ref")]) for name in plant.names]
             np.testing.assert_allclose(got, wanted[k + j], atol=1e-9)
-            several = both["_tvp", j, "both"] if kind is MPC else both["both"]
-            np.testing.assert_allclose(several.full().ravel(), got[1::-1], atol=1e-12)

@@ -13,8 +13,8 @@ import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from tests.trackably.exports.references import EVERY, SWING, all_times, on_window
-from trackably import ConstrainedSystem, JointTrajectory, LinearSystem, certify, write_joint_trajectory
+from tests.trackably.exports.references import EVERY, all_times, on_window
+from trackably import JointTrajectory, write_joint_trajectory
 from trackably.arrays import Array
 
 FIRST, COUNT = 2, 9
@@ -67,13 +67,6 @@ def test_parquet_holds_units_and_the_statement(tmp_path: Path) -> None:
     assert table.schema.metadata[b"trackably"].decode() == on_window().certificate.explanation
     of_csv = pd.read_csv(on_window().to_csv(tmp_path / "r.csv", units=UNITS))
     pd.testing.assert_frame_equal(pd.read_parquet(path), of_csv, check_exact=True)
-
-
-def test_a_name_that_ends_as_a_unit_is_none(tmp_path: Path) -> None:
-    system = LinearSystem([[0.9]], [[0.5]], 0.1, states=["q[1]"], inputs=["u"])
-    plant = ConstrainedSystem(system, SWING.state_set, SWING.input_set)
-    found: Any = certify(np.zeros(9), plant, interpolation="linear")
-    assert pyarrow.parquet.read_schema(found.to_parquet(tmp_path / "r.parquet")).field(1).metadata is None
 
 
 def test_control_simulates_the_same_states() -> None:

@@ -54,8 +54,7 @@ def test_a_curve_that_jumps_is_refuted_where_it_does(B):
 
 def test_a_curve_that_repeats_keeps_its_period():
     """Any other period of the reference would drift away from the curve, and `off` would be a first period's only."""
-    chain = LinearSystem.discretised(np.eye(3, k=1), np.eye(3)[:, -1:], 0.01)
-    plant = Plant(chain, Polytope.box([-1e4] * 3, [1e4] * 3), Polytope.box([-1e9], [1e9]))
+    plant = Plant(AXIS.system, Polytope.box([-1e4, -1e4], [1e4, 1e4]), Polytope.box([-1e9], [1e9]))
     curve = CubicSpline(np.linspace(0, 0.123456, 5), [0, 1, 0, -1, 0], bc_type="periodic")
     assert certify(curve, plant).reference.pieces[0].period == 0.123456
 

@@ -38,10 +38,10 @@ def mean(prior: Prior, samples: Samples, t):
     return prior.mean + _covariance(prior, t, instants) @ S.T @ inverse @ residual
 
 
-def variance(prior: Prior, samples: Samples, t):
+def covariance(prior: Prior, samples: Samples, t):
     instants, S, inverse, *_ = _observed(prior, samples)
     cross = _covariance(prior, t, instants) @ S.T
-    return np.diag(_covariance(prior, t, t) - cross @ inverse @ cross.T)
+    return _covariance(prior, t, t) - cross @ inverse @ cross.T
 
 
 def negative_log_marginal_likelihood(prior: Prior, samples: Samples) -> float:

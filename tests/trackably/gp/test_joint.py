@@ -49,16 +49,13 @@ def test_names_tell_the_process_unless_they_are_shared():
 
 
 @over(PRIORS, "prior")
-def test_logarithms_make_a_round_trip(prior):
+def test_logarithms_move_what_is_learned_and_nothing_else(prior):
     steps = dict(zip(prior.learned, np.arange(1, len(prior.learned) + 1) / 7, strict=True))
     moved = prior.with_log_hyperparameters(prior.log_hyperparameters + np.array([*steps.values()]))
     expected = {name: value * math.exp(steps.get(name, 0)) for name, value in prior.hyperparameters.items()}
     assert moved.hyperparameters == pytest.approx(expected, rel=1e-14)
-    back = moved.with_log_hyperparameters(prior.log_hyperparameters)
-    assert back.hyperparameters == pytest.approx(prior.hyperparameters, rel=1e-14)
-    for other in (moved, back):
-        assert (other.learned, other.names, other.shared) == (prior.learned, prior.names, prior.shared)
-        assert [part.mean for part in other.parts] == [part.mean for part in prior.parts]
+    assert (moved.learned, moved.names, moved.shared) == (prior.learned, prior.names, prior.shared)
+    assert [part.mean for part in moved.parts] == [part.mean for part in prior.parts]
 
 
 @over(PRIORS, "prior")

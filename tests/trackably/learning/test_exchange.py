@@ -23,7 +23,7 @@ def assert_keeps_every_bound(case: Instance, solution) -> None:
     assert case.smallest_margin(solution.posterior) >= 0
 
 
-CASES = {f"wide {seed}": instance(seed) for seed in range(4)} | {f"tight {seed}": tight(seed) for seed in TIGHT_SEEDS}
+CASES = {f"wide {seed}": instance(seed) for seed in range(2)} | {f"tight {seed}": tight(seed) for seed in TIGHT_SEEDS}
 CASES["learned noise"] = replace(CASES["wide 0"], prior=replace(CASES["wide 0"].prior, noise_std=Learned(0.03)))
 
 
@@ -53,7 +53,7 @@ def test_tightening_step_by_step_ends_where_solving_at_once_does(seed):
     assert stepwise.objective == pytest.approx(best_solution(case.problem).objective, rel=1e-6, abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", [0, 3, 5])
+@pytest.mark.parametrize("seed", [0, 5])
 def test_an_admissible_equilibrium_is_enough_whatever_the_samples(seed):
     """Notes, section 5: as θ₁ → 0 the mean tends to the prior mean, so that a feasible point exists."""
     case = wild(seed)

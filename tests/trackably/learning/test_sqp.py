@@ -59,18 +59,6 @@ def test_known_minima_are_found_from_every_start(at, minimum, within, starts) ->
         assert found.at.violation < 1e-11
 
 
-def test_where_nothing_is_feasible_the_violation_is_least() -> None:
-    """y ≥ x² + 1 and y ≤ −1: the largest violation is smallest, 1, at (0, 0)."""
-
-    def at(x: Array) -> Evaluation:
-        slack = np.array([x[1] - x[0] ** 2 - 1, -1 - x[1]])
-        return Evaluation(0.0, np.zeros(2), slack, np.array([[-2 * x[0], 1.0], [0.0, -1.0]]))
-
-    found = minimise(at, np.array([3.0, 4.0]), *WIDE)
-    assert found.at.violation == pytest.approx(1, abs=1e-6)
-    assert found.x == pytest.approx([0, 0], abs=1e-2)
-
-
 def test_where_the_trust_region_collapses_nothing_has_converged() -> None:
     """Every model promises a lower value to the right of 0, and every value there is larger."""
     found = minimise(lambda x: unconstrained(float(np.abs(x).sum()), np.array([-1.0, -1.0])), np.zeros(2), *WIDE)

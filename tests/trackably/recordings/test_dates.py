@@ -90,5 +90,3 @@ def test_a_date_and_a_time_of_day_in_two_columns_are_one_stamp(tmp_path):
         read_csv(path, ("Date", "Time"), "ISO 8601", {"x": "x"})
     with pytest.raises(InputError, match=r'time=\("Date", "Time"\) joins a date and a time of day from two columns'):
         read_csv(path, "Time", "ISO 8601", {"x": "x"})
-    with pytest.raises(TypeError, match=r"time\[1\]: expected a text, got 3"):
-        read_csv(path, ("Date", 3), unit, {"x": "x"})

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.trackably.gp import naive
 from tests.trackably.plants import AXIS, CART, KERNEL, MOVED, SAMPLES, TIMES
-from tests.trackably.saved import assert_comes_back
 from trackably import (
     DoubtfulInputWarning,
     Periodic,
@@ -32,23 +32,13 @@ def test_the_system_follows_inside_its_sets(axis):
 
 
 def test_deviations_are_those_of_the_states_that_many_draws_would_have(axis):
-    """Against a dense covariance of z at all times that are looked at."""
-    kernel, noise = axis.prior.parts[0].kernel, axis.prior.parts[0].noise_std
-    step, (seen,) = 0.05, axis.samples
-    z = np.array([0.31, 0.31 + step, 0.31 + 2 * step])
-    at = np.concatenate([seen.times, seen.times + step])
-    half = np.hstack([np.eye(16), np.eye(16)]) / 2  # position = (z + z⁺)/2
-    gram = half @ kernel(at[:, None] - at) @ half.T + noise**2 * np.eye(16)
-    cross = kernel(z[:, None] - at) @ half.T
-    covariance = kernel(z[:, None] - z) - cross @ np.linalg.solve(gram, cross.T)
+    """Against the covariance of z at all times that are looked at; position = (z + z⁺)/2."""
+    step = 0.05
+    covariance = naive.covariance(axis.prior.parts[0], axis.samples[0], 0.31 + step * np.arange(3))
     rows = np.array([[0.5, 0.5, 0], [-1 / step, 1 / step, 0], [1 / step**2, -2 / step**2, 1 / step**2]])
     expected = np.sqrt(np.diag(rows @ covariance @ rows.T))
     np.testing.assert_allclose(axis.state_std(0.31 / step), expected[:2], rtol=1e-4)
     np.testing.assert_allclose(axis.input_std(0.31 / step), expected[2:], rtol=1e-2)
-
-
-def test_what_is_saved_comes_back(axis, tmp_path):
-    assert_comes_back(axis, tmp_path)
 
 
 def test_the_certificate_stands_alone(axis, tmp_path):
@@ -86,11 +76,6 @@ def test_two_periodic_signals_swing_about_their_means_with_one_period():
     assert "proved for all real t:" in found.explanation
     k = np.arange(5000)
     assert np.min(CART.input_set.margin(found.input(k))) >= 0
-    last = int(found.certificate.last_time / found.reference.plant.sampling_time)
-    assert found.window(last - 6, 5).states.shape == (6, 2)
-    for refused in (last + 1, -last - 1, np.array([0, 10**16])):  # whole periods have to be counted in float64
-        with pytest.raises(ValueError, match=r"^step -?\S+ \(\S+ s\) is further from zero than \S+ s, up to which"):
-            found.input(refused)
 
 
 def test_known_and_bounded_hyperparameters_stay_and_those_at_an_end_of_their_interval_are_asked_about():

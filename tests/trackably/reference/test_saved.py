@@ -51,8 +51,6 @@ DAMAGES = {
     ),
     "a reversed window": ("plain", put(-1.0, "proved_until"), r"and proved_until: expected start < end, got 0\.0"),
     "disturbance": ("pushed", put("1/100", "tightening", "disturbance", "generators", 0, 1), "tightening: the bounds"),
-    "feedback": ("pushed", put(-1.0, "tightening", "feedback", 0, 0), "feedback: the error decays too slowly"),
-    "given set": ("pushed", put([0.3, 1.0], "tightening", "given", "state_set", "upper"), "tightening: the bounds"),
 }
 
 

@@ -10,12 +10,9 @@ from tests.trackably.plants import AXIS
 from tests.trackably.saved import assert_comes_back
 from trackably import (
     BudgetExceeded,
-    ConstrainedSystem,
     Controller,
     Infeasible,
-    LinearSystem,
     Plan,
-    Polytope,
     Proved,
     Relearner,
     Samples,
@@ -121,22 +118,11 @@ def test_room_for_disturbances_is_left_in_every_window(tmp_path):
     assert "disturbance" in verdict.statement
 
 
-def test_states_that_show_one_signal_keep_their_own_noise_and_others_the_noise_that_was_learned_with():
-    states, inputs = ("position", "velocity", "level"), ("force", "inflow")
-    A, B = [[1.0, 0.05, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.9]], [[0.00125, 0.0], [0.05, 0.0], [0.0, 0.1]]
-    system = LinearSystem(A, B, sampling_time=0.05, states=states, inputs=inputs)
-    plant = ConstrainedSystem(system, Polytope.box([-2.0] * 3, [2.0] * 3), Polytope.box([-9.0] * 2, [9.0] * 2))
-    noise = {"position": 0.02, "velocity": 0.05}
-
-    def learn(first: int) -> TrackableReference:
-        known = {**OPTIONS, "mean": 0.0, "noise_std": {**noise, "level": 0.02}}
-        return learn_reference(samples(first), plant, KERNEL, "all_times", **known)
-
-    def samples(first: int) -> dict[str, Samples]:
-        return {"position": window(first), "velocity": window(first, RATES), "level": window(first)}
-
-    first = learn(0)
-    found = Relearner(first, noise_std=noise)(samples(2))
-    assert found.objective == pytest.approx(learn(2).objective, abs=1e-3)
+def test_states_that_show_one_signal_keep_their_own_noise():
+    known = {**OPTIONS, "noise_std": {"position": 0.02, "velocity": 0.05}}
+    soon, later = ({"position": window(first), "velocity": window(first, RATES)} for first in (0, 2))
+    first, anew = (learn_reference(samples, AXIS, KERNEL, "all_times", **known) for samples in (soon, later))
+    found = Relearner(first, noise_std=known["noise_std"])(later)
+    assert found.objective == pytest.approx(anew.objective, abs=1e-3)
     with pytest.raises(ValueError, match=r"noise_std: expected a number for each of position and velocity"):
-        Relearner(first)(samples(2))
+        Relearner(first)(later)

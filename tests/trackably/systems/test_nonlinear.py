@@ -3,18 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.trackably.gp import naive
 from tests.trackably.systems.nonlinear_instances import INSTANCES, T_S, moving
-from trackably.checker.certificate import Window
 from trackably.checker.formulas import Name
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.prior import Prior
-from trackably.gp.samples import Samples
-from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import RealTimes
-from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.space import SearchSpace
 from trackably.systems.nonlinear import NonlinearSystem
 
 
@@ -23,26 +13,6 @@ def test_states_and_inputs_of_other_sizes_are_refused(states, inputs):
     """Once a state too many was taken for an input that was missing."""
     with pytest.raises(ValueError, match="zip"):
         INSTANCES["reactor"].system.successor(np.ones(states), np.ones(inputs))
-
-
-@pytest.mark.parametrize("name", ["tank", "reactor", "vehicle"])
-def test_gradients_of_constraints_are_those_of_differences(name):
-    plant = INSTANCES[name].plant
-    n, times = plant.signal_count, np.linspace(0, 2, 8)
-    rng = np.random.default_rng(2)
-    samples = tuple(Samples(times, 0.7 + 0.1 * rng.standard_normal(8)) for _ in range(n))
-    names = tuple(plant.system.states)
-    prior = JointPrior(tuple(Prior(SquaredExponential(0.3, 0.6).as_learned(), 0.1, 0.7) for _ in range(n)), names)
-    problem = ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior))
-    for quantity in plant.quantities:
-        constraint = Constraint(quantity, RealTimes(Window(0.0, 2.0)))
-
-        def at(prior: JointPrior, constraint=constraint):
-            posterior = problem.posterior(prior.log_hyperparameters)
-            return constraint.value_and_gradient(posterior, np.array([0.1, 0.83, 1.7]))
-
-        slopes = naive.by_log_hyperparameters(lambda to, at=at: at(to)[0], prior)
-        np.testing.assert_allclose(at(prior)[1], slopes, rtol=1e-5, atol=1e-7)
 
 
 def test_where_a_formula_is_not_defined_the_margin_is_infinitely_negative():

@@ -6,15 +6,12 @@ import pytest
 from pipeline.loops.disturbed import constant, drawn, greedy
 from tests.trackably.control import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
-from trackably.control.controller import Controller
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Infeasible, Plan, Status
-from trackably.control.tube import TubeController
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.tightening import tightening
 
 
 def off(loop, part: float) -> np.ndarray:
@@ -44,19 +41,6 @@ def feasible_start(loop) -> np.ndarray:
     while not isinstance(loop.controller.step(0, start := off(loop, part), loop.reference), Plan):
         part /= 2
     return start
-
-
-def test_a_representation_names_states_inputs_and_bounds_in_one_line():
-    system = LinearSystem([[1.0, 0.05], [0.0, 1.0]], [[0.0], [0.05]], 0.05, states=["x", "v"], inputs=["force"])
-    plant = ConstrainedSystem(system, Polytope.box([-1.0, -np.inf], [0.2, np.inf]), Polytope.box([-2.0], [2.0]))
-    said = "states x, v; inputs force; a step every 0.05 s; horizon 5 steps; x in [-1, 0.2], force in [-2, 2]"
-    assert repr(Controller(plant, 5)) == f"Controller({said})"
-    tube = TubeController(tightening(plant, Zonotope([0, 0], [[0, 0.001]]), feedback=[[-4.0, -4.0]]), 5)
-    left = tube.tightening.plant.given_constraints
-    kept = f"x in {left[0].bounds}, force in {left[1].bounds}"
-    assert repr(tube) == f"TubeController({said}; plans keep {kept})"
-    free = Polytope([], [], [], 2)
-    assert repr(Controller(ConstrainedSystem(system, free, Polytope([], [], [], 1)), 5)).endswith("; no bounds)")
 
 
 PUSHES = {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackably.gp.factorise import candidates, dense_factorisation
+from trackably.gp.factorise import candidates
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import Prior
@@ -24,11 +24,6 @@ def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisat
     """All factorisations that are offered and succeed, by type."""
     computed = (compute() for compute in candidates(posterior.prior, posterior.samples))
     return {type(factor): factor for factor in computed if factor is not None}
-
-
-def dense(posterior: Posterior) -> Posterior:
-    """The same posterior by a Cholesky factor of the whole matrix."""
-    return with_factor(posterior, dense_factorisation(posterior.prior, posterior.samples))
 
 
 def with_factor(posterior: Posterior, factor: Factorisation | None) -> Posterior:

@@ -144,7 +144,6 @@ CASES: dict[str, Case] = {
     "unstable": case((Matern52(0.9, 0.5),), LinearSystem.scalar(1.2, -0.3, sampling_time=0.1)),
     "axis": case((SE,), AXIS, stencils=(POSITION,)),
     "rough_axis": case((Sum(Matern52(0.7, 0.9), Matern72(0.6, 2.0)),), AXIS, stencils=(VELOCITY,), grid=0.04),
-    "axis_with_short_steps": case((SE,), chain(2, 0.005), grid=0.02),
     "drifts": case((SE,), LinearSystem.scalar(0.9, -0.5, 0.3, sampling_time=0.05), mean=0.2),
     "chain_of_three": case((SquaredExponential(0.8, 0.5),), chain(3, 0.2), part=0.8),
     "plane": case(

@@ -44,17 +44,6 @@ def test_is_never_worse_than_hyperparameters_alone(name):
 
 
 @names
-def test_the_price_is_what_the_bounds_cost(name):
-    """J = l + D ≥ l, and no likelihood is better than the unconstrained one."""
-    found = jointly(name)
-    free = best_solution(replace(problem_of(name), constraints=()))
-    assert found.price >= 0
-    assert found.objective == pytest.approx(found.nlml + found.price, rel=1e-12)
-    assert found.nlml == pytest.approx(found.posterior.negative_log_marginal_likelihood()[0], rel=1e-9, abs=1e-9)
-    assert found.nlml >= free.objective - 1e-6 * (1 + abs(free.objective))
-
-
-@names
 def test_bounds_are_kept_at_every_step(name):
     assert INSTANCES[name].smallest_margin(jointly(name)) >= 0
 

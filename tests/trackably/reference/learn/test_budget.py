@@ -61,7 +61,7 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     best = task()
     assert "budget" not in best.explanation
     last, unfinished = np.inf, 0
-    for budget in (1, 106, 564, 1e9):
+    for budget in (1, 300, 1e9):
         found = within(task, budget)
         if isinstance(found, OutOfTime):
             assert last == np.inf, "more time, and nothing any more"

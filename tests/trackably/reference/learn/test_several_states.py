@@ -8,10 +8,6 @@ import pytest
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
 from tests.trackably.saved import assert_comes_back
 from trackably import (
-    ConstrainedSystem,
-    LinearSystem,
-    Periodic,
-    Polytope,
     Samples,
     SquaredExponential,
     TrackableReference,
@@ -72,21 +68,3 @@ def test_one_noise_stands_for_all_where_samples_have_their_own(both) -> None:
         1.0,
     )
     np.testing.assert_allclose(one.state(np.arange(60)), both.state(np.arange(60)), atol=1e-8)
-
-
-def test_samples_of_the_rate_of_a_state_help_too() -> None:
-    step, std, rng, t = 0.1, 0.03, np.random.default_rng(0), np.arange(0.0, 12.0, 0.5)
-    box = Polytope.box([-3.0], [3.0])
-    plant = ConstrainedSystem(LinearSystem([[1.0]], [[step]], sampling_time=step, states=("x",)), box, box)
-
-    def path(t):
-        return 1.5 * np.sin(np.pi * t / 6) + 0.5 * np.sin(np.pi * t / 2)
-
-    def error(samples: dict[str, Samples]) -> float:
-        kernel, noise = Periodic(1.0, 1.0, 12.0), dict.fromkeys(samples, std)
-        found = learn_reference(samples, plant, kernel, "all_phases", noise_std=noise, starts=1)
-        return float(np.std(np.diff(found.state(np.arange(120))[:, 0] - path(step * np.arange(120)))))
-
-    few = {"x": Samples(t[::3], path(t[::3]) + std * rng.standard_normal(8))}
-    rates = Samples(t, (path(t + step) - path(t)) / step + std * rng.standard_normal(24))
-    assert error(few | {"rate of x": rates}) < 0.8 * error(few)

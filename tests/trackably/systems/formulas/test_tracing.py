@@ -10,26 +10,8 @@ from hypothesis import given, reject, settings
 
 from tests.formulas import evaluate
 from tests.trackably.systems.formulas.random_expressions import expressions
-from trackably.checker.formulas import text
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.tracing import require_same_values, trace
-
-A = np.array([[1.0, 0.5], [0.0, 2.0]])
-WRITTEN = {
-    "matrices": (lambda x, u: A @ x + u, ["((a + (0.5 * b)) + p)", "(((0.0 * a) + (2.0 * b)) + q)"]),
-    "squares": (lambda x, u: [x[0] * x[0], x @ x], ["(a ^ 2.0)", "((a ^ 2.0) + (b ^ 2.0))"]),
-    "hyperbolic": (
-        lambda x, u: [np.tanh(x[0]), np.tan(x[1])],
-        ["(1.0 - (2.0 / (exp((2.0 * a)) + 1.0)))", "(sin(b) / cos(b))"],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", WRITTEN)
-def test_formulas_are_kept_as_they_are_written(name):
-    f, texts = WRITTEN[name]
-    assert [text(e).replace('"', "") for e in trace(f, ("a", "b"), ("p", "q"))] == texts
-
 
 REFUSED = {
     "a comparison": (lambda x, u: [x[0] if x[0] > 1 else u[0]], "f must be one formula .*, but it compares a value"),
