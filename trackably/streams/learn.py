@@ -29,7 +29,7 @@ from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, edges_of, narrow_limits
-from trackably.reference.input_warnings import doubts, repeated, warn_about
+from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, waypoints
@@ -143,7 +143,7 @@ def learn_stream(
 
     with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
-        warn_about(first.questions, _CALLER)
+        warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)

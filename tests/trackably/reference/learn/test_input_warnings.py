@@ -81,6 +81,7 @@ DOUBTFUL = {
     "milliseconds taken for seconds": (asked(0.1 * TIMES, 1e3 * TIMES), r"every 200 s, .* are their times in millisec"),
     "millimetres": (asked(80 + 20 * np.sin(TIMES)), r"same unit\? Column\(.*scale=0\.001\) would"),
     "degrees beside radians": (asked(9 * np.sin(TIMES) - 40), r"or np\.radians of them if they are degrees, would"),
+    "degrees within a few widths": (asked(4 * TIMES), r"around 6: .* or np\.radians of them if they are degrees"),
     "kelvins": (asked(293 + np.sin(TIMES)), r"are both in the same unit\?$"),
     "a gap": (asked(times=TIMES + 5.0 * (TIMES > 1.3)), r"none of position for 5\.2 s after 1\.2 s, .* every 0\.2 s"),
     "radians": (asked(np.mod(4 * TIMES, 2 * np.pi), plant=WIDE), r"is it an angle\? np.unwrap\(values\) counts turns"),
@@ -101,7 +102,7 @@ ORDINARY = {
     "three of nine lost": asked([0.1] * 12, [t for k, t in enumerate(TIMES) if k % 9 < 6]),
     "few, far apart": asked([0.1] * 9, [*range(8), 100]),
     "few samples": asked([0, 0.1, 1e6], [0, 1, 2]),
-    "mostly outside": asked(5 + TIMES),
+    "mostly outside, but near": asked(0.8 + 0.1 * TIMES),
     "a setpoint that changes by a turn, and by others": asked(np.repeat([0.0, 6.28, 3.0, 4.0], 4), plant=WIDE),
     "a step": asked(np.where(TIMES < 1.5, 1e-6, 1e6)),
     "regular": asked(plant=CART, name="a"),
@@ -153,6 +154,14 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=r"Asked before: .* is 997 s away"):
         learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, budget=1e-6)
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("learn", [learn_reference, partial(learn_stream, window=2.0)])
+@pytest.mark.parametrize("widest", [9.0, np.inf])
+def test_bounds_that_are_far_too_tight_for_the_samples_are_asked_about_before_the_search(learn, widest: float) -> None:
+    tight = ConstrainedSystem(AXIS.system, Polytope.box([-widest] * 2, [widest] * 2), Polytope.box([-1e-3], [1e-3]))
+    with pytest.raises(DoubtfulInputWarning, match=r"to follow most of them, force would .* of its bounds \[-0\.001"):
+        learn(SAMPLES, tight, KNOWN, (0.0, 3.0), noise_std=0.02)
 
 
 @pytest.mark.parametrize("learn", [learn_reference, partial(learn_stream, window=2.0)])
