@@ -64,7 +64,10 @@ def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
 
 @contextmanager
 def repeated(questions: Sequence[str]) -> Iterator[None]:
-    """Append `questions`, which were asked as warnings before, to the message of an error raised in this context."""
+    """Append `questions`, which were asked as warnings before, to the message of an error raised in this context.
+
+    Those that the caller adds to `questions` within this context are appended too.
+    """
     try:
         yield
     except (NotTrackableError, ValueError) as error:

@@ -131,7 +131,7 @@ def learn_stream(
         raise ValueError(
             "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
-    asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
+    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)]
     _, signals = true_signals(truth, None, measured.given, plant, claim)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
@@ -143,7 +143,7 @@ def learn_stream(
 
     with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
-        warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
+        asked += warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)

@@ -160,8 +160,12 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
 @pytest.mark.parametrize("widest", [9.0, np.inf])
 def test_bounds_that_are_far_too_tight_for_the_samples_are_asked_about_before_the_search(learn, widest: float) -> None:
     tight = ConstrainedSystem(AXIS.system, Polytope.box([-widest] * 2, [widest] * 2), Polytope.box([-1e-3], [1e-3]))
-    with pytest.raises(DoubtfulInputWarning, match=r"to follow most of them, force would .* of its bounds \[-0\.001"):
+    question = r"to follow most of them, force would .* of its bounds \[-0\.001"
+    with pytest.raises(DoubtfulInputWarning, match=question):
         learn(SAMPLES, tight, KNOWN, (0.0, 3.0), noise_std=0.02)
+    if np.isfinite(widest):
+        with pytest.warns(DoubtfulInputWarning), pytest.raises(ValueError, match=f"equilibrium.* before: .*{question}"):
+            learn(SAMPLES, tight, KNOWN, "all_times", mean=20.0)
 
 
 @pytest.mark.parametrize("learn", [learn_reference, partial(learn_stream, window=2.0)])
