@@ -117,7 +117,7 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=FACTOR",
-        help="multiply the numbers of a state or an input in TABLE: position=1e-3 converts mm to m; may be repeated",
+        help="multiply the numbers of a state or an input in TABLE: position=1e-3 converts mm to m; once for each name",
     )
     parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 

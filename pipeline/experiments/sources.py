@@ -108,13 +108,14 @@ class CsvColumn(Recorded):
     """Samples in a column of a CSV file, at the times of its time column; see trackably.recordings.read_csv.
 
     `time_unit` is a unit, `steps` if stamps count sampling steps, or the `date_format` (and `zone`) of the stamps. If
-    `time_column` is null, rows are counted from 0. `columns` are the names of columns of a file without a header. The
-    lines `skip` are left out; cells with a text of `missing` have no value. `repairs` are applied in their order.
-    Without an `excerpt`, references are learned from all samples. With a `ground_truth`, errors are computed.
+    `time_column` is null, rows are counted from 0; of several columns, as [Date, Time], the texts make one stamp.
+    `columns` are the names of columns of a file without a header. The lines `skip` are left out; cells with a text of
+    `missing` have no value. `repairs` are applied in their order. Without an `excerpt`, references are learned from all
+    samples. With a `ground_truth`, errors are computed.
     """
 
     csv: ProjectPath
-    time_column: str | None
+    time_column: str | Annotated[tuple[str, ...], LISTED] | None
     time_unit: Annotated[str | DateTimes, BeforeValidator(_known_clock)]
     value_column: str
     noise_column: str | None = None

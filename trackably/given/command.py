@@ -67,13 +67,15 @@ def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
 def read_scales(written: Sequence[str], names: Collection[str]) -> dict[str, float]:
     """Return factors by the names of states and inputs, each written as NAME=FACTOR.
 
-    InputError: a name is none of `names`, or a factor is not a finite number other than zero.
+    InputError: a name is none of `names`, or is there twice; or a factor is not a finite number other than zero.
     """
-    found = {}
+    found = dict[str, float]()
     for each in written:
         name, _, factor = each.rpartition("=")
         if name not in names:
             raise InputError(f"--scale {each}: expected NAME=FACTOR, where NAME is one of {', '.join(names)}")
+        if name in found:
+            raise InputError(f"--scale {each}: expected one factor for each name, got another for {name} before")
         try:
             found[name] = tables.Column(name, float(factor)).scale
         except ValueError:

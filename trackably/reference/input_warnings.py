@@ -12,6 +12,7 @@ from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.checker.formulas import Formula, Function, Power, names, parts, text
 from trackably.checker.intervals import is_multiplied
 from trackably.errors import DoubtfulInputWarning
+from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.formulas import evaluate_floats
@@ -33,8 +34,9 @@ _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"
 # A jump between two samples counts as a whole turn if it differs from a turn by at most _OF_TURN of a turn plus the
 # largest other change between two samples, and if this largest other change is at most _LARGEST_MOVE of a turn.
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
-_BEYOND = 10.0  # widths of the bounds: units are in doubt if most samples, or a mean, are further outside than this
-_MOST = 0.75  # at least this part of the samples counts as most of them
+_BEYOND = 1.0  # widths of the bounds: units are in doubt if most samples are further outside than this
+_FAR_BEYOND = 10.0  # the same for a mean, and for what the fit without bounds takes, as noise may be a part of it
+_MOST = 0.5  # more than this part of the samples counts as most of them
 _INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
 _DEEPEST = 6  # levels of nesting to which a formula is written out in a message
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
@@ -57,7 +59,10 @@ def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
 
 @contextmanager
 def repeated(questions: Sequence[str]) -> Iterator[None]:
-    """Append `questions`, which were asked as warnings before, to the message of an error raised in this context."""
+    """Append `questions`, which were asked as warnings before, to the message of an error raised in this context.
+
+    Those that the caller adds to `questions` within this context are appended too.
+    """
     try:
         yield
     except (NotTrackableError, ValueError) as error:
@@ -96,6 +101,24 @@ def doubts(
             yield from _of_end(claim, name, of_name)
         elif name in mean and name in bounds and isinstance(claim, Window):
             yield from _of_mean(name, mean[name], bounds[name])
+
+
+def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampled: Collection[str]) -> Iterator[str]:
+    """Yield a question for each state or input whose bounds are far too tight for most samples to be followed.
+
+    Its values follow from the fit without bounds, `likeliest`; without this fit, nothing is asked. States that are
+    `sampled` are examined by `doubts`.
+    """
+    if likeliest is None:
+        return
+    t = np.unique(np.concatenate([of.times for of in likeliest.samples]))
+    for quantity in plant.quantities:
+        off = _reached_by_most(-quantity.margin(likeliest.signals, t))
+        if quantity.name not in sampled and _FAR_BEYOND * quantity.bounds.width < off < np.inf:
+            yield (
+                f"samples: to follow most of them, {quantity.name} would have to be more than {off:.3g} outside of its "
+                f"bounds {quantity.bounds}: are samples, their times and bounds in the units of the system?"
+            )
 
 
 def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
@@ -306,16 +329,21 @@ def _of_turns(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
-    """Yield a question if most samples of a state are outside of its bounds by many times their width.
+    """Yield a question if most samples of a state are outside of its bounds by more than their width.
 
     This happens, for example, if metres and millimetres are mixed up.
     """
-    off = float(np.quantile(_outside(samples, bounds), 1 - _MOST))
+    off = _reached_by_most(_outside(samples, bounds))
     if off > _BEYOND * bounds.width:
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
             f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=) and np.radians change it"
         )
+
+
+def _reached_by_most(values: Array) -> float:
+    """Return the largest of `values` that most of them reach."""
+    return float(np.quantile(values, 1 - _MOST, method="lower"))
 
 
 def _outside(samples: Samples, bounds: Interval) -> Array:
@@ -335,7 +363,7 @@ def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
 
 def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
     """Yield a question if the prior mean is far outside of the bounds; used for windows, as other claims refuse it."""
-    if -bounds.rest.margin(np.array(mean)) > _BEYOND * bounds.width:
+    if -bounds.rest.margin(np.array(mean)) > _FAR_BEYOND * bounds.width:
         yield (
             f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "
             "reference tends to it: are both in the same unit?"

@@ -36,7 +36,7 @@ from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions, outlying
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, narrow_limits
-from trackably.reference.input_warnings import doubts, repeated, warn_about
+from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.reference.trackable import TrackableReference
 from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
@@ -228,7 +228,7 @@ def learn_reference(
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
+    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)]
     plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = replace(measured, plant=plant)
@@ -248,7 +248,7 @@ def learn_reference(
         with _in_time(budget, end):
             first, _ = others.learn_enough(likely, lambda found: found.likely)
             measured, _ = measured.enough_for(first.likely)
-        warn_about(first.questions, _CALLER)
+        asked += warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.

@@ -28,7 +28,7 @@ from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, edges_of, narrow_limits
-from trackably.reference.input_warnings import doubts, repeated, warn_about
+from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, waypoints
@@ -118,7 +118,7 @@ def learn_stream(
         raise ValueError(
             "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
-    asked = warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)
+    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)]
     _, signals = true_signals(truth, None, measured.given, plant, claim)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
@@ -130,7 +130,7 @@ def learn_stream(
 
     with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
-        warn_about(first.questions, _CALLER)
+        asked += warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
         check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)

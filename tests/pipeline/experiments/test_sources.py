@@ -37,6 +37,14 @@ def test_a_file_without_a_header(tmp_path: Path) -> None:
     assert times_of(counted) == [0.0, 5.0, 10.0, 15.0]
 
 
+def test_stamps_in_two_columns(tmp_path: Path) -> None:
+    rows = [f"01.05.2024;13:00:{k:02};{1 + k / 10}\n" for k in range(0, 20, 5)]
+    (tmp_path / "dates.csv").write_text("".join(["Datum;Zeit;x\n", *rows]))
+    csv = f"csv: {tmp_path}/dates.csv\n        separator: ';'\n        value_column: x\n"
+    stamps = "        time_column: [Datum, Zeit]\n        time_unit: {date_format: '%d.%m.%Y %H:%M:%S'}"
+    assert times_of(written(tmp_path, csv + stamps)) == [0.0, 5.0, 10.0, 15.0]
+
+
 def test_stamps_of_messages(tmp_path: Path) -> None:
     """Log times, publish times and stamps of the writer's messages differ, each by its own way."""
     stamps = [START + 10**9 * k * (k + 1) for k in range(4)]

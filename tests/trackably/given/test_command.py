@@ -70,6 +70,8 @@ ANSWERS = {
     "in mm": (MILLIMETRES, SCALE, 0, "proved for the steps 4 to 33"),
     "in mm, without a scale": (MILLIMETRES, [], 2, "names no units"),
     "a scale of no column": (MILLIMETRES, ["--scale", "x=1"], 2, "where NAME is one of position, velocity, force"),
+    "two scales of a column": (MILLIMETRES, [*SCALE, "--scale", "position=1"], 2, "one factor for each name"),
+    "a scale of zero": (MILLIMETRES, ["--scale", "force=0"], 2, "other than zero"),
     "commas that may be decimal": (COMMAS, [], 2, 'or the option --decimal ",", it would be one'),
 }
 """A table, options, and the exit code and a part of the sentence."""

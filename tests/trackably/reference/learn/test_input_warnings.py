@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from trackably import (
     Samples,
     SquaredExponential,
     learn_reference,
+    learn_stream,
     tank,
 )
 from trackably.arrays import Array
@@ -76,6 +78,7 @@ DOUBTFUL = {
     "milliseconds taken for seconds": (asked(0.1 * TIMES, 1e3 * TIMES), r"every 200 s, .* are their times in millisec"),
     "millimetres": (asked(80 + 20 * np.sin(TIMES)), r"are both in the same unit\?"),
     "degrees beside radians": (asked(9 * np.sin(TIMES) - 40), r"same unit\? Column\(.*np\.radians"),
+    "degrees within a few widths": (asked(4 * TIMES), r"around 6: are both in the same unit\?"),
     "kelvins": (asked(293 + np.sin(TIMES)), r"are both in the same unit\?"),
     "a gap": (asked(times=TIMES + 5.0 * (TIMES > 1.3)), r"none of position for 5\.2 s after 1\.2 s, .* every 0\.2 s"),
     "radians": (asked(np.mod(4 * TIMES, 2 * np.pi), plant=WIDE), r"is it an angle\? np.unwrap\(values\) counts turns"),
@@ -92,7 +95,7 @@ ORDINARY = {
     "a pulse without noise": asked(np.where(FOURTH, 1.0, 0.0)),
     "three of nine lost": asked([0.1] * 12, [t for k, t in enumerate(TIMES) if k % 9 < 6]),
     "few samples": asked([0, 0.1, 1e6], [0, 1, 2]),
-    "mostly outside": asked(5 + TIMES),
+    "mostly outside, but near": asked(0.8 + 0.1 * TIMES),
     "a setpoint that changes by a turn, and by others": asked(np.repeat([0.0, 6.28, 3.0, 4.0], 4), plant=WIDE),
     "setpoints of two samples each": asked(STEPS / 9, OFTEN, noise_std=1e-4),
     "a short move": asked(1e-3 * OFTEN - np.exp(-(((OFTEN - 1.02) / 0.06) ** 2)), OFTEN, noise_std=1e-4),
@@ -136,3 +139,15 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=r"Asked before: .* is 997 s away"):
         learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, budget=1e-6)
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("learn", [learn_reference, partial(learn_stream, window=2.0)])
+@pytest.mark.parametrize("widest", [9.0, np.inf])
+def test_bounds_that_are_far_too_tight_for_the_samples_are_asked_about_before_the_search(learn, widest: float) -> None:
+    tight = ConstrainedSystem(AXIS.system, Polytope.box([-widest] * 2, [widest] * 2), Polytope.box([-1e-3], [1e-3]))
+    question = r"to follow most of them, force would .* of its bounds \[-0\.001"
+    with pytest.raises(DoubtfulInputWarning, match=question):
+        learn(SAMPLES, tight, KNOWN, (0.0, 3.0), noise_std=0.02)
+    if np.isfinite(widest):
+        with pytest.warns(DoubtfulInputWarning), pytest.raises(ValueError, match=f"equilibrium.* before: .*{question}"):
+            learn(SAMPLES, tight, KNOWN, "all_times", mean=20.0)
