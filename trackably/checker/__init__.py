@@ -54,9 +54,9 @@ of `disturbances`, all of which the answer states, nor on v(t) of `redundancy`, 
 Assumptions about rounding. Arithmetic is IEEE's, with subnormal numbers. exp, log, sqrt, sin, cos, atan, atan2 and
 powers are within 4 units in the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any
 order (no fast Fourier transforms), and for nonlinear systems the formulas of u, or those of the flat form. The first
-pass assumes the same of NumPy's arithmetic, exp, log, sqrt, cos, arctan and arctan2. It is left out if the check is
-`exact`, or is that of a counterexample or of polynomial pieces, if NumPy is missing, or if the processor replaces
-subnormal numbers by zero. Then nothing but the errors of
+pass, which also computes the six digits that are printed of x(0), assumes the same of NumPy's arithmetic, exp, log,
+sqrt, cos, arctan and arctan2. It is left out if the check is `exact`, or is that of a counterexample or of polynomial
+pieces, if NumPy is missing, or if the processor replaces subnormal numbers by zero. Then nothing but the errors of
 evaluation rests on these assumptions. The answer says which arithmetic it trusted.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
@@ -168,7 +168,7 @@ def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
     one reads the file, the second one returns why the file shows nothing, or None if it is valid, and the third one
     says what a valid file shows.
     """
-    whole = partial(check_certificate, first_pass=first_pass), statement
+    whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
     joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement
     return {
         FORMAT: (Proved, "certificate", read_certificate, *whole),

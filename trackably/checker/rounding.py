@@ -127,19 +127,23 @@ def largest_sums(signal: Signal) -> Decay:
         tick()
         cell = int((Fraction(t) - first) // width) if width else 0
         cells[cell] = cells.get(cell, 0.0) + abs(c)
-    size, slope = signal.kernel.peak
-    of_size = of_slope = ZERO
+    widest = dict[float, Fraction]()  # for equal weights, the largest width, where κ's bound is lowest
     for _ in range(_HALVINGS):
         tick()
         heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
-        beyond = signal.kernel.beyond(ratio(width))
-        smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
-        of_size += heaviest * (size.b - smaller.b)
-        of_slope += heaviest * (slope.b - flatter.b)
+        widest[heaviest] = width
         wider = dict[int, float]()
         for cell, own in cells.items():
             wider[cell // 2] = wider.get(cell // 2, 0.0) + own
-        cells, width, size, slope = wider, 2 * width, smaller, flatter
+        cells, width = wider, 2 * width
+    size, slope = signal.kernel.peak
+    of_size = of_slope = ZERO
+    for heaviest, far in widest.items():
+        beyond = signal.kernel.beyond(ratio(far))
+        smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
+        of_size += heaviest * (size.b - smaller.b)
+        of_slope += heaviest * (slope.b - flatter.b)
+        size, slope = smaller, flatter
     weight, grown = sum(cells.values()), 1 + 2 * (len(signal.weights) + 2) * UNIT
     return Decay(grown * (of_size + weight * size.b), grown * (of_slope + weight * slope.b))
 

@@ -1,8 +1,9 @@
 """What valid files show, in words and numbers. Names are in quotes; no name has a quote, a space or a comparison."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
+from trackably.checker.boxes import NO_FIRST_PASS, Box, FirstPass
 from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
 from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
@@ -10,13 +11,16 @@ from trackably.checker.formulas import text
 from trackably.checker.intervals import ZERO, Real
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
-from trackably.checker.quantities import Shifted, combination_at, functionals, states_of
+from trackably.checker.quantities import Shifted, combination_at, functionals, shifts_of, states_of
 from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples, contradiction_of
 
+_RADIUS = 1e-30
+"""Radius [s] of the discs in Cauchy's estimate at the single time t = 0, at which Taylor series have no error."""
 
-def statement(certificate: Certificate) -> str:
+
+def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     """Return the statement that a certificate proves, with the identity of its reference."""
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
@@ -32,7 +36,7 @@ def statement(certificate: Certificate) -> str:
     return (
         f"For {certificate.claim} the reference keeps {kept}, and the system {_dynamics_text(subject.system)} "
         f"follows it with {inputs} (T = {subject.system.sampling_time!r} s). The bounds hold with room for the error "
-        f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject)}"
+        f"of {how}, at times up to {certificate.until!r} s{moved}. {identity(subject, first_pass)}"
         f"{robust_statement(subject, robust)}{''.join(map(truth_statement, truth))}"
     )
 
@@ -46,7 +50,7 @@ def refutation(counterexample: Counterexample) -> str:
     return (
         f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {counterexample.claim}; the system "
-        f"{_dynamics_text(subject.system)}. {identity(subject)}"
+        f"{_dynamics_text(subject.system)}. {identity(subject, NO_FIRST_PASS)}"
     )
 
 
@@ -80,12 +84,12 @@ def table_refutation(refuted: RefutedTable) -> str:
     )
 
 
-def identity(subject: Subject) -> str:
+def identity(subject: Subject, first_pass: FirstPass) -> str:
     """Return the reference's identity: its fingerprint, the number of its kernels, its first and last centre, and its
     states at time zero (signals for a flat form).
 
     For polynomial pieces, `where_pieces_are` says where they are and what the states are. States are printed with six
-    digits.
+    digits, which are computed in mpmath if the `first_pass` does not determine them.
     """
     if subject.pieces:
         return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
@@ -93,10 +97,21 @@ def identity(subject: Subject) -> str:
     span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
     is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
     names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
-    known, states = dict[Shifted, Real](), zip(names, states_of(subject), strict=True)
-    at_zero = ((name, combination_at(subject, state, ZERO, known)) for name, state in states)
-    values = ", ".join(f'"{name}" = {float(value.mid):.6g}' for name, value in at_zero)
+    states = zip(names, _at_zero(subject, first_pass), strict=True)
+    values = ", ".join(f'"{name}" = {digits}' for name, digits in states)
     return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
+
+
+def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
+    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system."""
+    states = states_of(subject)
+    wanted = {shifted for state in states for shifted in shifts_of(state)}
+    (models,) = first_pass.models(subject, sorted(wanted), [Box(0.0, 0.0, _RADIUS)], 1)
+    quick, exact = {shifted: model.span for shifted, model in models.items()}, dict[Shifted, Real]()
+    for state in states:
+        near = combination_at(subject, state, ZERO, quick)
+        digits, others = (f"{float(end):.6g}" for end in (near.a, near.b))
+        yield digits if digits == others else f"{float(combination_at(subject, state, ZERO, exact).mid):.6g}"
 
 
 def _names(system: System, bound: Bound) -> tuple[str, ...]:

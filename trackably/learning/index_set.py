@@ -19,6 +19,7 @@ from trackably.systems.trajectories import Quantities
 _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000  # the least and the largest number of intervals of a grid
 _REFINEMENTS, _NARROWER = 3, 0.1  # number of parabolas that refine a minimum; the width of each relative to the last
+_FEW_STEPS = 4096  # with more steps, evaluating all of them takes longer than a search in real time
 AROUND = np.array([[-1], [0], [1]])  # the three points of a parabola, relative to its centre, in units of `reach`
 
 Indices = npt.NDArray[np.intp]
@@ -83,7 +84,8 @@ class IndexSet(ABC):
 class Steps(IndexSet):
     """The instants k T_s for k = `first` … `last`.
 
-    Margins are evaluated at all of these.
+    Margins are evaluated at all of these. If there are many, and kernels are analytic, they are evaluated only beside
+    the local minima in real time.
     """
 
     first: int
@@ -91,9 +93,19 @@ class Steps(IndexSet):
     sampling_time: float
 
     def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+        if self.last - self.first > _FEW_STEPS and all(kernel.is_analytic for kernel in kernels):
+            found = _minima_in_cells(margins, *self.ends, kernels)
+            return [self._lowest_beside(margins, q, at) for q, (at, _) in enumerate(found)]
         times = np.arange(self.first, self.last + 1, dtype=float) * self.sampling_time
         values = margins.margins(times)
         return [(times[are], of[are]) for are, of in zip(_are_minima(values), values, strict=True)]
+
+    def _lowest_beside(self, margins: Margins, q: int, at: Array) -> TimesAndMargins:
+        """Return, for each time, the lowest margin q at the nearest step and at its two neighbours."""
+        beside = self.nearest(np.clip(at + self.sampling_time * AROUND, *self.ends))
+        values = margins.margins_of(np.full(len(at), q), beside)
+        lowest, every = np.argmin(values, axis=0), np.arange(len(at))
+        return _in_order(beside[lowest, every], values[lowest, every])
 
     def nearest(self, t: Array) -> Array:
         return np.asarray(np.rint(t / self.sampling_time) * self.sampling_time)

@@ -14,6 +14,7 @@ from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_subject
 from trackably.certificates.judge import accepted_file, found_or_raise, judge
+from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.statement import identity
 from trackably.exports.proved import Proved, proved_times
 from trackably.files import new_file, write_atomically, write_text
@@ -238,7 +239,7 @@ class ProvedReference(ExportMixin, ABC):
 
         Kernels with the weight 0 do not count.
         """
-        return identity(as_subject(self.reference))
+        return identity(as_subject(self.reference), FIRST_PASS)
 
     def save_certificate(self, path: Path | str) -> tuple[Path, ...]:
         """Write the proof alone, for `python -m trackably check FILE`; return the files. Raises OSError.

@@ -5,7 +5,7 @@ A box is an interval of time. An instant is checked as a narrow box around it.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
-from math import isfinite, nan
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -83,19 +83,23 @@ def _enclosed(
 
     The number of boxes in a group limits the memory for models of the `wanted` signals.
     """
-    signals, step = {s: ManyCentres.of(subject.signals[s]) for s, _ in wanted}, Fraction(subject.system.sampling_time)
+    shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
+    signals, step = {s: ManyCentres.of(subject.signals[s]) for s in shifts}, Fraction(subject.system.sampling_time)
     at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1))))
     for begin in range(0, len(boxes), at_once):
-        some = boxes[begin : begin + at_once]
-        starts, ends, radii = np.array(some).T
-        with np.errstate(all="ignore"):
-            known = {(s, j): signals[s].enclose(Boxes(starts, ends, radii, j * step), terms) for s, j in wanted}
+        some, known = boxes[begin : begin + at_once], dict[Shifted, Model]()
+        for s, of in signals.items():
+            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all boxes, once for each shift
+            with np.errstate(all="ignore"):
+                found = of.enclose(Boxes(starts, ends, radii, [j * step for j in shifts[s] for _ in some]), terms)
+            for i, j in enumerate(shifts[s]):
+                known[s, j] = _at(found, slice(i * len(some), (i + 1) * len(some)))
         yield some, known
 
 
-def _at(models: Any, where: Indices) -> Model:
-    """Return the models of some boxes."""
-    return Model([c.at(where) for c in models.coefficients], models.missed.at(where))
+def _at(models: Any, index: slice | Indices) -> Model:
+    """Return the models of some boxes; `index` selects these boxes in the last axis of the arrays."""
+    return Model([c.at((..., index)) for c in models.coefficients], models.missed.at(index))
 
 
 def _needs(q: Quantity) -> list[Shifted]:
@@ -123,7 +127,7 @@ def _models_of(
 
 def _end(constant: Real | None) -> Floats:
     """Return the `constant` end of a bound; NaN, which shows nothing, if the end moves (None)."""
-    return Floats.of(nan if constant is None else constant)
+    return Floats.exact(np.array(np.nan)) if constant is None else Floats.of(constant)
 
 
 def _model(of_box: Floats) -> Model | None:

@@ -12,6 +12,7 @@ moments m_k (`kernels`) instead of all centres, and is expanded in their place; 
 over centres: only c_i may be negative.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -91,22 +92,25 @@ _PAIRS = 4096
 class Boxes:
     """B boxes, the times from `starts` to `ends` [s], with `radii` [s] of discs in Cauchy's estimate; shapes (B,).
 
-    Signals are enclosed at t + `shift` [s] for the times t of each box; `move` is an interval that contains the shift.
+    In box b, signals are enclosed at t + s for the times t of the box, with the rational number s = `shifts`[b] [s].
     """
 
     starts: Array
     ends: Array
     radii: Array
-    shift: Fraction
+    shifts: Sequence[Fraction]
 
     @cached_property
-    def move(self) -> Floats:
-        return Floats.of(ratio(self.shift))
+    def moves(self) -> Floats:
+        """Intervals that contain the shifts."""
+        known = {shift: Floats.of(ratio(shift)) for shift in {*self.shifts}}
+        every = [known[shift] for shift in self.shifts]
+        return Floats(np.array([of.low for of in every]), np.array([of.high for of in every]))
 
     @cached_property
     def middles(self) -> Floats:
-        """The middles of the boxes, plus the shift [s]."""
-        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2 + self.move
+        """The middles of the boxes, plus the shifts [s]."""
+        return (Floats.exact(self.starts) + Floats.exact(self.ends)) / 2 + self.moves
 
     @cached_property
     def halves(self) -> Floats:
@@ -151,7 +155,7 @@ class ManyCentres:
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
         """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
-        shift = boxes.move.low
+        shift = boxes.moves.low
         sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + np.abs(shift)
         # The reach is enlarged by more than the rounding errors of these sums, so that no near centre is left out.
         reaches = self.reach * (1 + 2.0**-20) + 2.0**-48 * sizes
@@ -164,7 +168,7 @@ class ManyCentres:
 
         Only the centres from the first index to just before the second may be inside the box.
         """
-        start, end = (Floats.exact(times) + boxes.move for times in (boxes.starts, boxes.ends))
+        start, end = (Floats.exact(times) + boxes.moves for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, start.low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, end.high), first)
 
@@ -202,11 +206,12 @@ class ManyCentres:
         They say whether no time of the box is after the centre, and whether no time of the box is before the centre.
         `of_box` has the index of the box in each pair.
         """
-        starts, ends, given = boxes.starts[of_box], boxes.ends[of_box], Floats.exact(centres)
-        moved = given - boxes.move if boxes.shift else given
+        starts, ends, shifts = boxes.starts[of_box], boxes.ends[of_box], boxes.moves.at(of_box)
+        given = Floats.exact(centres)
+        moved = given.choose((shifts.low == 0) & (shifts.high == 0), given, given - shifts)
         before, after = ends <= moved.low, starts >= moved.high
         unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
         for i in np.flatnonzero(unclear).tolist():
-            exact = Fraction(float(centres[i])) - boxes.shift
+            exact = Fraction(float(centres[i])) - boxes.shifts[of_box[i]]
             before[i], after[i] = ends[i] <= exact, starts[i] >= exact
         return before, after
