@@ -133,7 +133,7 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a, and n or three coefficients in x of g, for κ(r + h x) = a e^g(x); None if κ has no such form."""
+        """Return a, and coefficients of g in x, for κ(r + h x) = a e^g(x): n, or three; None if κ has no such form."""
         return None
 
     def model(self, r: Real, h: Real, radius: Real, n: int, sides: tuple[Any, Any] | None = None) -> Model:
@@ -225,8 +225,15 @@ class Elementary(Kernel):
         return Sizes(size, slope, stretch, moment, self.roundings * size)
 
     def beyond(self, distance: Real) -> Decay:
-        steepest = max_of(self.length * self.steepest, distance)
-        return Decay(abs(self.taylor(distance, ZERO, 1)[0]), abs(self.taylor(steepest, ONE, 2)[1]))
+        value, farthest = self.taylor(distance, ZERO, 1)[0], self.length * self.steepest
+        if everywhere(surely_at_most(distance, farthest)):
+            return Decay(abs(value), self.largest_slope)
+        return Decay(abs(value), abs(self.taylor(max_of(farthest, distance), ONE, 2)[1]))
+
+    @cached_property
+    def largest_slope(self) -> Real:
+        """An over-estimate of |κ̇| at all distances."""
+        return abs(self.taylor(self.length * self.steepest, ONE, 2)[1])
 
 
 @dataclass(frozen=True)
@@ -242,7 +249,8 @@ class SquaredExponential(Elementary):
         return 2 * self.length**2
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]]:
-        return self.variance, [-(r**2) / self.p, -2 * r * h / self.p, -(h**2) / self.p]
+        g = [-(r**2) / self.p]
+        return self.variance, g if n == 1 else [*g, -2 * r * h / self.p, -(h**2) / self.p]
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         return _exponential_series(*self.exponential(r, h, n), n)
