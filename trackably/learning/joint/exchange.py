@@ -86,7 +86,7 @@ def exchange_bounds(
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
-        removed = _removed_by_backoff(problem, bent) if is_rough else 0.0
+        removed = _removed_by_backoff(problem, bent) if is_convex else 0.0
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # Violations between kinks are searched only in the last rounds: earlier there would be thousands of them. No
         # exchange ends with small violations before this search, because those between kinks may be large.

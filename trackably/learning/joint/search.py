@@ -38,6 +38,7 @@ from trackably.learning.joint.sequential import (
     with_regular,
 )
 from trackably.learning.problem import (
+    LEAST_GAP,
     MANY_CONTACTS,
     ConstrainedProblem,
     NoFunction,
@@ -66,7 +67,7 @@ _MOST_GIVEN_UP = 3  # for linear plants: most steps of a descent that lead to no
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
-_OF_GAP = 0.1  # for nonlinear plants, a descent ends when a step can lower J by at most this part of the allowed gap
+_OF_GAP = 0.1  # part of the allowed gap: some descents end when a step can lower J by no more than this
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
 # Number of noise_std tried for a start, each twice the one before; programs of the exchange that estimate J for each.
 _DOUBLINGS, _GLANCE = 10, 3
@@ -223,14 +224,14 @@ class JointSearch:
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
-        crowded = not is_smooth(self.problem) and sum(map(len, coarse.function.active)) > MANY_CONTACTS
+        crowded = is_linear(self.problem) and sum(map(len, coarse.function.active)) > MANY_CONTACTS
         fine = None
         if not crowded:
             tolerance = 0.0 if is_linear(self.problem) else _ALMOST / 10
             fine = self.at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
             if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH):
                 again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
-                fine = self._descend(again, tolerance, _FINE_GAIN if is_linear(self.problem) else gain).point
+                fine = self._descend(again, tolerance, self._fine_gain(fine) if is_linear(self.problem) else gain).point
         found = fine if fine is not None and fine.is_solution else coarse
         if not self._is_no_better(found.objective):
             self.best = found
@@ -251,11 +252,22 @@ class JointSearch:
             least, best = point.objective, log_theta
         return best
 
+    def _fine_gain(self, point: Point) -> float:
+        """Return the gain of J, relative to 1 + |J|, below which a fine descent for a linear plant ends.
+
+        With many samples and a high price of the bounds, it is a part of the gap that is allowed for this price.
+        """
+        of_price = (point.allowed_gap - LEAST_GAP) / (1 + abs(point.objective)) if self._has_many_samples else 0.0
+        return _FINE_GAIN + _OF_GAP * of_price
+
+    @property
+    def _has_many_samples(self) -> bool:
+        return sum(map(len, self.problem.samples)) >= _FEW_SAMPLES
+
     @property
     def _takes_long(self) -> bool:
         """Whether bounds may be active at thousands of times: with linear plants, kernels with kinks, many samples."""
-        count = sum(map(len, self.problem.samples))
-        return count >= _FEW_SAMPLES and is_linear(self.problem) and not is_smooth(self.problem)
+        return self._has_many_samples and is_linear(self.problem) and not is_smooth(self.problem)
 
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places (times and sides) and signals at which a search for a nonlinear plant begins.
