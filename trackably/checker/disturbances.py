@@ -222,10 +222,11 @@ class Errors:
         return cls(head, terms, contraction, disturbance, q, whole_closed, d, vectors, b, whole_box)
 
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
-        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), as numerator and denominator.
+        """Return the support function h_Z(row) = max {row · e : e ∈ Z}, as numerator and denominator.
 
-        Both sums are evaluated by Horner's rule in 1/q. Common factors are not cancelled, because this would take
-        far longer than everything else: the sums have as many digits as the last power.
+        It is Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), with W and P as in `Robust`. Both sums are
+        evaluated by Horner's rule in 1/q. Common factors are not cancelled, because this would take far longer than
+        everything else: the sums have as many digits as the last power.
         """
         N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
         r, (moved,) = in_whole_numbers([row])

@@ -69,7 +69,7 @@ class Decay(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Over-estimates of |κ| (`size`), |κ̇| (`slope`), |r κ̇| (`stretch`) and |r κ| (`moment`).
+    """Over-estimates of |κ| (`size`), |κ̇| (`slope`), |r κ̇| (`stretch`) and |r κ| (`moment`) up to some |r|.
 
     `roundings` over-estimates the rounding error of κ's own formula, in units of the unit roundoff u.
     """
@@ -280,7 +280,7 @@ class Matern(Elementary):
         """Return P(x), P'(x), … up to the last nonzero derivative."""
 
     def along(self, moments: Sequence[Real], x: Real, y: Real, n: int) -> list[Real]:
-        """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z) with z = x + y ξ."""
+        """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z), where z = x + y ξ and m_k = moments[k]."""
         slopes, power = self.slopes(x), ONE
         found: list[Real] = []
         for j in range(len(slopes)):
@@ -452,7 +452,7 @@ class PiecewisePolynomial(Elementary):
 
     @property
     def roundings(self) -> int:
-        return 35  # up to 7 factors 1 − s, the other factor of P by Horner's rule, θ₁²
+        return 35  # in up to 7 factors 1 − s, the other factor of P by Horner's rule, and θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
         """Return whether |r| > θ₂ is certain: then its zero branch encloses κ, otherwise the polynomial."""

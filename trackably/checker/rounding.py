@@ -36,7 +36,7 @@ from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, fu
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
-_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest intervals
+_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest cells
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
 
