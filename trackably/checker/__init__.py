@@ -2,7 +2,7 @@
 
 Theorem. A certificate holds signals z_s(t) = m_s + Σ_i c_si κ_s(t − t_si) with means m_s, weights c_si, centres t_si
 and kernels κ_s; a linear system x⁺ = A x + B u + c with sampling time T; a state set X and an input set U, both of the
-form {v : lower ≤ R v ≤ upper}; and, in rational numbers, vectors M_sj, N_sj (j = 0, 1, …), x₀ and u₀. Every stored
+form {v : lower ≤ G v ≤ upper}; and, in rational numbers, vectors M_sj, N_sj (j = 0, 1, …), x₀ and u₀. Every stored
 float64 stands for exactly one real number, its own value. Let
 x(t) = x₀ + Σ_s Σ_j M_sj z_s(t + j T) and u(t) = u₀ + Σ_s Σ_j N_sj z_s(t + j T).
 If `check` answers Proved, then x(t + T) = A x(t) + B u(t) + c, x(t) ∈ X and u(t) ∈ U for

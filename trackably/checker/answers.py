@@ -1,4 +1,4 @@
-"""The answers of a check, each with a sentence for the reader, and the steps of each proof in their order."""
+"""The answers of a check, each with a sentence that explains it, and the order of the steps that a check takes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -120,7 +120,7 @@ def check_counterexample(counterexample: Counterexample) -> str | None:
 
 
 def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
-    """Return an interval that contains a bound's row · x(t) or row · u(t) at t [s], if signals are sums of kernels."""
+    """Return an interval of row · x(t) or row · u(t) at t [s], for a bound's row, if signals are sums of kernels."""
     every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
     return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 

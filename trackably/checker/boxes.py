@@ -138,7 +138,7 @@ _TERMS = 4
 def _boxes(certificate: Certificate, quantities: list[Quantity]) -> tuple[Held, int]:
     """Return the boxes of a proof, with the quantities that are checked there, and the number of Taylor coefficients.
 
-    If only instants are claimed, the box around k T has the index k.
+    If only the instants k T are claimed, box k is the one around k T.
     """
     proof, step = certificate.proof, certificate.subject.system.sampling_time
     if isinstance(proof, Steps):
@@ -194,7 +194,7 @@ def is_below(model: Model, bound: list[Real]) -> bool:
     above, below = rest[: len(bound)], rest[len(bound) :]
     both = zip_longest(above, below, fillvalue=(0, 0))
     doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
-    p = [c << k for k, c in enumerate(doubled)]  # with x = 2 y − 1, a polynomial in y ∈ [0, 1]
+    p = [c << k for k, c in enumerate(doubled)]  # 2 (bound − model) as a polynomial in y ∈ [0, 1], x = 2 y − 1
     p[0] -= 2 * missed + sum(high - low for low, high in rest)  # widths of intervals count as errors, as |x^k| ≤ 1
     return is_nowhere_negative(p)
 

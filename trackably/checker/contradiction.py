@@ -84,7 +84,10 @@ class Value:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """The multipliers: states[k][i] and inputs[k][i] for row i of both sets at step k, and values[i] for value i."""
+    """The multipliers of rows at step k, states[k][i] and inputs[k][i], and of given values, values[i].
+
+    Row i is that of the state set for `states`, and that of the input set for `inputs`.
+    """
 
     states: tuple[tuple[float, ...], ...]
     inputs: tuple[tuple[float, ...], ...]
@@ -168,7 +171,8 @@ def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
 class _Weighted:
     """The inequality lower ≤ row · z_k ≤ upper at a step k, and its multiplier μ; z is x if `of_state`, else u.
 
-    `lower` and `upper` are already moved outwards by d, if the theorem says so.
+    `lower` and `upper` are already further out, as the theorem says: for the last given value, or, without values, for
+    all rows.
     """
 
     step: int
@@ -180,7 +184,7 @@ class _Weighted:
 
     @property
     def most(self) -> Fraction:
-        """The largest value of μ row · z_k for which the inequality holds."""
+        """The largest value of μ row · z_k that the inequality allows."""
         return self.multiplier * (self.upper if self.multiplier > 0 else self.lower)
 
 
@@ -261,8 +265,9 @@ def _factors(
 ) -> tuple[list[int], list[list[int]], int, int]:
     """Return p_0, e_k + Bᵀ p_(k+1) for k = N − 1, …, 0, and Σ_k p_(k+1) c, as integers, and their common denominator.
 
-    `A` and `B` are given by their columns. All entries of `A`, `B` and `c` are integers: q times those of the system.
-    `N` is the number of steps, and `rows` are the inequalities with their multipliers.
+    The symbols are those of the module's proof. `A` and `B` are given by their columns. All entries of `A`, `B` and `c`
+    are integers: q times those of the system. `N` is the number of steps, and `rows` are the inequalities with their
+    multipliers.
     """
     used = [row for row in rows if row.multiplier]
     D = common_denominator(row.multiplier * r for row in used for r in row.row)
@@ -340,7 +345,7 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
 
 
 def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
-    """Yield the interval from lower to upper; if lower > upper, both ends as two intervals that exclude each other."""
+    """Yield the interval from lower to upper; if lower > upper, and so it is empty, a narrow one around each end."""
     ends = ratio(lower), ratio(upper)
     yield from (between(*ends),) if lower <= upper else ends
 

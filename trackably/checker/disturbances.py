@@ -184,7 +184,7 @@ class Errors:
     """The set Z of errors (`Robust`), with N = `head`, s = `terms` and α = `contraction`.
 
     All other numbers are integers, as they are multiplied by common denominators q, d and b: `closed` is q A_K with
-    A_K = A + B K, `vectors` are d times those of the `disturbance`, and `box` is b p.
+    A_K = A + B K, `vectors` are d times those of the `disturbance`, and `box` is b times the sizes p_i of P.
     """
 
     head: int
@@ -222,10 +222,11 @@ class Errors:
         return cls(head, terms, contraction, disturbance, q, whole_closed, d, vectors, b, whole_box)
 
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
-        """Return h_Z(row) = Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), as numerator and denominator.
+        """Return the support function h_Z(row) = max {row · e : e ∈ Z}, as numerator and denominator.
 
-        Both sums are evaluated by Horner's rule in 1/q. Common factors are not cancelled, because this would take
-        far longer than everything else: the sums have as many digits as the last power.
+        It is Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), with W and P as in `Robust`. Both sums are
+        evaluated by Horner's rule in 1/q. Common factors are not cancelled, because this would take far longer than
+        everything else: the sums have as many digits as the last power.
         """
         N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
         r, (moved,) = in_whole_numbers([row])
@@ -237,7 +238,7 @@ class Errors:
             else:
                 of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
             moved = self.moved(moved)
-        # `row` was multiplied by r: the first sum is of_W/(r qᴺ⁻¹ d), the second one is of_P/(r qᴺ⁺ˢ⁻¹ b (1 − α))
+        # `row` was multiplied by r. So h_Z(row) = of_W/(r qᴺ⁻¹ d) + of_P/(r qᴺ⁺ˢ⁻¹ b (1 − α)).
         above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
         return above, r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
 
@@ -247,7 +248,7 @@ class Errors:
         return above * room.denominator <= room.numerator * below
 
     def moved(self, row: Sequence[int]) -> list[int]:
-        """Return the row vector row · q A_K, in integers."""
+        """Return row · q (A + B K), a row vector of integers."""
         return [product(row, column) for column in zip(*self.closed, strict=True)]
 
 
@@ -265,7 +266,7 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
 
 
 def _not_invariant(robust: Robust, errors: Errors) -> str | None:
-    """Return which of W ⊆ P and A_Kˢ P ⊆ α P does not hold, so that errors may leave Z; None if both hold."""
+    """Return which of W ⊆ P and A_Kˢ P ⊆ α P (`Robust`) does not hold, so errors may leave Z; None if both hold."""
     n, box = len(robust.box), [Fraction(p) for p in robust.box]
     for i in range(n):
         axis = [int(i == j) for j in range(n)]

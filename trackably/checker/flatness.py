@@ -123,10 +123,10 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
 
 
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
-    """Return whether a = b is shown with the formula of only one state or input, for any values of all others.
+    """Return whether a = b is shown with new names in place of the formulas of all states and inputs but one.
 
-    Then the polynomials stay short. Each state and input is tried as the one. The formulas `later`, of states one step
-    later, may have any values, too.
+    This keeps the polynomials short. Each state and input is tried as the one whose formula stays. The formulas
+    `later`, of states one step later, are replaced, too.
     """
     shapes = Shapes()
     hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}

@@ -119,7 +119,7 @@ class UnreadableError(ValueError):
 
 
 def format_of(data: object) -> str | None:
-    """Return the format that a file states, with the library's current name; None if the file states no format."""
+    """Return the format of a file, with the library's former name replaced by the current one; None if none."""
     found = data.get("format") if isinstance(data, dict) else None
     if not isinstance(found, str):
         return None

@@ -10,8 +10,9 @@ stands for exactly one real number. If `check` answers Proved, then on each piec
 q^(r) stays in its limits, r = 0, …, R. At each breakpoint between two pieces q^(r) jumps by d_r at most, if the joint
 has limits of an order above r. Where the trajectory rests beyond its end, q stays at its last value, and this counts as
 one more piece. So for t_0 ≤ t ≤ t_K, or for all t ≥ t_0, the limits hold of every derivative, and each derivative below
-a joint's highest limited one changes by nothing but the integral of the next one and by these jumps: nothing that is
-limited is infinite between two pieces. Nothing is said about rounding errors of a program that evaluates q.
+a joint's highest limited one changes by nothing but the integral of the next one and by these jumps: apart from the
+jumps, no limited derivative has an impulse at a breakpoint. Nothing is said about rounding errors of a program that
+evaluates q.
 
 If `check` answers Refuted of a "trackably broken joint trajectory", which has the additional field "broken", then each
 entry of this field is true. The entry {"joint", "order": r, "piece": i, "since": s, "violation": v > 0} says that

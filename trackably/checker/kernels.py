@@ -10,9 +10,9 @@ M (h/ρ)ⁿ/(1 − h/ρ) in the box.
 Kinks. A kernel may have kinks, at a difference of 0 and where its support ends; between them it is analytic. The branch
 κ₊ that holds in the middle of the box is continued over all of the box. At most two errors are added. If a kink at 0 is
 in the box, the error at distance r beyond it is |κ₊(r) − κ₊(−r)|, as κ is even: twice the odd powers of the Taylor
-series of κ₊ about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is the
-distance of κ from κ₊ on the positive side (`jump`). κ is even, so that both together bound the error on the negative
-side. A box that contains 0, but whose middle is on another branch, is refused.
+series of κ₊ about 0, which are bounded in the same way. If other kinks are in the box, the error beyond them is
+|κ(r) − κ₊(r)| for r > 0 (`jump`). At −r, the sum of both errors bounds the error, as κ is even. A box that contains 0
+is refused if κ has another branch at 0 than in the middle of the box.
 
 Far centres. Centres at distances ≥ d from all times of a box are not expanded: together they add at most Σ |c_i| K,
 where K bounds |κ| at all distances ≥ d (`reach`).
@@ -59,14 +59,17 @@ from trackably.checker.watch import tick
 
 
 class Decay(NamedTuple):
-    """Over-estimates of |κ| and |κ̇| (`size` and `slope`) at all distances beyond some distance."""
+    """Over-estimates of the absolute value of a function (`size`) and of its derivative (`slope`).
+
+    For a kernel, they hold beyond some distance; for a signal minus its mean, after some time.
+    """
 
     size: Real
     slope: Real
 
 
 class Sizes(NamedTuple):
-    """Over-estimates of |κ| (`size`), |κ̇| (`slope`), |r κ̇| (`stretch`) and |r κ| (`moment`).
+    """Over-estimates of |κ| (`size`), |κ̇| (`slope`), |r κ̇| (`stretch`) and |r κ| (`moment`) up to some |r|.
 
     `roundings` over-estimates the rounding error of κ's own formula, in units of the unit roundoff u.
     """
@@ -133,7 +136,10 @@ class Kernel(ABC):
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
-        """Return a, and coefficients of g in x, for κ(r + h x) = a e^g(x): n, or three; None if κ has no such form."""
+        """Return a, and the coefficients in x of g, for κ(r + h x) = a e^g(x); None if κ has no such form.
+
+        Only the first n coefficients are used; those that are left out are zero.
+        """
         return None
 
     def model(self, r: Real, h: Real, radius: Real, n: int, sides: tuple[Any, Any] | None = None) -> Model:
@@ -282,7 +288,7 @@ class Matern(Elementary):
         """Return P(x), P'(x), … up to the last nonzero derivative."""
 
     def along(self, moments: Sequence[Real], x: Real, y: Real, n: int) -> list[Real]:
-        """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z) with z = x + y ξ."""
+        """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z), where z = x + y ξ and m_k = moments[k]."""
         slopes, power = self.slopes(x), ONE
         found: list[Real] = []
         for j in range(len(slopes)):
@@ -454,10 +460,10 @@ class PiecewisePolynomial(Elementary):
 
     @property
     def roundings(self) -> int:
-        return 35  # up to 7 factors 1 − s, the other factor of P by Horner's rule, θ₁²
+        return 35  # in up to 7 factors 1 − s, the other factor of P by Horner's rule, and θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
-        """Return whether |r| > θ₂ is certain: then κ is enclosed by its branch 0, otherwise by the polynomial."""
+        """Return whether |r| > θ₂ is certain: then its zero branch encloses κ, otherwise the polynomial."""
         return abs(r).a > self.length
 
 

@@ -168,11 +168,11 @@ class Model:
         return _within(found, self - found * found, both)
 
     def angle(self, x: "Model") -> "Model":
-        """Return the angle of (x, y), where y is this model, relative to a vector (c, s) in a half-plane.
+        """Return atan2(y, x), where y is this model; all vectors (x, y) must be in a half-plane of continuous angles.
 
-        Angles are continuous in the half-plane. If x c + y s > 0, the angle of (x, y) is that of (c, s) plus
+        Let (c, s) be one of the vectors. If x c + y s > 0, the angle of (x, y) is that of (c, s) plus
         atan((y c − x s)/(x c + y s)), up to whole turns. There are no whole turns, as angles in such a half-plane
-        differ by less than π. (c, s) is in the span of (x, y).
+        differ by less than π. Raise UndefinedError if the half-plane or x c + y s > 0 is not certain.
         """
         side(self.span, x.span)
         many = [type(one) for one in (self.span, x.span) if isinstance(one, Many)]
@@ -279,7 +279,7 @@ def differential(part: Formula, value: Real, at: Sequence[Real]) -> Callable[[Se
 
 
 def _within(found: Model, rest: Model, divisor: Real) -> Model:
-    """Return a model of functions that differ from the polynomial of `found` by `rest` divided by a positive number."""
+    """Return a model of functions that differ from the polynomial of `found` by `rest`/`divisor`, with divisor > 0."""
     return Model(found.coefficients, require_bounds((rest.size + rest.missed) / divisor.a))
 
 
@@ -312,7 +312,7 @@ def _times_powers(a: Model, d: Model) -> Model:
 def _derivative(name: str, x: Real, k: int, exponent: float) -> Real:
     """Return an interval that contains φ⁽ᵏ⁾(ξ)/k! for each ξ of the interval x, on which φ is defined.
 
-    `name` says which function φ is; of "power" and "sqrt" the `exponent` is given.
+    `name` says which function φ is. The `exponent` is used for "power", and for "sqrt", where it must be 0.5.
     """
     if name == "exp":
         return exp(x) / factorial(k)

@@ -157,7 +157,7 @@ def row_echelon(matrix: list[list[Fraction]], n: int) -> tuple[list[list[Fractio
 
 
 def null_space(matrix: list[list[Fraction]], n: int) -> list[list[Fraction]]:
-    """Return a basis of all v of n numbers with M v = 0, by elimination."""
+    """Return a basis of all v with M v = 0, by elimination, for a `matrix` M with n columns."""
     rows, pivots = row_echelon(matrix, n)
     basis = []
     for free in (j for j in range(n) if j not in pivots):

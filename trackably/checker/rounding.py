@@ -36,7 +36,7 @@ from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, fu
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
-_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest intervals
+_HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest cells
 _UNDERFLOW = exactly(2) ** -1000
 _OVERFLOW = exactly(10) ** 300
 
@@ -98,12 +98,12 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
     """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T in use."""
     latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
     kernel = signal.kernel.sizes(until + ahead + latest)
-    # With the unit roundoff u, each of k T, j T, k T + j T and r = k T + j T − t_i is rounded once, by at most u times
-    # its size. |k T + j T| is at most |r| + |t_i|, and |k T| at most j T more. So r is off by at most
-    # 3 u (|r| + |t_i| + j T). There are also up to six roundings of the argument of κ, and n + 2 of the dot product.
+    # Let u be the unit roundoff. The time k T, the shift j T, k T + j T and r = k T + j T − t_i are each rounded once,
+    # by at most u times their size. |k T + j T| is at most |r| + |t_i|, and |k T| at most j T more. So r is off by at
+    # most 3 u (|r| + |t_i| + j T). Up to six roundings of the argument of κ and n + 2 of the dot product come on top.
     # If the time was first moved by whole periods, it is off by u `until`, and all roundings of r together are at most
-    # 3 u (`until` + j T + |t_i|). Then 3 u `stretch` bounds their effect on κ: if all kernels repeat, `stretch` is
-    # `slope` times the argument of `sizes`.
+    # 3 u (`until` + j T + |t_i|). Then 3 u `stretch` bounds their effect on κ: all kernels repeat, and so `stretch` is
+    # `slope` times the bound of this sum that `sizes` was given.
     weight, near = total(abs(c) for _, c in signal.pairs), largest_sums(signal)
     of_all = weight * (kernel.roundings + 9 * kernel.stretch)
     of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size

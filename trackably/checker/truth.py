@@ -18,9 +18,10 @@ at the times t of the cell
   - by L: f is at most y_i + ē + L |t − t_i|, where j = i;
   - by μ_i = (t_j − t)/(t_j − t_i) and μ_j = 1 − μ_i, where j is another sample: ∫ |κ| is |t − t_i| |t − t_j| / 2;
   - by μ_i = 1 and ν_j = t − t_i, where j is a rate: ∫ |κ| is |∫ |τ − s_j| dτ|, τ from t_i to t.
-No time of a named measurement is inside the cell. So all signs stay the same, and each side is a quadratic polynomial
-in the cell, which is found from its values at three times, in rational arithmetic. x_r is enclosed by a Taylor model,
-as in step 2 of `checker`. The upper side minus x_r, and x_r minus the lower side, are shown to be at most ε_k.
+No time of a named measurement is inside the cell. So t − t_i, t − t_j and t − s_j keep their signs, and each side is a
+quadratic polynomial in the cell, which is found from its values at three times, in rational arithmetic. x_r is enclosed
+by a Taylor model, as in step 2 of `checker`. The upper side minus x_r, and x_r minus the lower side, are shown to be at
+most ε_k.
 
 For a contradiction, let Σ μ_i = 0 and Σ μ_i t_i + Σ ν_j = 0. In the same way, Σ μ_i f(t_i) + Σ ν_j f′(s_j) = ∫ κ f″
 with κ(s) = Σ μ_i max(t_i − s, 0) + Σ_(s_j > s) ν_j. So Σ μ_i y_i + Σ ν_j v_j − Σ |μ_i| ē − Σ |ν_j| ē′ ≤ M ∫ |κ| if
@@ -183,7 +184,10 @@ def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
 
 
 def _bound(of: SignalClass, t: Fraction, points: _Weighted, rates: _Weighted, sign: int) -> Fraction | None:
-    """Return the bound Σ μ y + Σ ν v ± (Σ |μ| ē + Σ |ν| ē′ + M ∫ |κ|) of f(t); None if multipliers do not fit t."""
+    """Return the bound Σ μ y + Σ ν v ± (Σ |μ| ē + Σ |ν| ē′ + M ∫ |κ|) of f(t), as in the module's proof.
+
+    `points` and `rates` are pairs of a multiplier, μ or ν, and a measurement. Return None if multipliers do not fit t.
+    """
     M, used = of.second_derivative, [*points, *rates]
     here, jumps = [(Fraction(1), t), *((-m, t_i) for m, (t_i, _, _) in points)], [(-m, s) for m, (s, _, _) in rates]
     left = exact_sum(m for m, _ in here), exact_sum([*(m * t for m, t in here), *(m for m, _ in jumps)])

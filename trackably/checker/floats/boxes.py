@@ -55,9 +55,9 @@ def boxes_left(
 def _is_inside(q: Quantity, box: Box, is_kept: bool, of_box: Floats | None) -> bool:
     """Return whether q is shown to stay inside its bounds in a box.
 
-    `of_box` has the coefficients of its model, and the bound of the remainder. It is None if q may be undefined in the
-    box, or if the enclosure of q leaves the bounds at an end of the box. Any other quantity that is not known to be
-    kept inside its bounds is tried again in integers.
+    `is_kept` says whether float64 shows it. If not, it is decided again in integers, from the model `of_box`: its
+    coefficients, then the bound of its remainder. `of_box` is None if q may be undefined in the box, or if the
+    enclosure of q leaves the bounds at an end of the box.
     """
     model = None if is_kept or of_box is None else _model(of_box)
     return is_kept or (model is not None and stays_inside(model, q, box))

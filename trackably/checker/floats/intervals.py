@@ -70,7 +70,7 @@ class Floats(Many):
         return Floats.exact(self._around[0])
 
     def at(self, index: Any) -> "Floats":
-        """Return the intervals at an index of arrays."""
+        """Return the intervals at an index, of any kind that NumPy's arrays take."""
         return Floats(self.low[index], self.high[index])
 
     @cached_property

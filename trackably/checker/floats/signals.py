@@ -40,14 +40,14 @@ class CentresBefore:
     weights: Array
 
     def enclose(self, before: Indices, middles: Floats, along: Floats, radii: Floats, n: int) -> Model:
-        """Return Taylor models with n terms in B boxes, with the first before[b] centres for box b.
+        """Return Taylor models with n terms, in B boxes, of the sum over the first before[b] centres for box b.
 
         `middles` [s] and half widths `along` [s] are those of the boxes; with time reversed, half widths are negative.
         `radii` [s] are those of discs in Cauchy's estimate.
         """
         last, is_any, half = np.maximum(before - 1, 0), before > 0, abs(along)
         time = middles - Floats.exact(self.centres[last])
-        x = self.kernel.rate * time.choose(is_any, time, radii)  # without centres, any time with finite results will do
+        x = self.kernel.rate * time.choose(is_any, time, radii)  # for no centres, any time with finite results
         moments = [m.choose(is_any, m.at((slice(None), last)), 0.0) for m in self.moments]
         terms = self.kernel.along([m.at(0) for m in moments], x, self.kernel.rate * along, n)
         ratio: Any = half / radii
@@ -64,7 +64,7 @@ class CentresBefore:
         low, step = np.zeros((self.kernel.degree + 1, 2, len(self.centres))), 1
         low[0] = self.weights, np.abs(self.weights)
         found = [Floats(*ends) for ends in zip(low, low.copy(), strict=True)]
-        while step < len(self.centres):  # `found` has the moments of the last `step` centres up to each
+        while step < len(self.centres):  # `found` has, at each centre, the moments of the last `step` ones
             tick()
             since = self.kernel.rate * (Floats.exact(self.centres[step:]) - Floats.exact(self.centres[:-step]))
             moved = _move([m.at((slice(None), slice(-step))) for m in found], since)
@@ -120,7 +120,7 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class ManyCentres:
-    """Σ_i c_i κ(t − t_i) with the centres in increasing order; those that are far from a box add at most `far`."""
+    """Σ_i c_i κ(t − t_i), centres in increasing order; those farther than `reach` [s] from a box add at most `far`."""
 
     kernel: Any  # a `Kernel`; its formulas accept intervals of mpmath and arrays of intervals alike
     centres: Array
