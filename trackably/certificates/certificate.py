@@ -14,8 +14,8 @@ from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 from trackably.systems.trajectories import Quantity
 
-# A time just before or after the claimed times counts as their first or last one if its distance from this one,
-# relative to the time itself, is at most the first number, or the second one for polynomial pieces.
+# Relative tolerance of a time t [s] that lies just before or after the claimed times: it counts as proved if it is
+# beyond them by no more than this times |t|. The second number is for polynomial pieces, the first for sums of kernels.
 _TIME_TOLERANCE, TIME_TOLERANCE_OF_PIECES = 1e-12, 2.0**-50
 _PERIODS, _STEPS = 2.0**40, 2.0**52  # most periods, and most steps, that are counted exactly in float64
 _YEAR = 31_557_600.0  # seconds
@@ -32,10 +32,10 @@ class Certificate:
     holds at later times, up to `last_time`. `proof` holds the boxes of time in which the bounds are checked, or the
     last step that is checked. `truth` holds bounds on the distances of states from true signals.
 
-    If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: for all
-    w(k) in the disturbance set W and starts in x_r ⊕ Z at the claim's times, u = u_r + K (x − x_r) keeps the given
-    bounds at every step after. The reason is that the error e = x − x_r obeys e⁺ = (A + B K) e + w, and stays in the
-    robustly invariant set Z.
+    If bounds are tightened for disturbances, `robust` tells how, and the certificate states the consequence: from every
+    state in x_r ⊕ Z at the claim's times, with a robustly invariant set Z, the feedback u = u_r + K (x − x_r) keeps the
+    given bounds at every step after, for all w(k) in the disturbance set W. The reason is that the error e = x − x_r
+    obeys e⁺ = (A + B K) e + w, and stays in Z.
     """
 
     reference: Reference
@@ -81,7 +81,7 @@ class Certificate:
 
     @property
     def _limit(self) -> str:
-        """Up to which time float64 values are proved to be accurate, as a text; empty if this needs no mention."""
+        """The time up to which float64 values are proved, as text; empty if it is after the claim or never comes."""
         last, years = self.last_time, self.last_time / _YEAR
         if last >= _NEVER_REACHED or self.claim.span[1] <= last:
             return ""

@@ -6,7 +6,8 @@ signals, which float64 may not evaluate accurately. If a proof fails for this re
 searched.
 
 A learner of functions learns hyperparameters and the function together; its fallback learns hyperparameters alone. J is
-the objective of a learner: l (minus twice the logarithm of the marginal likelihood) plus the price of the bounds.
+the objective of a learner: l (minus twice the logarithm of the marginal likelihood) plus the price of the bounds, which
+is the least rise of a function's misfit and norm that they cause for given hyperparameters.
 """
 
 from collections.abc import Callable
@@ -67,9 +68,9 @@ class Attempt:
 class Certified:
     """A learned reference with its proof.
 
-    Its signals, and those of the `solution`, are sums of as few kernels as possible. Bounds were tightened by up to
-    `backoff` (a part of their width). `space` is the box in which hyperparameters were searched, without the length
-    scales at which float64 cannot evaluate the reference.
+    Its signals, and those of the `solution`, are sums of fewer kernels than learned, if fewer are accurate enough.
+    Bounds were tightened by up to `backoff` (a part of their width). `space` is the box in which hyperparameters were
+    searched, without the length scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -105,10 +106,10 @@ def learn_certified(
     values need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless
     there are required values.
 
-    The fallback is also tried if J of the proved function is higher, or hardly lower, than hyperparameters alone
-    reached with a smaller back-off. The result with the lower J is returned: J of a function exceeds J of any proved
-    fallback by a millionth of 1 + |l| at most. The search continues from `last`, the solution of a similar problem, for
-    example with other samples of a window. The solution's `fits` counts the nonlinear programs of all attempts.
+    The fallback is also tried if it might reach a lower J than the proved function, with a smaller back-off. The result
+    with the lower J is returned, so J of a returned function exceeds that of a proved fallback by a millionth of
+    1 + |l| at most. The search continues from `last`, the solution of a similar problem, for example with other samples
+    of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
     first = _Learning(samples, prior, plant, space, on_attempt, learner, required)
@@ -127,7 +128,7 @@ def learn_certified(
 
 
 def _missing(failure: NoSolution | Failure) -> float:
-    """Return the violation of a bound, or the margin that a proof lacks, as a part of the width; ∞ if unknown."""
+    """Return the violation of a bound, or the margin that a proof lacks, relative to the width; ∞ if unknown."""
     match failure:
         case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
@@ -242,7 +243,8 @@ class _Learning:
     def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float) -> bool:
         """Raise each quantity's own back-off to `room` times its relative error; 0.01 at most.
 
-        Return whether a bound gets tighter than it was, with `backoff` for all quantities.
+        Return whether this tightens any bound more than before, when each quantity had the larger of `backoff` and its
+        own back-off.
         """
         known = self.rounding
         needed = {name: min(room * error, _LARGEST_BACKOFF) for name, error in errors.items()}
@@ -250,11 +252,11 @@ class _Learning:
         return any(least > max(backoff, known.get(name, 0.0)) for name, least in self.rounding.items())
 
     def _larger(self, backoff: float, found: Solution) -> float:
-        """Return the next back-off.
+        """Return the next back-off: at least twice `backoff`, but at most 0.01.
 
-        It is twice as large or larger, but at most 0.01. Rough functions (kinks and many active bounds) and functions
-        that violate their bounds get at once the back-off for which J rises by the solver's tolerance, if this is twice
-        as large. In other cases, the back-off is multiplied by 10, or by 2 if J would rise by more than this tolerance.
+        Let J rise by the solver's tolerance for a back-off `enough`. Rough functions (kinks and many active bounds) and
+        functions that violate their bounds get `enough` at once if it is at least twice `backoff`. Otherwise, `backoff`
+        is multiplied by 10 if the product is at most `enough`, else by 2.
         """
         enough = self._enough(found)
         if enough >= 2 * backoff and (found.missed or found.is_rough):

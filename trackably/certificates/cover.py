@@ -53,8 +53,7 @@ class UncoveredBox:
 def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[str, Boxes] | UncoveredBox:
     """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
 
-    Quantities share boxes, and smaller boxes are made by dividing larger ones, so that each signal is enclosed once in
-    a box.
+    Boxes of all quantities come from the same repeated divisions, so that a signal is enclosed only once in each box.
     """
     wanted: _Wanted = dict.fromkeys(pairwise(_first_edges(draft, reference, start, end).tolist()), draft.quantities)
     kinks, accepted = _Kinks.of(draft), {q.name: list[Box]() for q in draft.quantities}
@@ -209,7 +208,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
 
 
 def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tuple[int, Fraction]]:
-    """Return the pairs (index of a signal, shift by whole sampling times [s]) in the linear combinations, sorted."""
+    """Return the pairs (index s of a signal, shift j T_s [s]) that the linear combinations contain, sorted."""
     found = {shifted for argument in arguments for shifted in shifts_of(argument)}
     return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
 

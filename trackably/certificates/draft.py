@@ -36,8 +36,8 @@ LATEST = 1e60
 # Number of periods or windows for which evaluation is claimed, without and with a flat form; and number of periods of
 # polynomial pieces that float64 can count.
 _PERIODS, _PERIODS_OF_FORMULAS, _COUNTED = 1e3, 1e2, 2.0**49
-_TIMES = 101  # times of a window at which errors of formulas are estimated
-_SLACK = 1.02  # factor of stated errors, which then also hold after a small change of the reference
+_TIMES = 101  # times of a window at which rounding errors of nonlinear formulas are estimated
+_SLACK = 1.02  # factor by which errors are stated too large, to hold after a small change of the reference, too
 # A draft has neither a claim nor a proof yet: these take their places, and are not read.
 _NOTHING = checked.AllTimes(), checked.Cover(0.0, 0.0, {}, TERMS)
 _FORMULA_ERROR = 2.0
@@ -47,8 +47,9 @@ _FORMULA_ERROR = 2.0
 def evaluated_until(reference: Reference, window: float) -> float:
     """Return the time [s] up to which the errors of float64 evaluation are claimed to be bounded.
 
-    It is a multiple of the `window` [s] if errors grow with time, otherwise `LATEST`. Flat forms use differences of
-    signals over short steps, which amplify errors, so they get a smaller multiple.
+    If errors grow with time, it is a multiple of the `window` [s]; otherwise it is 1e60 s (`LATEST`), when kernels do
+    not overflow yet. Flat forms use differences of signals over short steps, which amplify errors: their multiple is
+    smaller.
     """
     far = window * (_PERIODS_OF_FORMULAS if reference.plant.flat_form is not None else _PERIODS)
     return far if any(_errors_grow(signal.kernel, far) for signal in reference.kernel_sums) else LATEST
@@ -74,14 +75,14 @@ def last_examined(reference: Reference) -> float:
 def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
     """Return an upper bound of |float64 − exact| for each bounded quantity at all times |t| ≤ `until` [s].
 
-    For formulas, the bound is estimated at some times from 0 to `last_examined`. The checker verifies this estimate in
-    each box.
+    For quantities with nonlinear formulas, the bound is estimated at some times from 0 to `last_examined`. The checker
+    verifies this estimate in each box.
     """
     return _errors(reference, until, times_in(0.0, last_examined(reference)))[1]
 
 
 def times_in(start: float, end: float) -> Array:
-    """Return the times [s] of a window at which errors of formulas are estimated."""
+    """Return the times [s] of a window at which rounding errors of nonlinear formulas are estimated."""
     return np.linspace(start, end, _TIMES)
 
 
@@ -118,7 +119,7 @@ class Draft:
     def of_pieces(cls, reference: Reference, start: float, end: float) -> Self:
         """Return a draft of a reference of polynomial pieces, examined from `start` to `end` [s].
 
-        Its float64 values are claimed up to the time until which whole periods can be counted in float64.
+        Its float64 values are claimed up to 1e60 s (`LATEST`), or as long as float64 counts whole periods exactly.
         """
         subject = as_subject(reference)
         until = min([LATEST, *(_COUNTED * signal.period for signal in reference.pieces if signal.beyond == "period")])

@@ -99,7 +99,7 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
 
 
 def refine(every: Quantities, times: Array, margins: Array) -> Array:
-    """Return the times [s] of local minima of `margins`, refined by parabolas through three times closer and closer."""
+    """Return the times [s] of local minima of `margins`, refined by parabolas through three points, ever closer."""
     inner = margins[:, 1:-1]
     which, at = np.nonzero((inner < margins[:, :-2]) & (inner <= margins[:, 2:]))
     lowest, reach = times[at + 1], (times[at + 2] - times[at]) / 2

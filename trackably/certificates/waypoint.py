@@ -23,7 +23,8 @@ from trackably.systems.trajectories import Trajectory
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
 
-# A text reduces a tolerance by this part before rounding it up, so that no rounding error raises its last digit.
+# Tolerances are reduced by this part before they are rounded up for a text. Otherwise, a rounding error in a tolerance
+# would raise the last digit shown.
 _NOTHING = 1e-12
 
 

@@ -370,7 +370,7 @@ def pieces_function(signal: PolynomialPieces, prefix: str, name: str) -> str:
 
 
 def precise_sum(functional: Functional, prefix: str) -> str:
-    """Return offset + Σ_c Σ_j w_cj z_c[j] as an expression in twice the precision, rounded to a double at the end."""
+    """Return the sum of `plain_sum` as an expression in twice the precision, rounded to a double at the end."""
     found = _numeral(functional.offset, prefix)
     for c, weights in enumerate(functional.weights):
         for j, w in enumerate(weights):

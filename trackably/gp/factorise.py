@@ -34,15 +34,15 @@ from trackably.gp.stencil import Stencil
 
 LARGEST_DENSE = 4000  # samples: a larger dense matrix takes gigabytes of memory and minutes of time
 _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; a factorisation holds two of this size
-# Tails are used if λ times the time between the first and last instant of a sample is at most this. Tails are then
-# extrapolated backwards by this time, over which e^(−λ|r|) grows by e at most.
+# Tails, the terms of κ with a factor e^(−λ|r|), are used if λ times the time between the first and last instant of a
+# sample is at most this. They are extrapolated backwards by this time, over which e^(−λ|r|) grows by e at most.
 _WITHIN_A_LAG = 1.0
-_BLOCK = 64  # smallest number of samples in a block with tails
-_LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: larger blocks without tails are not used
+_BLOCK = 64  # smallest number of samples in a block of a `Quasiseparable` by tails
+_LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: `Quasiseparable` without tails is not used with a larger block
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
-_MANY_BLOCKS = 20  # blocks without tails: with as many, they are faster than cosines and sines, or Chebyshev points
+_MANY_BLOCKS = 20  # blocks: from here on, `Quasiseparable` without tails is faster than `Fourier` and `LowRank`
 _AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
 _LOOSENED = 1e3  # factor by which `_AGREEMENT` is loosened if a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
@@ -65,7 +65,8 @@ def terms_of(samples: Samples, origin: float = 0.0) -> Terms:
 def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
     """Factorise K + V, where K is the covariance of the samples; None if K + V is not positive definite in float64.
 
-    ValueError: the samples are too many, or too many of several kinds (`candidates`).
+    ValueError: the samples are too many; if they are of several kinds (such as positions and velocities), this is the
+    case above `LARGEST_DENSE`.
     """
     found = (compute() for compute in candidates(prior, samples))
     return next((factor for factor in found if factor is not None), None)
@@ -83,7 +84,8 @@ Candidate = Callable[[], Factorisation | None]
 def candidates(prior: Prior, samples: Samples) -> Iterator[Candidate]:
     """Yield the ways to factorise K + V that are exact up to rounding, the fastest first.
 
-    ValueError: none fits into memory, or there are too many samples of several kinds for a dense matrix.
+    ValueError: none fits into memory, or samples of several kinds (such as positions and velocities), for which only a
+    dense matrix applies, are too many for it.
     """
     n, stencil, is_structured = len(samples), samples.stencil, False
     if isinstance(stencil, Stencil):

@@ -76,8 +76,8 @@ class Posterior:
         """Return l(θ) = ln|A| + (y − m)ᵀ A⁻¹ (y − m) + n ln 2π with A = K + σ_n² I, and ∂l/∂ln θ of shape (p,).
 
         This is twice the usual negative logarithm, as in the paper, so that printed values can be compared. The
-        gradient is tr((A⁻¹ − c cᵀ) ∂A) with the weights c = A⁻¹ (y − m). If the samples are centres that represent more
-        samples, l is that of all samples.
+        gradient is tr((A⁻¹ − c cᵀ) ∂A) with the weights c = A⁻¹ (y − m). If the samples replace a larger number of
+        samples (`Samples.scatter`), l is that of the larger number.
         """
         value, by_log_noise = self._value
         if not self.prior.learned:
@@ -190,7 +190,7 @@ class Posterior:
 
     @property
     def _value(self) -> tuple[float, float]:
-        """l(θ), and ∂/∂ln σ_n of its part from the residuals of samples that were replaced (`Samples.scatter`)."""
+        """l(θ), and the share of ∂l/∂ln σ_n from residuals of samples that were replaced (`Samples.scatter`)."""
         value = self._factored.log_determinant + float(self.weights.dot(self._residual))
         beside, by_log_noise = self.samples.scatter.negative_log_likelihood(self.prior.noise_std)
         return value + len(self.samples) * _LOG_TAU + beside, by_log_noise

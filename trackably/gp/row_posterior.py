@@ -40,7 +40,7 @@ class RowPosterior:
         return total
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
-        """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for multipliers ν of shape (n,)."""
+        """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for `multipliers` ν (n,) of rows L_a."""
         return tuple(
             part.with_kernels(part.weights_with_rows(cross), kernel.centres.times, kernel.centres.spread(multipliers))
             for part, kernel, cross in zip(self.posterior.parts, self._kernels, self._cross(multipliers), strict=True)
@@ -71,7 +71,7 @@ class RowPosterior:
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
 
     def _cross(self, multipliers: Array) -> list[Array]:
-        """Return the covariances of Σ_a ν_a L_a with the samples of each process, for `multipliers` ν (n,)."""
+        """Return the covariances of Σ_a ν_a L_a with each process's samples, for `multipliers` ν (n,) of rows L_a."""
         return [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
 
     @cached

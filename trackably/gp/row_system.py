@@ -67,7 +67,7 @@ class RowSystem:
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
     def cross(self, multipliers: Array) -> Array:
-        """Return the covariance of Σ_a ν_a L_a g with each sample S_i, for `multipliers` ν (r,); the shape is (n,)."""
+        """Return the covariance (n,) of Σ_a ν_a L_a g with each sample, for rows L_a g with `multipliers` ν (r,)."""
         return np.asarray(times(self.blocks, self._spread(multipliers))[0, self.samples])
 
     def product(self, multipliers: Array) -> Array:
@@ -77,9 +77,10 @@ class RowSystem:
         return np.asarray(times(self.blocks, both)[0, self.rows])
 
     def solver(self, noise: Array) -> Callable[[Array], Array] | None:
-        """Return the function that solves (K⁺ + D) x = b, where D is diagonal with the rows' `noise` variances (r,).
+        """Return the function that solves (K⁺ + D) x = b for b (r,), with the posterior covariance K⁺ of the rows.
 
-        Return None if the covariance of samples and rows with noise is not positive definite in float64.
+        D is diagonal and has the rows' `noise` variances (r,). Return None if the covariance of samples and rows with
+        noise is not positive definite in float64.
         """
         variances = self._spread(noise)
         variances[self.samples] = noise_variance(self.part.prior, self.part.samples)

@@ -144,7 +144,7 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
     if np.all(error <= _LARGEST_ERROR * row**2):
         return direct
     needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
-    if needed[-1] == _LONGEST - 1:  # the series does not end: h is not small compared with the correlation time
+    if needed[-1] == _LONGEST - 1:  # the series does not end: a row lasts too long, in correlation times
         return direct
     return Taylor(kernel, first, moments[:, : needed[-1] + 1])
 
@@ -159,7 +159,7 @@ class Direct:
 
     @property
     def centres(self) -> Terms:
-        """The times and weights of sums of kernels that are equal to κ(·, L_a), row by row."""
+        """The times t_p and weights w_p of the kernels in κ(·, L_a) = Σ_p w_p κ(· − t_p), for each row L_a."""
         return self.terms
 
     def among(self) -> Array:
@@ -174,7 +174,10 @@ class Direct:
         return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
 
     def among_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ_j of νᵀ (L L κ) ν for multipliers ν (count,) and all hyperparameters of the kernel."""
+        """Return ∂/∂ln θ_j, for all hyperparameters of the kernel, of νᵀ (L L κ) ν: the variance of Σ_a ν_a L_a.
+
+        ν are the `multipliers` (count,) of the rows L_a.
+        """
         own = self._weigh(multipliers)
         return self._form_gradient(*own, *own)
 
@@ -212,7 +215,7 @@ class Taylor:
 
     @cached
     def centres(self) -> Terms:
-        """Terms with the same first moments as the rows, but at times further apart, so that their weights stay small.
+        """Terms with the 9 lowest moments of the rows, but at times further apart, so that their weights stay small.
 
         With a step h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the
         reference. Here, times lie k H after a row's first time, for k = −4 … 4 and H of a tenth of the correlation

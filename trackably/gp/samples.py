@@ -25,9 +25,10 @@ _FEWEST = 10  # samples: with fewer, there is no usual spacing
 class ResidualStatistics:
     """Residuals that carry information about the noise only: `count` of them, each normal with standard deviation σ_n.
 
-    Such residuals remain if many samples are replaced by fewer. `squares` is the sum of their squares, in the squared
-    unit of the samples. `log_scale` is a constant in −2 ln p, where p is their density: the logarithms of the relative
-    variances that the replacement changed. ValueError: a number is not finite, or `count` or `squares` is negative.
+    Such residuals remain if many samples are replaced by fewer. They are divided by relative noises; `squares` is the
+    sum of their squares, in the squared unit of the samples. `log_scale` is a constant in −2 ln p, where p is their
+    density: Σ ln ϱ_i² of the replaced samples minus that of the new ones, with relative noises ϱ_i. ValueError: a
+    number is not finite, or `count` or `squares` is negative.
     """
 
     count: int = 0
@@ -66,8 +67,8 @@ class Samples:
 
     Sample i has noise of standard deviation σ_n · `relative_noise`_i, where `relative_noise` is 1 by default. With σ_n
     = 1 the relative noise is the standard deviation itself. `stencil` describes how samples depend on the learned
-    process; with `Stencils`, samples of different kinds may share a time. If the samples are centres that represent
-    more samples, `scatters` has the remaining information about the noise, for each kind.
+    process; with `Stencils`, samples of different kinds may share a time. If the samples replace a larger number of
+    samples, `scatters` has the remaining information about the noise, for each kind.
 
     ValueError, which names the first wrong entry: values are not finite, times do not increase, or arrays differ in
     length. TypeError: entries are no real numbers (but dates, for example).

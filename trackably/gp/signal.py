@@ -12,7 +12,7 @@ from trackably.gp.kernels.base import Kernel, sum_by_moments
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
-_MANY_OF_MOMENTS = 2**18  # terms (times times centres): for fewer, moments of all centres take longer than the sum
+_MANY_OF_MOMENTS = 2**18  # terms (times × centres): for fewer, moments of all centres take longer than the sum
 
 
 # Evaluate functions of many times block by block, in bounded memory.

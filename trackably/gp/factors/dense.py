@@ -12,7 +12,7 @@ from trackably.gp.factors.factorisation import Factorisation
 
 @dataclass(frozen=True)
 class Dense(Factorisation):
-    """A = L Lᵀ with the Cholesky `factor` L, zero above its diagonal, and the `gradient` ∂K/∂ln θ_j, (p, n, n)."""
+    """A = K + V = L Lᵀ, covariance plus noise: `factor` L, zero above its diagonal; `gradient` ∂K/∂ln θ_j (p, n, n)."""
 
     factor: Array
     gradient: Array
@@ -39,7 +39,7 @@ class Dense(Factorisation):
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         inverse, _ = scipy.linalg.lapack.dpotri(self.factor, lower=True)  # A⁻¹ on and below the diagonal, else zero
         diagonal = inverse.diagonal().copy()
-        twice = 2 * inverse.T.reshape(-1)  # an entry beside the diagonal stands for two
+        twice = 2 * inverse.T.reshape(-1)  # an entry below the diagonal stands for two
         twice[:: len(c) + 1] = diagonal
         by_kernel = self.gradient.reshape(len(self.gradient), -1) @ twice - self.gradient_times(c) @ c
         return np.asarray(by_kernel), float((diagonal - c**2) @ self.noise_variance)

@@ -27,7 +27,7 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.kernels.base import SpectralDensity
 
-_STEPS = 4  # rungs of the ladder (a geometric series of reaches P − T) for each doubling of the reach
+_STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
 _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
@@ -124,7 +124,7 @@ class Fourier(Factorisation):
 
     @classmethod
     def of(cls, ladder: Ladder, waves: Waves, density: SpectralDensity, noise_variance: float) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
+        """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
         power[0] *= 0.5
@@ -144,7 +144,8 @@ class Fourier(Factorisation):
         y = right.T / self.ladder.relative_noise
         x = self._solve(self._along(y))
         rest = y - self._spread(x)
-        # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be B⁻¹ Mᵀ y = x. Remove the difference.
+        # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be x = B⁻¹ Mᵀ y, B = I + Mᵀ M. Remove the
+        # effect of the difference.
         rest -= self._spread(self._solve(self._along(rest) - x))
         return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
 
@@ -162,14 +163,14 @@ class Fourier(Factorisation):
         return by_kernel, float(by_noise)
 
     def _along(self, rows: Array) -> Array:
-        """Return Mᵀ times each of the rows, shape (…, n)."""
+        """Return Mᵀ times each of the `rows` (…, n), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, m)."""
         return np.asarray(rows @ self.waves.scaled * self.root)
 
     def _spread(self, rows: Array) -> Array:
-        """Return M times each of the rows, shape (…, m)."""
+        """Return M times each of the `rows` (…, m), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, n)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
 
     def _solve(self, rows: Array) -> Array:
-        """Return B⁻¹ times each of the rows, shape (…, m)."""
+        """Return B⁻¹ times each of the `rows` (…, m), with the factorised B = I + Mᵀ M."""
         solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
         return np.asarray(solved.T.reshape(rows.shape))

@@ -94,7 +94,8 @@ class Bases:
         rows = np.concatenate([value[None], gradient])
         sizes = np.abs(coefficients(rows)) > ROUNDING * np.max(np.abs(rows), axis=(1, 2), keepdims=True)
         degree = max(np.flatnonzero(sizes.any(axis=(0, 1))).tolist(), default=most)
-        # Frequencies beyond the last coefficient are aliased onto the last ones, which so do not count as resolved.
+        # Frequencies too high for `most` points appear as (alias onto) the last coefficients. So the covariance counts
+        # as resolved only if these last coefficients are at rounding level.
         count = _round_up(degree + 2)
         return count if count <= most and degree < _CHECKED * most else None
 
@@ -112,10 +113,10 @@ def _round_up(count: int) -> int:
 
 @dataclass(frozen=True)
 class LowRank(Factorisation):
-    """A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ, where sample i has noise ϱ_i σ_n.
+    """A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ: C is the covariance of m points, ϱ Q R the `basis` that interpolates from these.
 
-    `factor` is the Cholesky factor L of B = I + R C Rᵀ/σ_n² = L Lᵀ, a matrix of size m; `gradient` is ∂C/∂ln θ_j, shape
-    (p, m, m).
+    Sample i has noise ϱ_i σ_n. `factor` is the Cholesky factor L of B = I + R C Rᵀ/σ_n² = L Lᵀ, a matrix of size m;
+    `gradient` is ∂C/∂ln θ_j, shape (p, m, m).
     """
 
     basis: Basis
@@ -126,7 +127,7 @@ class LowRank(Factorisation):
 
     @classmethod
     def of(cls, basis: Basis, covariance: Covariance, relative_noise: Array, noise_variance: float) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if B is not positive definite in float64."""
+        """Factorise for σ_n² = `noise_variance`; None if B = I + R C Rᵀ/σ_n² is not positive definite in float64."""
         between, gradient = covariance(basis.points[:, None] - basis.points)
         b = np.eye(len(between)) + basis.r @ between @ basis.r.T / noise_variance
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
@@ -142,7 +143,8 @@ class LowRank(Factorisation):
         rows = right.T / self.relative_noise
         along = rows @ q
         beside = rows - along @ q.T
-        # Project again: rounding has left a component in span Q, which would stay as it is, although B⁻¹ shrinks it.
+        # Project again: rounding has left in `beside` a component in span Q. The solution would contain it unchanged,
+        # though in span Q it has to be multiplied by B⁻¹.
         beside -= beside @ q @ q.T
         kept, _ = scipy.linalg.lapack.dpotrs(self.factor, along.T, lower=True)
         solution = beside + kept.reshape(along.T.shape).T @ q.T
@@ -156,7 +158,10 @@ class LowRank(Factorisation):
         return np.asarray(times[0] + self.basis.points)
 
     def weights_at_centres(self, c: Array) -> Array:
-        """Return Wᵀ c, shape (…, m). As the points x_j resolve κ, Σ_i c_i κ(t − t_i) = Σ_j (Wᵀ c)_j κ(t − x_j)."""
+        """Return Wᵀ c (…, m), where W interpolates from the points x_j to the samples.
+
+        As the points resolve κ, Σ_i c_i κ(t − t_i) = Σ_j (Wᵀ c)_j κ(t − x_j).
+        """
         return np.asarray(self.relative_noise * c @ self.basis.q @ self.basis.r)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
@@ -164,7 +169,8 @@ class LowRank(Factorisation):
         root, _ = scipy.linalg.lapack.dtrtrs(self.factor, self.basis.r, lower=True)
         u = self.weights_at_centres(c)
         by_kernel = np.tensordot(self.gradient, root.T @ root / self.noise_variance - np.outer(u, u), 2)
-        # ϱ σ_n² A⁻¹ ϱ is the identity on the complement of span Q, and B⁻¹ on span Q: tr(A⁻¹ V) = n − m + tr(B⁻¹).
+        # With noise V = σ_n² ϱ², σ_n² ϱ A⁻¹ ϱ is the identity on the complement of span Q, and Q B⁻¹ Qᵀ on span Q:
+        # tr(A⁻¹ V) = n − m + tr(B⁻¹).
         inverse, _ = scipy.linalg.lapack.dtrtri(self.factor, lower=True)
         by_noise = n - m + np.sum(inverse**2) - self.noise_variance * np.sum((self.relative_noise * c) ** 2)
         return np.asarray(by_kernel), float(by_noise)

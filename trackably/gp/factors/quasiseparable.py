@@ -50,7 +50,10 @@ def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
 
 
 class Cut(NamedTuple):
-    """Blocks of `rows` with covariances that pass through `tails`; without tails, only neighbouring blocks covary."""
+    """Blocks of `rows`, and the `tails` (polynomials times e^(−λ|r|)) whose sum is the kernel.
+
+    Without tails, only neighbouring blocks covary.
+    """
 
     rows: list[slice]
     tails: Sequence[Decay]
@@ -84,11 +87,17 @@ class Block(NamedTuple):
         return np.concatenate([self.by_tails.T @ values, values[: self.near]])
 
     def moved(self, state: Array) -> Array:
-        """Return Φ x for the state x (r, …) before the block: its entries of tails only, as all others are zero."""
+        """Return Φ x, the state after the block that the state x (r, …) before it gives, without the block's samples.
+
+        Only its first entries, those of tails (polynomials times e^(−λ|r|)), are returned: all others are zero.
+        """
         return np.asarray(self.move @ state[: len(self.move)])
 
     def moved_back(self, state: Array) -> Array:
-        """Return Φᵀ x for x (r, …), the size of a state after the block: entries of tails only; others are zero."""
+        """Return Φᵀ x for an x (r, …) of the size of a state after the block: the transpose of `moved`.
+
+        Only its first entries, those of tails (polynomials times e^(−λ|r|)), are returned: all others are zero.
+        """
         return np.asarray(self.move.T @ state[: len(self.move)])
 
 
@@ -126,7 +135,7 @@ def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
 def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the covariances of `one` set of rows with the `other`, then each ∂/∂ln θ_j; the shape is (1 + p, n, m).
 
-    Rows have the times [s] and weights of their terms, shapes (n, J) and (m, J).
+    A set is a pair: the times [s] and the weights of the terms of each row, both (n, J) or both (m, J).
     """
     terms, others = (
         [(t, w) for t, w in zip(*(array.T for array in rows), strict=True) if w.any()] for rows in (one, other)
@@ -147,11 +156,11 @@ class Factor(NamedTuple):
     gain: Array
 
     def solve(self, right: Array) -> Array:
-        """Return S⁻¹ r for r (b,) or (b, m)."""
+        """Return S⁻¹ r for r (b,) or (b, m), with the factorised covariance S of b samples given all earlier ones."""
         return np.asarray(scipy.linalg.lapack.dpotrs(self.cholesky, right, lower=True)[0].reshape(right.shape))
 
     def inverse(self) -> Array:
-        """Return S⁻¹."""
+        """Return S⁻¹ (b, b), with the factorised covariance S of b samples given all earlier ones."""
         inverse, _ = scipy.linalg.lapack.dtrtri(self.cholesky, lower=True)
         return np.asarray(inverse.T @ inverse)
 
@@ -209,11 +218,12 @@ class Quasiseparable(Factorisation):
         return times(self.blocks, c)[1:]
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
-        """Return the traces from the blocks Z_ii of Z = A⁻¹, and from Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki.
+        """Return tr((A⁻¹ − c cᵀ) ∂K/∂ln θ_j) and tr((A⁻¹ − c cᵀ) V), from the last block to the first.
 
-        With N_i = Σ_{k, l > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_kl (P_l Φ_{l−1} ⋯ Φ_{i+1}) they are Y_i = −N_i Xᵀ and
-        Z_ii = S⁻¹ + X N_i Xᵀ. No digits cancel in N_{i−1} = Pᵀ S⁻¹ P + Ψᵀ N_i Ψ with Ψ = Φ − Xᵀ P, a sum of positive
-        semidefinite matrices.
+        They need the blocks Z_ii of Z = A⁻¹, and Y_i = Σ_{k > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_ki (P, Φ, S, X: see the
+        class). With N_i = Σ_{k, l > i} (P_k Φ_{k−1} ⋯ Φ_{i+1})ᵀ Z_kl (P_l Φ_{l−1} ⋯ Φ_{i+1}) they are Y_i = −N_i X_iᵀ
+        and Z_ii = S_i⁻¹ + X_i N_i X_iᵀ. N_{i−1} = P_iᵀ S_i⁻¹ P_i + Ψᵀ N_i Ψ with Ψ = Φ_i − X_iᵀ P_i: no digits cancel
+        in this sum of positive semidefinite matrices.
         """
         by_kernel, by_noise = np.zeros(len(self.blocks[0].own) - 1), 0.0
         known, state = self._zeros(len(self.blocks[0].move)), self._zeros()
@@ -252,6 +262,6 @@ def times(blocks: list[Block], c: Array) -> Array:
 
 
 def _add_to_tails(state: Array, of_tails: Array) -> Array:
-    """Add to the part of a state that belongs to tails, in place, and return the state."""
+    """Add `of_tails` to the first entries of a state, those of polynomials times e^(−λ|r|), in place; return it."""
     state[: len(of_tails)] += of_tails
     return state

@@ -153,7 +153,7 @@ def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times
 
 
 def _move(decay: Decay, moments: Array, by: Array) -> Array:
-    """Return the moments (size, n) about later points, each at its own distance `by` [s]."""
+    """Return the moments Σ_j w_j x_j^k e^(−x_j), k < `size`, about points `by` (n,) [s] later: (size, n)."""
     return np.asarray(np.einsum("lkn,ln->kn", decay.moved(by), moments))
 
 
@@ -200,7 +200,7 @@ class SpectralDensity:
 
 
 _UNDERFLOW = 746.0  # e^(−x) is zero in float64 for every larger x
-_NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and below 2⁻⁶⁰ times the polynomials of derivatives
+_NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and so below 2⁻⁶⁰ after a derivative's polynomial
 
 
 @dataclasses.dataclass(frozen=True)

@@ -59,7 +59,7 @@ def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
 
 
 class Matern32(Matern):
-    """φ(s) = (1 + x) e^(−x), x = √3 |s|.
+    """φ(s) = (1 + x) e^(−x), with x = √3 |s|, s = r/θ₂ and the length scale θ₂.
 
     The mean has two continuous derivatives, and a third one that jumps at samples.
 
@@ -76,7 +76,7 @@ class Matern32(Matern):
 
 
 class Matern52(Matern):
-    """φ(s) = (1 + x + x²/3) e^(−x), x = √5 |s|.
+    """φ(s) = (1 + x + x²/3) e^(−x), with x = √5 |s|, s = r/θ₂ and the length scale θ₂.
 
     |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), which is negative beyond the golden ratio: the
     `decay_distance` ζ is θ₂ (1 + √5)/(2√5).
@@ -91,7 +91,9 @@ class Matern52(Matern):
 
 
 class Matern72(Matern):
-    """φ(s) = (1 + x + 2x²/5 + x³/15) e^(−x), x = √7 |s|: the mean has six continuous derivatives, its jerk is bounded.
+    """φ(s) = (1 + x + 2x²/5 + x³/15) e^(−x), with x = √7 |s|, s = r/θ₂ and the length scale θ₂.
+
+    The mean has six continuous derivatives; its jerk is bounded.
 
     |φ'| ∝ (3x + 3x² + x³) e^(−x) has the slope (3 + 3x − x³) e^(−x), negative from the root of x³ = 3x + 3 on, which is
     w + 1/w with w³ = (3 + √5)/2 (Cardano): `decay_distance` ζ = θ₂ (w + 1/w)/√7.

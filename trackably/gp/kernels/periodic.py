@@ -29,7 +29,7 @@ class Periodic(Elementary):
         jet, detour = self._jets(r, order + 1)
         gradient = np.empty((3, *jet[:-1].shape))
         gradient[0] = 2 * jet[:-1]
-        for n in range(order + 1):  # ∂κ/∂ln θ₂ = 2 g κ, differentiated n times
+        for n in range(order + 1):  # ∂κ/∂ln θ₂ = 2 g κ with g = −ln(κ/θ₁²), differentiated n times
             gradient[1, n] = 2 * detour[n] * jet[0]
             for j in range(1, n + 1):
                 gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]

@@ -62,10 +62,10 @@ def _factors(power: int, polynomial: tuple[float, ...], order: int) -> list[list
 
 
 class PiecewisePolynomial2(_PiecewisePolynomial):
-    """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s < 1: the mean has four continuous derivatives (q = 2).
+    """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s = |r|/θ₂ < 1: four continuous derivatives of the mean (q = 2).
 
-    φ'' = 14 (1 − s)³ (24 s² − 3 s − 1) is negative before the root (3 + √105)/48, and positive from there to 1: |φ'|
-    falls from there on: `decay_distance` ζ = θ₂ (3 + √105)/48.
+    φ'' = 14 (1 − s)³ (24 s² − 3 s − 1) is negative before the root (3 + √105)/48, and positive from there to 1. So |φ'|
+    falls from the root on: `decay_distance` ζ = θ₂ (3 + √105)/48.
     """
 
     power = 5
@@ -77,10 +77,10 @@ class PiecewisePolynomial2(_PiecewisePolynomial):
 
 
 class PiecewisePolynomial3(_PiecewisePolynomial):
-    """φ(s) = (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) for 0 ≤ s < 1: the mean has six continuous derivatives (q = 3).
+    """φ(s) = (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) for 0 ≤ s = |r|/θ₂ < 1: six continuous derivatives of the mean (q = 3).
 
     φ'' = 18 (1 − s)⁵ (105 s³ + 13 s² − 5 s − 1). The coefficients of the last factor change sign once: it has one
-    positive root (Descartes), 0.23998…, is negative before and positive from there on. |φ'| falls from there on:
+    positive root (Descartes), 0.23998…, is negative before it and positive after it. So |φ'| falls from the root on:
     `decay_distance` ζ = 0.23998… θ₂.
     """
 

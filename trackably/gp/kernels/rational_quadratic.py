@@ -12,7 +12,7 @@ from trackably.gp.kernels.elementary import Radial
 
 @dataclass(frozen=True, repr=False)
 class RationalQuadratic(Radial):
-    """φ(s) = (1 + s²/(2α))^(−α), with the hyperparameter `shape` α.
+    """φ(s) = (1 + s²/(2α))^(−α) with s = r/θ₂, the length scale θ₂ and the hyperparameter `shape` α.
 
     It is a mixture of squared exponentials of many length scales.
 

@@ -12,7 +12,7 @@ _EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond this, and 
 
 
 class SquaredExponential(Radial):
-    """φ(s) = exp(−s²/2).
+    """φ(s) = exp(−s²/2) with s = r/θ₂ and the length scale θ₂.
 
     |φ'| = s e^(−s²/2) has the slope (1 − s²) e^(−s²/2), negative from s = 1 on: `decay_distance` ζ = θ₂.
     """
