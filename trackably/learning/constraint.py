@@ -227,7 +227,7 @@ def local_minima(
 
 
 def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
-    """Return, for each constraint, the places (times) and relative margins that its method `closest` finds.
+    """Return, for each constraint, the places (times) of local minima of its margin, and the relative margins there.
 
     Constraints with an index set are evaluated together.
     """

@@ -144,8 +144,8 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
 def _whole(time: float, start: float, step: float, most: int) -> int:
     """Return how many whole steps fit into a duration `time` [s], at most `most`.
 
-    A duration that is too short only by the rounding of times near `start` [s] counts as whole steps. A step after the
-    end of the duration does not count, however near it is, because bounds do not apply there.
+    A duration that is too short only by the rounding of times near `start` [s] counts as whole steps. Otherwise a step
+    after its end does not count, however near it is, because bounds do not apply there.
     """
     rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
     return math.floor(min((time + rounding) / step, most))

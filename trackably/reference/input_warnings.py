@@ -132,7 +132,7 @@ def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
 
 
 def _last_rate(samples: Samples) -> float:
-    """Return the slope [1/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
+    """Return the slope [unit/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
 
     A motion that ends is slower than the mean rate, which is the range of the samples divided by their duration.
     """

@@ -109,7 +109,7 @@ class JointProgram:
     ) -> sqp.Evaluation | None:
         """Return J with its gradient (envelope theorem); None if J is undefined.
 
-        The function is found by `mean_for`, if it is given.
+        `mean_for` computes the function of a posterior; by default, this is `constrained_mean`.
         """
         posterior = self.problem.posterior(log_theta)
         try:
