@@ -62,8 +62,8 @@ def values_and_gradients(rows: Rows, posterior: JointPosterior) -> Array:
 ROUNDING_BACKOFF = 1e-9
 _PARTS = 8  # an interval between two neighbouring times is searched in this number of equal parts
 _INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # the inner ends of the equal parts, as fractions of the interval
-# Further searches for a negative margin between two kinks of a signal, each in a quarter of the interval before:
-# the margin may be negative in only a hundredth of the time between two kinks.
+# Number of further searches for a negative margin between two kinks of a signal, each in a quarter of the interval
+# before: the margin may be negative in only a hundredth of the time between two kinks.
 CLOSER = 2
 
 
@@ -87,7 +87,7 @@ class Bounded(ABC):
     @property
     @abstractmethod
     def none(self) -> Array:
-        """An array without any place (time at which the bounds are imposed), in the shape of this class."""
+        """An empty array of places (times at which the bounds are imposed), with the columns that this class needs."""
 
     @abstractmethod
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
@@ -154,10 +154,10 @@ class Constraint(Bounded):
         return self.index_set.suspect_centres(self._turns(posterior))
 
     def _turns(self, posterior: Signalled) -> Array:
-        """Return the times [s] at which q(t) = Σ_j w_j g(t + j T_s) may have kinks, and all centres of the signals.
+        """Return the times [s] at which q(t) = Σ_j w_j g(t + j T_s) may have kinks, and the centres of all kernels.
 
-        If the signal g has a kink at its centre c, q has kinks at c − j T_s for each j. The centres of smooth signals
-        are not shifted, because these signals change little within T_s.
+        If a signal g has a kink at a kernel's centre c, q has kinks at c − j T_s for each j. The centres of smooth
+        signals are not shifted, because these signals change little within T_s.
         """
         found = [signal.centres for signal in posterior.signals]
         for _, functional in self.quantity.trajectory.arguments:
@@ -227,7 +227,7 @@ def local_minima(
 
 
 def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
-    """Return, for each constraint, the places (times) and relative margins that its method `closest` finds.
+    """Return, for each constraint, the places (times) of local minima of its margin, and the relative margins there.
 
     Constraints with an index set are evaluated together.
     """

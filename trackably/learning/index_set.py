@@ -20,7 +20,7 @@ _POINTS_PER_CORRELATION_TIME = 12
 _FEWEST_POINTS, _MOST_POINTS = 64, 50_000  # the least and the largest number of intervals of a grid
 _REFINEMENTS, _NARROWER = 3, 0.1  # number of parabolas that refine a minimum; the width of each relative to the last
 _FEW_STEPS = 4096  # with more steps, evaluating all of them takes longer than a search in real time
-AROUND = np.array([[-1], [0], [1]])  # the three points of a parabola, relative to its centre, in units of `reach`
+AROUND = np.array([[-1], [0], [1]])  # where a parabola is fitted: distances from its centre, in units of `reach`
 
 Indices = npt.NDArray[np.intp]
 

@@ -16,8 +16,9 @@ class Learner:
     """The functions that solve constrained problems.
 
     `solve` needs no earlier solution; `continued` starts from the solution of a problem with other bounds, `extended`
-    from the solution of a problem with samples or bounds at fewer times. `first_backoff` is the part of a bound's width
-    by which bounds are tightened at first. The `fallback` is used if no reference of this learner can be proved.
+    from the solution of a problem with fewer samples, or with bounds at fewer times. `first_backoff` is the part of a
+    bound's width by which bounds are tightened at first. The `fallback` is used if no reference of this learner can be
+    proved.
     """
 
     solve: Callable[[ConstrainedProblem], Outcome]

@@ -140,7 +140,7 @@ class Solution:
     `others` are the ln θ of other local minima, best first. `method` says what was learned. `unconstrained` is the
     posterior at the minimum of the likelihood, if the learner computed it. `missed` bounds the violation, relative to a
     bound's width, that is left if a program would need bounds at too many times; a larger back-off (tightening of the
-    bounds) removes it. `alone` is the least J found with hyperparameters alone, infinite if none was sought. `spread`
+    bounds) removes it. `alone` is the least J found of a posterior mean that keeps the bounds, or infinite. `spread`
     is the range of J among functions found from several starts for the same hyperparameters; functions may differ if
     bounded quantities are nonlinear in the signals. In that case, the search tightened bounds by up to `backoff`, a
     part of their width, more than the problem demands.

@@ -68,8 +68,8 @@ def _rays(
 ) -> tuple[Array, Array]:
     """Return the largest relative violation of bounds at 24 phases of a period, and l, both of shape (b, a).
 
-    b points of the search space are evaluated, each at a `amplitudes`. `theta` has the values of hyperparameters at
-    these points, each of shape (b,); all other hyperparameters keep their values in the `prior`.
+    There are b points of the search space and `amplitudes` (a,); each point is evaluated at each amplitude. `theta` has
+    the hyperparameters at these points, each of shape (b,); all other hyperparameters keep their values in the `prior`.
     """
     count = len(next(reversed(theta.values())))
     lengthscale, period, noise = (

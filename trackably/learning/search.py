@@ -75,15 +75,15 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
     """Search from the starts of the search space, and from feasible points near the prior mean if that is needed.
 
-    A few starts, as many as there are hyperparameters, are first searched without bounds, to find the times at which
-    results violate bounds. All starts are then searched with bounds at these times, which may lead to other minima. If
-    the prior mean is an equilibrium inside the bounds, scaling the signal down towards it gives a feasible point, which
-    is kept and improved.
+    If `free` is not known, a few starts, as many as there are hyperparameters, are first searched without bounds, to
+    find the times at which results violate bounds. All starts are then searched with bounds at these times, which may
+    lead to other minima. If the prior mean is an equilibrium inside the bounds, scaling the signal down towards it
+    gives a feasible point, which is kept and improved.
     """
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
-    known = len(starts) if free else len(space.bounds)  # number of first starts, searched without bounds
+    known = len(starts) if free else len(space.bounds)  # number of starts searched without bounds: all for `free`
     exchange.together([*_point(near), *([*_point(free), *free.others] if free else starts[:known])])
     others = starts if any(map(len, exchange.active)) else starts[known:]
     if exchange.best is None:

@@ -83,7 +83,7 @@ class SearchSpace:
         return np.asarray(self.log_lower + (self.log_upper - self.log_lower) * self._spread(count))
 
     def _spread(self, count: int) -> Array:
-        # Steps of the recurrence in p dimensions: powers of the root of x^(p+1) = x + 1 (the golden ratio for p = 1).
+        # Steps of the recurrence in p dimensions: x⁻¹, …, x⁻ᵖ for the root of x^(p+1) = x + 1 (golden ratio for p = 1).
         p = len(self.bounds)
         count = count if p else 1
         root = 2.0

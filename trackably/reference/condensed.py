@@ -175,8 +175,8 @@ def condensed_enough(samples: Samples, noise_std: float | None = None) -> Sample
 def _allowance(samples: Samples, finest: int, noise_std: float | None) -> float:
     """Return the largest mean square residual of polynomials that is allowed for fewer centres than f = `finest`.
 
-    The mean squares of n − f normal numbers and of n numbers that include these differ by chance, with the relative
-    standard deviation √(2/n · f/(n − f)).
+    The n samples have n − f residuals, and up to n with fewer centres. Even if all are noise, the mean squares of n − f
+    and of n residuals differ by chance, with the relative standard deviation √(2/n · f/(n − f)).
     """
     least = condense(samples, finest).scatter.mean_square
     chance = _DEVIATIONS * np.sqrt(2 / len(samples) * finest / (len(samples) - finest))

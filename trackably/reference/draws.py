@@ -87,8 +87,8 @@ def draws_within_bounds(
     """Return draws at steps k (any shape), given the `posterior`'s samples and the bounds at steps k and `also`.
 
     Every draw keeps all bounds of the plant at all these steps, up to rounding, but not necessarily between them.
-    Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. If several of them act
-    alike, the smallest admissible ones are returned. The same seed gives the same draws (see `BoundedNormal`).
+    Inputs of a nonlinear plant are drawn, and bounded, to first order around the reference. If inputs are redundant,
+    the smallest admissible ones are returned. The same seed gives the same draws (see `BoundedNormal`).
 
     ValueError: there are more than 1200 states and inputs at all steps, or an input has no finite derivative. NoRoom:
     no values lie between the bounds. IllConditioned: K + σ_n² I has no Cholesky factor.

@@ -55,7 +55,7 @@ class EmpiricalPrior:
     """The `prior` for learning with bounds, and `questions` about intervals that may have been too narrow.
 
     `likeliest` is the posterior without bounds from which means and noise were taken; None if all were given.
-    `prior` may hold σ_n at a learned value; then `with_noise` is the prior in which this σ_n is learned again, else
+    In `prior`, a learned σ_n may be taken as known; `with_noise` is then the prior in which it is learned again, else
     None. `minima` are ln θ by name at the local minima of l for these means, best first; empty if they are not known.
     """
 
@@ -300,9 +300,10 @@ def _admissible(at_rest: Sequence[Quantity], likeliest: JointPosterior, free: Se
 def _nearest(
     at_rest: Sequence[Quantity], means: list[float], moving: Indices, stiffness: Array, room: float
 ) -> list[float] | None:
-    """Return means with a slack of `room` at each bound, relative to its width, that minimise Σ stiffness² · change².
+    """Return means, near those given, with a slack of `room` at each bound, relative to its width.
 
-    Only the means with indices in `moving` change, and quantities that do not depend on these means need no slack.
+    They minimise Σ (stiffness · change)², where stiffness² is the samples' information about a mean. Only the means
+    with indices in `moving` change, and quantities that do not depend on these means need no slack.
     Nonlinear quantities are linearised again at the means of each step, until the steps converge. None if no such
     means are found.
     """

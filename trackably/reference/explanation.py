@@ -88,7 +88,7 @@ def at_edges(fit: Fit) -> Iterator[str]:
 
 
 def budget_sentence(fit: Fit) -> str | None:
-    """Return a sentence on how far J may be from its least value, if a budget ended the search; otherwise None."""
+    """Return a sentence on how far the objective J may be from its minimum if a budget ended the search, else None."""
     if fit.budget is None:
         return None
     return (

@@ -144,8 +144,8 @@ def steps_of(plant: ConstrainedSystem, claim: Claim, pinned: Iterable[Waypoint])
 def _whole(time: float, start: float, step: float, most: int) -> int:
     """Return how many whole steps fit into a duration `time` [s], at most `most`.
 
-    A duration that is too short only by the rounding of times near `start` [s] counts as whole steps. A step after the
-    end of the duration does not count, however near it is, because bounds do not apply there.
+    A duration that is too short only by the rounding of times near `start` [s] counts as whole steps. Otherwise a step
+    after its end does not count, however near it is, because bounds do not apply there.
     """
     rounding = 4 * float(np.spacing(max(abs(start), min(time, most * step))))
     return math.floor(min((time + rounding) / step, most))
@@ -305,9 +305,9 @@ def _of_linear(steps: Steps) -> Impossible | None:
 
 
 def _accept(found: Impossible) -> Impossible | None:
-    """Return a contradiction with the largest part of `found.missing` that the checker accepts.
+    """Return `found` with the largest part of its relaxation `missing` that the checker accepts.
 
-    None if it accepts none.
+    None if the checker accepts none.
     """
     for part in _PARTS:
         missing = part * found.missing
@@ -320,7 +320,7 @@ def _accept(found: Impossible) -> Impossible | None:
 def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of a contradiction's file: the plant and the given values at `count` steps from `first` on.
 
-    `missing` is the distance from what is possible, and `proof` what shows it: multipliers or boxes.
+    `missing` is how far constraints have to be relaxed at least; the multipliers or boxes in `proof` show it.
     """
     return {
         "format": FORMAT,

@@ -213,7 +213,7 @@ class Fit:
         least = min(unconstrained, learned, key=lambda posterior: posterior.negative_log_marginal_likelihood()[0])
 
         def mark(name: str, value: float) -> float:
-            """Return the value, marked as learned if it was learned without bounds, even if it was known afterwards."""
+            """Return the value, as `Learned` if it was learned without bounds, even if it was then taken as known."""
             return Learned(value) if name in sought and not isinstance(value, Learned) else value
 
         return cls(

@@ -35,7 +35,7 @@ _TURNS = {2 * np.pi: "np.unwrap(values)", 360.0: "np.unwrap(values, period=360)"
 # largest other change between two samples, and if this largest other change is at most _LARGEST_MOVE of a turn.
 _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 1.0  # widths of the bounds: units are in doubt if most samples are further outside than this
-_FAR_BEYOND = 10.0  # the same for a mean, and for what the fit without bounds takes, as noise may be a part of it
+_FAR_BEYOND = 10.0  # the same for prior means and for the fit without bounds, to which noise may contribute
 _MOST = 0.5  # more than this part of the samples counts as most of them
 _INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
 _DEEPEST = 6  # levels of nesting to which a formula is written out in a message
@@ -132,7 +132,7 @@ def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
 
 
 def _last_rate(samples: Samples) -> float:
-    """Return the slope [1/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
+    """Return the slope [unit/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
 
     A motion that ends is slower than the mean rate, which is the range of the samples divided by their duration.
     """
@@ -302,7 +302,7 @@ def _off_neighbours(samples: Samples, noise_std: float) -> Array:
     off, steps = beyond_neighbours(y)[1:-1], np.pad(np.abs(np.diff(y)), 2)
     nearby = np.max([np.abs(y[2:] - y[:-2]), *(steps[k : k + len(off)] for k in (0, 1, 4, 5))], axis=0)
     usual = float(np.median(np.abs(y[1:-1] - (y[:-2] + y[2:]) / 2))) / _NORMAL
-    # In a signal that is mostly constant, single other values may be meant.
+    # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.
     least = np.maximum(_TIMES_NOISE * noise, _TIMES_USUAL * usual or np.inf)
     return np.pad(np.where(off > np.maximum(least, _TIMES_MOVES * nearby), off, 0.0), 1)
 

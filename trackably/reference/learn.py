@@ -116,7 +116,8 @@ def learn_reference(
         from the bounds, or less if there is none.
     learn_from
         Samples from which hyperparameters (and means) are learned, without bounds; they are then known while the
-        function is learned from `samples`: the paper's D_θ and D_t. If left out, both are learned from `samples`.
+        function is learned from `samples` (the paper's D_θ and, for `samples`, D_t). If left out, both are learned from
+        `samples`.
     method
         What is learned. "joint": function and hyperparameters together, so that J = l + D is least; l = −2 ln p(y) of
         the samples, and D is the cost of the bounds. "hyperparameters": these alone, so that the posterior mean keeps

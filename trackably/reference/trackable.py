@@ -155,7 +155,7 @@ class TrackableReference(LearnedReference):
     def method(self) -> Method:
         """What was optimised: "joint" (the function together with the hyperparameters), or "hyperparameters" alone.
 
-        It is "hyperparameters" also if no learned function had a smaller J than a posterior mean.
+        It is "hyperparameters" also if no learned function had a smaller J than a posterior mean within the bounds.
         """
         return self.fit.method
 

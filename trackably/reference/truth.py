@@ -231,7 +231,7 @@ def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> 
     return np.array([upper.min() for _, upper, _ in found]), np.array([lower.max() for _, _, lower in found])
 
 
-# The smallest proved distance between reference and true signals, in each cell (interval of time).
+# Upper bounds of the distance between a reference and all true signals, one for each cell (interval of time).
 
 
 def true_signal(
@@ -268,12 +268,12 @@ Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[D
 
 
 def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Derived] = ()) -> Chosen:
-    """Return the pair of measurements for the upper and the lower side of each cell (interval of time), and points.
+    """Return the pairs of measurements for the upper and for the lower sides of cells of time, and derived points.
 
     `x` are values at some `times` [s] of each cell, both of shape (cells, T). The error of a cell is the largest
     distance between x and one of the sides. Many measurements together bound a signal more tightly than two. So at the
     ends of the cells with the largest errors, linear programs combine all nearby measurements. Their results are
-    derived points (bounds at one time), which are added to those in `known_before`.
+    the derived points (bounds at one time); they are added to those in `known_before`.
     """
     derived, asked = [*known_before], {d.time for d in known_before}
     ends, apart = times[:, [0, -1]].tolist(), np.zeros(len(times))
@@ -424,7 +424,7 @@ def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """The signals of a class as `courses` from knot to knot: values, and slopes if the second derivative is bounded.
+    """The signals of a class as trajectories (`courses`) of values, and of slopes if the second derivative is bounded.
 
     The highest derivative is constant between two `knots` [s]. Values are divided by `unit`, the noise of the samples
     (if this is zero, a part of their range).
@@ -551,7 +551,7 @@ _FEWER = 100  # about this many cells, in which moving bounds are polynomials; m
 
 
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
-    """Return the sides U and D of a class in each cell (interval of time); its error is half their largest distance."""
+    """Return the sides U and D of a class in each cell (interval of time); the error is half their largest distance."""
     edges = _edges(name, of, claim, _FEWER)
     times = _in_cells(edges)
     middles = np.mean(sides_at(of, times.ravel()), axis=0).reshape(times.shape)

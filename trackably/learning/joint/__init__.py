@@ -1,1 +1,1 @@
-"""Learn function and hyperparameters together: minimise J(θ) = l(θ) + D(θ), where D is the cost of the bounds."""
+"""Learn function and hyperparameters together: minimise J = l + D, with l(θ) = −2 ln p and the cost D of the bounds."""

@@ -1,12 +1,12 @@
 """The function for given hyperparameters: the posterior mean, changed as little as bounds at some times require.
 
-    g* = argmin ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H   subject to the rows   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
+    g* = argmin { ‖y − S g‖²_{Σ⁻¹} + ‖g − m‖²_H  :  L_a g ≥ b_a for all a }   =   m⁺ + Σ_a λ_a κ⁺(·, L_a),
 
-a convex program for samples y with noise covariance Σ, where S g are the values of g at the samples. H is the Hilbert
-space of the prior's kernel, m⁺, κ⁺ and H⁺ are the posterior's mean, kernel and Hilbert space, and λ are multipliers.
-The minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. A row L_a is a linear functional of the
-signals that has to be at least (or, for given values, equal to) a limit. Formulas are linearised at the function at
-which sequential convex programs end.
+a convex program for samples y with noise covariance Σ, where S g are the values of g at the samples. A row L_a is a
+linear functional of the signals, and b_a is its limit (for given values: L_a g = b_a). m and H are the prior's mean and
+the Hilbert space of its kernel, m⁺, κ⁺ and H⁺ are the posterior's mean, kernel and Hilbert space, and λ are
+multipliers. The minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at the
+function at which sequential convex programs end.
 
 A working set holds the rows whose bounds are active for some θ of a search. A search imposes bounds at hundreds of
 times, and few bounds are active at once. The covariance of the rows in the working set is much smaller than that of all
@@ -32,7 +32,7 @@ from trackably.systems.trajectories import Signals
 from trackably.work import done
 
 _CORRECTIONS = 5  # most corrections of the multipliers of one function
-_MET = 1e-10  # relative to a width: corrections end when residuals are smaller; back-offs (tightenings) are larger
+_MET = 1e-10  # part of a width: corrections end at smaller residuals; the first back-off (tightening) is 1e-6
 # Parts of the rows' variances, added to the diagonal of their covariance K⁺: tried in turn until a factor exists.
 _JITTERS = 1e-12, 1e-10, 1e-8
 _NEGLIGIBLE = 1e-6  # relative to the largest effect of an active bound: smaller effects are not listed

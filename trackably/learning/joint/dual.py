@@ -16,7 +16,7 @@ from trackably.arrays import Array, Flags
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of variables with x < 0 or y < 0
-_ROUNDING = 2 * float(np.finfo(float).eps)  # times Σ|x| + |b|: y = G x − b is negative only if it is below minus this
+_ROUNDING = 2 * float(np.finfo(float).eps)  # relative to Σ|x| + |b|: y = G x − b counts as zero above minus this
 
 
 def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Array:

@@ -18,7 +18,7 @@ from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
 
-# A back-off is a tightening of the bounds. A larger back-off, later, removes small violations that an exchange leaves.
+# Limits of an exchange. A back-off tightens the bounds: a later, larger one removes small violations that are left.
 MAX_ROUNDS = 40  # most programs in an exchange
 _CROWD = 800  # if bounds are active at more times, new times are thinned out; a larger back-off removes violations left
 _CROWDED = 100  # if bounds are violated at more times than this, a bound is active along whole stretches of time
@@ -60,12 +60,12 @@ def exchange_bounds(
     """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
     Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
-    violates bounds. Nonlinear formulas are linearised first at the signals `near`. The exchange ends when
+    violates bounds. With nonlinear formulas, the first program starts at the signals `near`. The exchange ends when
     - no bound is violated by more than `tolerance` (a part of its width), or all violations are so small that a later,
       larger back-off removes them,
     - the bounds contradict each other,
-    - the price exceeds the `ceiling`, as more places would only raise it,
-    - a round adds no place, or hardly raises the price,
+    - the price D (cost of the bounds) exceeds the `ceiling`, as more places would only raise it,
+    - a round adds no place, or hardly raises D,
     - a bound on a nonlinear formula is violated by more than a tenth of its width for the second time, or
     - the number of `rounds` is reached.
 
@@ -126,9 +126,9 @@ def exchange_bounds(
 def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
     """Return the violation, as a part of a width, that a later, larger back-off removes for a function with kinks.
 
-    If bounds are active for long, they are later tightened by the largest back-off that raises J by no more than the
-    allowed gap, because the proof is then short. Rounds that remove only violations which this back-off removes anyway
-    would be wasted. The result is 0 if no larger back-off follows.
+    If many bounds are active, they are later tightened by the largest back-off that raises the objective J by no more
+    than `gap_allowed`, because the proof is then short. Rounds that remove only violations which this back-off removes
+    anyway would be wasted. The result is 0 if no larger back-off follows.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
         return 0.0

@@ -68,9 +68,9 @@ def _newton_step(
 
 
 def _longest(multipliers: Array, slacks: Array, along: Array, across: Array) -> float:
-    """Return the largest factor, at most 1, of the changes `along` and `across` at which no number becomes negative.
+    """Return the largest step length, at most 1, at which no multiplier and no slack becomes negative.
 
-    `along` are the changes of the multipliers, `across` those of the slacks.
+    `along` are the changes of the multipliers for the length 1, `across` those of the slacks.
     """
     values, changes = np.concatenate([multipliers, slacks]), np.concatenate([along, across])
     falls = changes < 0

@@ -189,7 +189,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     """Return o (n,) and s (k, n) of q ≈ o + Σ_i s_i (q_i − c_i) at each time, for the k arguments q_i of q.
 
     Each q_i is a weighted sum of signals plus a constant c_i. The linearisation at the signals `near` is q ≈ q(v) +
-    Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these signals. A linear functional is returned unchanged.
+    Σ_i ∂q/∂q_i (q_i − v_i), where v_i are the arguments for these signals. If q is linear, o is its constant, s = 1.
     """
     if trajectory.functional is not None:
         return np.full(times.shape, float(trajectory.functional.offset)), np.ones((1, len(times)))

@@ -5,7 +5,7 @@ the bound. A program with few places is a relaxation, and its minimiser may be f
 minimiser is taken only if it lowers J with bounds at all times. Otherwise the places where it violates bounds are kept,
 and the next step is shorter.
 
-The starts are the minima of the likelihood, and the minimum with hyperparameters alone.
+The starts are the minima of the likelihood, and the best θ whose posterior mean satisfies all bounds (then D = 0).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -62,12 +62,12 @@ _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
 # Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
 # large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 _ALMOST = 3e-3
-_ROUGH = 1e-6  # part of a width: after a larger violation no fine descent follows, as too many times would be needed
+_ROUGH = 1e-6  # part of a width: after a larger violation no fine descent follows, as it would impose too many bounds
 _MOST_GIVEN_UP = 3  # for linear plants: most steps of a descent that lead to no function; a shorter step follows each
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
-_OF_GAP = 0.1  # part of the allowed gap: some descents end when a step can lower J by no more than this
+_OF_GAP = 0.1  # part of `allowed_gap`: some descents end when a step can lower J by no more than this
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
 # Number of noise_std tried for a start, each twice the one before; programs of the exchange that estimate J for each.
 _DOUBLINGS, _GLANCE = 10, 3
@@ -110,7 +110,7 @@ class JointProgram:
     ) -> sqp.Evaluation | None:
         """Return J with its gradient (envelope theorem); None if J is undefined.
 
-        The function is found by `mean_for`, if it is given.
+        `mean_for` computes the function of a posterior; by default, this is `constrained_mean`.
         """
         posterior = self.problem.posterior(log_theta)
         try:
@@ -137,7 +137,7 @@ class Point:
 
     @property
     def objective(self) -> float:
-        """J = l + D."""
+        """J = l + D, where D is the price of the bounds."""
         return self.nlml + self.function.mean.price
 
     @property
@@ -147,7 +147,7 @@ class Point:
 
     @property
     def is_solution(self) -> bool:
-        """Whether the function satisfies its bounds, up to violations that a larger back-off removes."""
+        """Whether the function satisfies its bounds, up to violations that a larger back-off (tightening) removes."""
         return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
@@ -272,10 +272,10 @@ class JointSearch:
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places (times and sides) and signals at which a search for a nonlinear plant begins.
 
-        The first search begins at the minimiser of J with formulas linearised at the path of the means at an even pace
-        (see `starts_for`), or, if no function is found there, at `start`. A later one begins at the minimiser of J with
-        formulas linearised at the best function; None if J there is not lower than the best J by the allowed gap. None
-        also if no function is found.
+        The first search begins at the minimiser of J with formulas linearised at the last signals of `starts_for`; if
+        no function is found there, at `start`. A later search begins at the minimiser of J with formulas linearised at
+        the best function; None if this J is not lower than the best J by the allowed gap of the best point. None also
+        if no function is found.
         """
         if self.best is not None:
             known = self.best.function
@@ -300,10 +300,10 @@ class JointSearch:
         return None if found is None else found[0]
 
     def begin(self, log_theta: Array) -> Point | None:
-        """Return the best function for these hyperparameters, from several starts of nonlinear programs.
+        """Return the best function for these hyperparameters, searched from each of the signals of `starts_for`.
 
-        None if no function is found. A brief search returns the first function found, and tries the slower motion first
-        (see `starts_for`).
+        None if no function is found. A brief search returns the first function found, and tries the posterior means
+        last.
         """
         starts = starts_for(self.problem, self.problem.posterior(log_theta))
         one_by_one = [[start] for start in (*starts[1:], *starts[:1])]
@@ -521,9 +521,9 @@ def learn_from(
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose bounds differ slightly from those of `solution`.
 
-    The hyperparameters are kept if J rises by no more than twice the allowed gap, because then they would hardly
-    change. If `solution` violates its bounds, the cost of removing the violation is added to the gap. Otherwise the
-    hyperparameters are learned again, as in `extended`.
+    The hyperparameters are kept if the objective J rises by no more than twice the `allowed_gap` of `solution`, because
+    then they would hardly change. If `solution` violates its bounds, the cost of removing the violation is added to the
+    gap. Otherwise the hyperparameters are learned again, as in `extended`.
     """
     found = function_near(solution, problem)
     missed = solution.missed * solution.rise([constraint.quantity for constraint in problem.constraints])
@@ -535,10 +535,10 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Solve a problem whose samples or times differ slightly from those of `solution`, starting at its minimiser.
 
-    If `solution` is rough or violates its bounds, use `continued`, because a search would take long. If no function is
-    found: if `solution` has learned hyperparameters alone, they alone are learned again; otherwise the problem is
-    solved from all starts. J may be larger than that of hyperparameters alone: compare it with `alone`, which is taken
-    from `solution`.
+    If `solution` violates its bounds, or has very many active bounds (`is_rough`), this is `continued`, because a
+    search would take long. If no function is found: if `solution` has learned hyperparameters alone, they alone are
+    learned again; otherwise the problem is solved from all starts. A posterior mean that keeps the bounds may have a
+    smaller J: compare with `alone`, which is taken from `solution`.
     """
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)
@@ -567,7 +567,7 @@ def _like(solution: Solution, found: Solution | NoSolution) -> Solution | NoSolu
 
 
 def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution:
-    """Return the minimum over θ alone; with many samples, only if it is better than the `best` function.
+    """Return the best θ whose posterior mean keeps all bounds; with many samples, only if it beats the `best` function.
 
     Each step of its programs needs a Gram matrix of all samples. So with many samples, the search is given up as soon
     as it cannot end below a known function.

@@ -36,7 +36,7 @@ from trackably.work import done
 # largest eigenvalue, and _ROUNDING times the prior variance times the root of the number of eigenvalues.
 _WEAK = 1e-11
 _ROUNDING = 4 * float(np.finfo(float).eps)
-# Part of the largest eigenvalue: components of ξ along eigenvectors with smaller eigenvalues are damped in a start.
+# Part of the largest eigenvalue: when a search starts, components of ξ that belong to smaller eigenvalues are damped.
 _FILTERED = 1e-6
 _PRECISION = 1e-7  # relative to 1 + |ξ|²: a search ends when a step promises to lower |ξ|² by less
 _RADIUS = 2.0  # the largest first step in each component of ξ
@@ -85,7 +85,7 @@ class FormulaProgram:
         first = list(accumulate(map(len, times), initial=0))
         terms = tuple(Terms(t, np.ones(len(t)), i + np.arange(len(t))) for t, i in zip(times, first, strict=False))
         given = RowPosterior(posterior, Rows(np.zeros(first[-1]), terms))
-        blocks = [slice(*ends) for ends in pairwise(first)]  # processes are independent
+        blocks = [slice(*ends) for ends in pairwise(first)]  # one for each independent process
         largest = [part.prior.kernel(np.zeros(())).item() for part in posterior.parts]
         roots = [_root(given.covariance[of, of], k) for of, k in zip(blocks, largest, strict=True)]
         root = scipy.linalg.block_diag(*roots)
@@ -98,7 +98,7 @@ class FormulaProgram:
     def minimiser_near(self, near: Signals) -> list[KnownValues] | None:
         """Return the signals' values at a local minimum, searched from the signals `near`; None if none is feasible."""
         start = np.concatenate([signal(t) for signal, t in zip(near, self.times, strict=True)]) - self.mean
-        powers = np.sum(self.root**2, axis=0)  # columns of W are orthogonal
+        powers = np.sum(self.root**2, axis=0)  # the eigenvalues of W Wᵀ, as columns of W are orthogonal
         xi = (self.root / (powers + _FILTERED * np.max(powers, initial=0.0))).T @ start
         free = np.full(len(xi), np.inf)
         found = sqp.minimise(
@@ -147,7 +147,7 @@ _KNOTS, _FINE = 4, 2000  # knots of splines for each correlation time; points at
 # Number of regular times at which bounds are imposed: in each correlation time; least and largest number in all.
 _CLOSE, _FEWEST_REGULAR, _MOST_REGULAR = 8, 48, 100
 _SLOWER = 0.5  # the slower motion keeps this part of the signals' distance from the prior means
-# Part of a width: bounds keep this distance from a point of rest at which a formula has no derivative. With a smaller
+# Part of a width: bounds keep this distance from a formula's value at rest, if it has no derivative there. With less
 # distance, functions for the next hyperparameters often violate bounds between the times at which bounds are imposed.
 _OFF = 0.05
 
@@ -156,8 +156,8 @@ def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[S
     """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at an
     even pace.
 
-    At an even pace, the path of the means is traversed without stops and without fast stretches. A slower motion stays
-    nearer to the prior means.
+    At an even pace, the path of the means is traversed without stops and without fast stretches. The slower motion has
+    half the means' distance from the prior means.
     """
     means = posterior.signals
     first, last, is_periodic = _span(problem, means)
@@ -223,7 +223,7 @@ def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProble
 
 
 def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
-    """Return by how much the bounds of `problem` are tighter than those of `given`: the most of all constraints.
+    """Return by how much the bounds of `problem` are tighter than those of `given`: the largest difference.
 
     The result is a part of a bound's width, and includes the differences of back-offs. Of bounds that move in time,
     only the back-offs are compared.
@@ -239,10 +239,10 @@ def _inward(ours: Constraint, theirs: Constraint) -> float:
 
 
 def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
-    """Return the problem with bounds moved off points of rest at which a formula has no derivative.
+    """Return the problem with bounds moved inwards, off a formula's value at the prior means if it is not smooth there.
 
-    Near a point of that kind (for example, where a vehicle stops), a function that is bounded at a few times may jump
-    from one local minimum to another between these times.
+    Near a point without derivative (for example, where a vehicle stops), a function that is bounded at a few times may
+    jump from one local minimum to another between these times.
     """
     levels = [part.mean for part in problem.prior.parts]
     return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in timed(problem.constraints)))
@@ -262,7 +262,7 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
     """Return the problem with a search space without length scales below two time steps.
 
     Bounds that cut off samples would favour such length scales, with signals that move between two steps as no input
-    can make them move. Nothing changes if bounds hold at steps only, or for length scales whose interval is given.
+    can make them move. Intervals that were given are kept, and all intervals if bounds hold at time steps only.
     """
     at_all_times = (c for c in timed(problem.constraints) if isinstance(c.index_set, RealTimes))
     steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.trajectory.arguments]
