@@ -40,15 +40,15 @@ class Scales:
         return Q * x[:, None] * x / self.cost, R * u[:, None] * u / self.cost
 
     def errors(self, trajectory: Window, window: Window) -> Array:
-        """Return z: (x − x_r) / s_x at all steps, then (u − u_r) / s_u, of a trajectory beside a reference's `window`.
+        """Return the scaled errors z of a trajectory: (x − x_r) / s_x at all steps, then (u − u_r) / s_u.
 
-        z has (N + 1) n + N m entries.
+        x_r and u_r are those of the reference's `window`. z has (N + 1) n + N m entries.
         """
         scales = self.states, self.inputs
         return np.concatenate([((a - b) / s).ravel() for a, b, s in zip(trajectory, window, scales, strict=True)])
 
     def split(self, errors: Array) -> Window:
-        """Return x − x_r (N + 1, n) and u − u_r (N, m) of such errors z."""
+        """Return x − x_r (N + 1, n) and u − u_r (N, m) from the scaled errors z that `errors` returns."""
         n, m = len(self.states), len(self.inputs)
         e, v = np.split(errors, [(len(errors) + m) // (n + m) * n])
         return Window(e.reshape(-1, n) * self.states, v.reshape(-1, m) * self.inputs)
@@ -60,8 +60,8 @@ class Scales:
 
 
 def weight_in_widths(bounded: Polytope) -> Array:
-    """Return the weight (n, n) of a cost that measures errors relative to widths, and unbounded
-    directions in their unit.
+    """Return the weight (n, n) of a cost of errors relative to the widths of a set; errors in directions
+    without bounds count in the coordinates' own units.
     """
     rows = bounded.rows / bounded.widths[:, None]
     free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
@@ -117,7 +117,7 @@ class Inequalities:
 
     @classmethod
     def of(cls, polytope: Polytope, times: Array | None = None) -> "Inequalities":
-        """Write a polytope lower ≤ rows y ≤ upper as inequalities; bounds that move are those at `times` [s] (N,)."""
+        """Write a polytope lower ≤ rows y ≤ upper as inequalities; moving bounds are evaluated at `times` [s] (N,)."""
         widths = np.tile(polytope.widths, 2)
         if times is None or not polytope.moves:
             return cls(*polytope.inequalities, widths)
@@ -148,7 +148,7 @@ class PlantInequalities:
 
     @classmethod
     def of(cls, plant: ConstrainedSystem, times: Array, first: int) -> "PlantInequalities":
-        """Return both sets; bounds that move are those at the `times` [s] (N + 1,) of states and inputs."""
+        """Return both sets as inequalities; moving bounds are evaluated at the `times` [s] (N + 1,) of the steps."""
         return cls(Inequalities.of(plant.state_set, times), Inequalities.of(plant.input_set, times[:-1]), first)
 
     def slack(self, window: Window) -> Array:

@@ -1,4 +1,4 @@
-"""Model predictive control that tracks a reference, with a terminal equality constraint on it."""
+"""Model predictive control that tracks a reference; each plan has to end exactly on it."""
 
 from __future__ import annotations
 

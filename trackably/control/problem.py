@@ -23,7 +23,8 @@ from trackably.systems.reference import Window
 class Formulation:
     """The parts of the problem that all steps share, for a `horizon` N and weights Q (n, n), R (m, m).
 
-    `input_set` is the set of the inputs that are applied. Each part is computed on first use.
+    `input_set` bounds the input that is applied; it is not tightened, even if the sets of `plant` are. Each part is
+    computed on first use.
     """
 
     plant: ConstrainedSystem
@@ -51,7 +52,7 @@ class Formulation:
         return programs, defects
 
     def defects(self, trajectory: Window) -> Array:
-        """Return f(x(i), u(i)) − x(i+1) in scales (N, n): by how much the system does not follow a trajectory."""
+        """Return f(x(i), u(i)) − x(i+1), in the states' scales (N, n): how far a trajectory violates the dynamics."""
         successors = self.plant.system.successor(trajectory.states[:-1], trajectory.inputs)
         return np.asarray((successors - trajectory.states[1:]) / self.scales.states)
 
@@ -76,13 +77,13 @@ class Formulation:
         return Scales.of(self.plant, self.Q, self.R)
 
     def inequalities(self, k: int = 0) -> PlantInequalities:
-        """Return the sets as inequalities; bounds that move (linear systems only) are those at steps k, …, k + N."""
+        """Return the sets as inequalities; moving bounds (linear systems only) are evaluated at steps k, …, k + N."""
         times = self.plant.sampling_time * (k + np.arange(self.horizon + 1.0))
         return PlantInequalities.of(self.plant, times, self.start.first_bounded)
 
     @cached_property
     def start(self) -> StartSet:
-        """The set of initial states of plans, in scales: it has only the measured state."""
+        """The set of states from which plans may start, divided by their scales: the measured state only."""
         return StartSet.measured(len(self.Q))
 
     @cached_property
@@ -161,7 +162,10 @@ class StepProblem:
         return self._optimum(self.slack, Status.SOLVED)
 
     def within_tolerance(self) -> Plan | None:
-        """Return the optimum with all sets widened by the tolerance, or else `widest`; None if they must be wider."""
+        """Return the optimum with all sets widened by the tolerance; None if no plan exists in these sets.
+
+        If there are plans, but the solver does not find the optimum, return `widest`.
+        """
         if -self.widest.slack > TOLERANCE:
             return None
         return self._optimum(self.slack + TOLERANCE, Status.WIDENED) or self.widest
@@ -214,7 +218,7 @@ class StepProblem:
         nearest = self._solve(self.programs.terminal_error, self.slack + TOLERANCE, None)
         if nearest is None:
             return None
-        # Twice the tolerance: with the same one, the second program has no interior if only one plan has this end.
+        # Twice the tolerance: with once, a single plan may have this end, and the second program has no interior.
         return self._solve(self.programs.tracking, self.slack + 2 * TOLERANCE, self._missed(nearest)) or nearest
 
     def is_feasible(self, plan: Plan) -> bool:
@@ -266,7 +270,7 @@ class StepProblem:
     ) -> Plan | None:
         """Return the plan that a program finds for the slacks `slack`; None if it finds none.
 
-        The plan ends with e(N) = `end` (n,), in scales. If `end` is None, e(N) is free.
+        The plan ends with the scaled error e(N) = `end` (n,). If `end` is None, e(N) is free.
         """
         start, equations = self.programs.start, self._equations(end)
         found = program.solve(np.concatenate([equations, np.ones(len(start.lower)), -start.lower, slack]))
@@ -278,7 +282,7 @@ class StepProblem:
         return self.plan(z, status)
 
     def _equations(self, end: Array | float | None = 0.0) -> Array:
-        """Return the right sides of a program's equations, the last for e(N) = `end` in scales; None: e(N) is free."""
+        """Return the right sides of a program's equations, e(N) = `end` (scaled) last; for None, e(N) is free."""
         start, scales = self.programs.start, self.formulation.scales.states
         fixed = () if end is None else (np.broadcast_to(end, scales.shape),)
         return np.concatenate([self.off / scales - start.centre, np.ones(len(start.sums)), -self.defects, *fixed])

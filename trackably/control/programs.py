@@ -89,11 +89,12 @@ class Program:
 
 
 class StartSet(NamedTuple):
-    """The set of initial errors of plans: e(0) = x − x_r − `centre` − p · `directions` with
+    """The set of errors at which plans start: e(0) = x − x_r − `centre` − p · `directions` with
     `lower` ≤ p ≤ 1 and `sums` p = 1.
 
-    The shapes of `centre`, `directions`, `lower` and `sums` are (n,), (q, n), (q,) and (h, q). Bounds are imposed on
-    e(i) for i ≥ `first_bounded`, which is 0 or 1.
+    So `centre` + p · `directions` leads from a plan's first state to the measured state x. The shapes of `centre`,
+    `directions`, `lower` and `sums` are (n,), (q, n), (q,) and (h, q). Bounds are imposed on e(i) for
+    i ≥ `first_bounded`, which is 0 or 1.
     """
 
     centre: Array
@@ -137,9 +138,9 @@ class StepPrograms:
 
     @cached_property
     def widening(self) -> Program:
-        """Minimise the part of their widths by which all sets have to be widened, for a given e(N).
+        """Minimise t, where every bound moves out by t times its width so that a plan with a given e(N) exists.
 
-        If the minimum is negative, all sets may shrink by this part.
+        If the minimum is negative, all bounds may move in accordingly.
         """
         return self._program(0 * self.weights, widens=True)
 

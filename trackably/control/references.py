@@ -43,7 +43,7 @@ _DRAWS, _ROUNDING = 8, 1e-9  # states drawn to compare systems; relative toleran
 
 
 class TrackedReference(Protocol):
-    """The part of a reference that a controller needs; a learned `Reference` has it."""
+    """The interface of a reference for controllers; a learned `Reference` implements it, and any class may."""
 
     def window(self, k: int, horizon: int) -> Window:
         """Return x_r(k), …, x_r(k + N) and u_r(k), …, u_r(k + N − 1) for N = `horizon`."""
@@ -53,7 +53,8 @@ class TrackedReference(Protocol):
 def check_reference(what: str, given: object, plant: ConstrainedSystem) -> None:
     """Raise TypeError for an object without `window(k, horizon)`, and ValueError for a reference of another system.
 
-    The system of a reference is that of its `plant`, or of the plant of its `reference`. Sets are not compared.
+    The system is that of `given.reference.plant`, or else of `given.plant`; if `given` has neither, no system is
+    compared. Sets are never compared.
     """
     if not callable(getattr(given, "window", None)):
         raise TypeError(f"{what}: expected a reference, with `window(k, horizon)`, got {type(given).__name__}")

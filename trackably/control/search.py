@@ -36,9 +36,9 @@ def starts(formulation: Formulation, state: Array, window: Window, initial_guess
 
 
 def between(formulation: Formulation, trajectory: Window, state: Array, window: Window) -> Window:
-    """Return a trajectory from `state` to the end of `window`, with inputs and inner states pulled into their sets.
+    """Return `trajectory` with its first state replaced by `state`, and its last by that of the reference's `window`.
 
-    A state that is not finite is replaced by the reference's.
+    Inputs and inner states are pulled into their sets. Inner states that are not finite become those of the reference.
     """
     defined = np.all(np.isfinite(trajectory.states), axis=1)[:, None]
     inside = np.where(defined, trajectory.states, window.states)[1:-1]
@@ -58,7 +58,7 @@ def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
 FOLLOWED = 1e-9
 """The system follows a trajectory if the sum of its scaled defects is at most this."""
 
-_ACCURACY = 1e-12  # tolerance of SciPy's search, for the cost and the constraints in scales
+_ACCURACY = 1e-12  # tolerance of SciPy's search, for the scaled cost and constraints
 _UNDEFINED = 1e3
 """A step for which f is undefined counts as a defect of this size, in scales."""
 
@@ -179,9 +179,10 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
 
 
 def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible | Plan | None) -> Plan | Infeasible:
-    """Return a plan found from one of the `starts`, or the reason why there is none nearby.
+    """Return a plan found from one of the `starts`; if none is found, return `near` if it is `Infeasible`.
 
-    `near` is the answer of full steps (repeated linearisations), None if they did not converge.
+    `near` is the answer of full steps (repeated linearisations), None if they did not converge. ArithmeticError: no
+    plan is found, and `near` gives no reason.
     """
     tried = list[float]()
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):

@@ -222,7 +222,7 @@ def answer_step(
 
 
 def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:
-    """Return the first of some inputs (m,) that is finite, pulled inside; the centre if none is finite."""
+    """Return the first of some inputs (m,) that is finite, pulled into the set; its centre if none is finite."""
     return next((pull_inside(input_set, u) for u in inputs if np.all(np.isfinite(u))), input_set.centre)
 
 

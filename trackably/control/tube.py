@@ -34,10 +34,11 @@ _CONVERGED = 1e-15  # tolerance of SciPy's search for the least squares
 class ErrorSet:
     """The set Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P of an `InvariantSet`, which defines N, α, s and P.
 
-    In float64, it is `centre` ⊕ {Σ_j ξ_j g_j : |ξ_j| ≤ 1} ⊕ the convex hulls `hulls`. If W is a zonotope, there are no
-    hulls and Z is a zonotope. If W is a convex hull, each A_Kⁱ W is a hull, and the generators g_j are those of P. So
-    each point is `centre` + p · `directions` for some p (q,) with `lower` ≤ p ≤ 1 and `sums` p = 1: p are multiples of
-    the generators and shares of the vertices of each hull.
+    A_K is the closed loop, W the disturbance set and P a box. In float64, Z is the sum of `centre`, the zonotope
+    {Σ_j ξ_j g_j : |ξ_j| ≤ 1} and the convex hulls `hulls`. If W is a zonotope, there are no hulls. If W is a convex
+    hull, each A_Kⁱ W is one of the hulls, and the generators g_j are those of the sum over P. So each point of Z is
+    `centre` + p · `directions` for some p (q,) with `lower` ≤ p ≤ 1 and `sums` p = 1: p are multiples of the generators
+    and shares of the vertices of each hull.
     """
 
     invariant: InvariantSet
@@ -47,7 +48,10 @@ class ErrorSet:
         return len(self.invariant.box)
 
     def contains(self, e: Array) -> bool:
-        """Whether an error (n,) is in Z, up to rounding: whether p within its bounds give it, by least squares."""
+        """Whether an error e (n,) is in Z, up to rounding: whether `centre` + p · `directions` = e for an admissible p.
+
+        p is found by least squares, within its bounds.
+        """
         rows = np.vstack([self.directions.T / self.extents[:, None], self.sums])
         aim = np.append((e - self.centre) / self.extents, np.ones(len(self.sums)))
         found = lsq_linear(rows, aim, (self.lower, np.ones_like(self.lower)), method="bvls", tol=_CONVERGED)
@@ -83,7 +87,7 @@ class ErrorSet:
 
     @property
     def centre(self) -> Array:
-        """The sum (n,) of the centres of all parts: of a hull, the mean of its vertices."""
+        """The sum (n,) of the centres of A_Kⁱ W for i < N, where a hull has the mean of its vertices as centre."""
         return np.asarray(self._vertices.mean(axis=1).sum(axis=0))
 
     @cached_property
@@ -116,16 +120,16 @@ class ErrorSet:
 
 @dataclass(frozen=True, eq=False)
 class TubeFormulation(Formulation):
-    """The parts of the problem that all steps share: tightened sets, and a nominal start z(0) that is free in x ⊖ Z.
+    """The parts of the problem that all steps share: tightened sets, and a free start z(0) with x ∈ z(0) ⊕ Z.
 
-    `errors` is Z, and `input_set` is not tightened.
+    `errors` is Z. The sets of `plant` are tightened, and `input_set` is not.
     """
 
     errors: ErrorSet
 
     @cached_property
     def start(self) -> StartSet:
-        """The set of nominal start states, in scales: x − z(0) ∈ Z."""
+        """The set of nominal start states z(0), divided by the states' scales: x − z(0) ∈ Z."""
         Z, scales = self.errors, self.scales.states
         return StartSet(Z.centre / scales, Z.directions / scales, Z.lower, Z.sums, 0)
 
@@ -137,7 +141,7 @@ class TubeFormulation(Formulation):
 
 @dataclass(frozen=True, eq=False)
 class TubeProblem(StepProblem):
-    """A `StepProblem` whose plan starts from a nominal state in x ⊖ Z.
+    """A `StepProblem` whose plan starts from any nominal state z(0) with x ∈ z(0) ⊕ Z.
 
     Most steps need no quadratic program, because the reference itself is the plan while the state is in the tube.
     """

@@ -39,7 +39,7 @@ def _exactly(
 
 
 class _ExactSet(ABC):
-    """A set W of disturbances w ∈ Rⁿ, defined by rational vectors. Its subclasses are sets of the checker, too."""
+    """A set W of disturbances w ∈ Rⁿ, defined by rational vectors. Subclasses also inherit the checker's classes."""
 
     @property
     @abstractmethod
@@ -73,7 +73,7 @@ class Zonotope(checker.Zonotope, _ExactSet):
     centre: Vector
     generators: tuple[Vector, ...] = field(default=())
 
-    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to rationals
+    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to rationals
 
         def __init__(
             self,
@@ -157,7 +157,7 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     vertices: tuple[Vector, ...]
 
-    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to rationals
+    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to rationals
 
         def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
 

@@ -287,7 +287,10 @@ def _negative(formula: Formula) -> Formula:
 
 
 def _without_jump(node: Formula, done: Mapping[Formula, Formula]) -> Formula | None:
-    """Return the formula that replaces a difference, a sine or a cosine of headings; None for any other formula."""
+    """Return the formula that replaces a difference, a sine or a cosine of headings; None for any other formula.
+
+    `done` has the replacements of all operands.
+    """
     match node, [done[operand] for operand in operands(node)]:
         case Operation("-", Angle(), Angle()), [Angle(y, x), Angle(y0, x0)]:
             across = Operation("-", Operation("*", x0, y), Operation("*", y0, x))

@@ -109,7 +109,7 @@ class Interval:
             times = z.breakpoints
             if z.beyond == "period":
                 turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded, so neighbours are added
+                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: add both neighbours
                 times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
             found.append(times)
         times = np.unique(np.concatenate(found))
@@ -176,8 +176,8 @@ def shift_end(end: End, by: float) -> End:
 class Corridor(Interval):
     """The interval [low(t), high(t)], of which at least one end moves in time. At a jump, the tighter value counts.
 
-    `lower` and `upper` raise ValueError, so that no code takes an end that moves for a constant. ValueError: an end is
-    only known between its breakpoints, an end is infinite, or the interval has no interior at some time.
+    `lower` and `upper` raise ValueError, because code that reads them expects constant ends. ValueError: an end is
+    known only between its breakpoints, an end is infinite, or the interval has no interior at some time.
     """
 
     low: End

@@ -26,12 +26,12 @@ def mobile_robot(sampling_time: float) -> NonlinearSystem:
     3.2. States x, y [m], heading θ [rad]; inputs speed v [m/s], turn rate ω [rad/s]. The flat outputs are x and y. They
     determine the heading only while the robot moves: bound its speed from below.
 
-    The step that is exact for constant inputs is not offered, because x and y are not flat outputs of it. It is (x, y)⁺
-    = (x, y) + s (cos φ, sin φ), θ⁺ = 2 φ − θ with the chord s = v h sin(ω h/2)/(ω h/2) and φ = θ + ω h/2. Positions
-    give s and φ, but θ(k) − (−1)ᵏ θ(0) is then a sum over all earlier steps, and no formula of a few shifts. Other flat
-    outputs exist: the heading, and the distance of the chord's line from the origin, n(φ(k))·p(k) = n(φ(k))·p(k + 1)
-    with n(φ) = (−sin φ, cos φ), since p(k) is the intersection of the lines of two chords. But these lines are parallel
-    when the robot drives straight on, so that neither a straight path nor a figure eight could be proved.
+    The step of length h that is exact for constant inputs is not offered, because x and y are not its flat outputs. It
+    moves the position by a chord of length s = v h sin(ω h/2)/(ω h/2) in the direction φ = θ + ω h/2, and θ⁺ = 2 φ − θ.
+    Positions determine s and φ, but θ(k) then depends on all earlier steps, not on a few shifts of x and y. Other flat
+    outputs exist: the heading, and the signed distance of the chord's line from the origin. They determine a position
+    as the intersection of the lines of two successive chords. But these lines are parallel when the robot drives
+    straight on, so that neither a straight path nor a figure eight could be proved.
     """
     h = _step(sampling_time)
     return _vehicle(h, "turn", lambda speed, turn: turn, lambda way, turned: turned / h)

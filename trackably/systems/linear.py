@@ -266,10 +266,10 @@ class LinearSystem:
         """Return states and inputs as functions of flat outputs.
 
         If there are as many independent inputs as states, the flat outputs are the states themselves. Otherwise they
-        follow from the first independent columns of [B, A B, …] (Luenberger's choice). Each is scaled such that the
-        first state that it moves at rest changes by as much as the flat output. Of several inputs with the same effect,
-        the one with the smallest Euclidean norm is chosen. ValueError: the system is not controllable, or too close to
-        an uncontrollable one for float64.
+        follow from the first independent columns of [B, A B, …] (Luenberger's choice). Each is scaled such that, at
+        rest, the first state that depends on it changes by as much as the flat output. Of several inputs with the same
+        effect, the one with the smallest Euclidean norm is chosen. ValueError: the system is not controllable, or too
+        close to an uncontrollable one for float64.
         """
         A, B, offset, T = exact(self.A), exact(self.B), exact(self.c), self.sampling_time
         independent = B[:, _independent_columns(B)]

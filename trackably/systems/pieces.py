@@ -81,10 +81,10 @@ def two_product(a: Array, b: Array) -> tuple[Array, Array]:
 def moved_back(time: Sequence[Array], period: float) -> Array:
     """Return times [s] moved by whole periods to around 0. `time` is one float64, or a sum of two from `two_product`.
 
-    With u = 2⁻⁵³, the first float64 t of the time, and p = fl(n `period`), where n is the nearest whole number of
-    periods: t − p is exact by Sterbenz's lemma, as p is 0, or at least half and at most twice t. What is left out of t
-    and of p, the second float64 of both, is less than u times their size. So up to 2⁴⁰ periods the result is at most
-    0.501 periods from 0, and within 0.502 u periods of the exact value. Times within half a period are not moved, only
+    Let t be the first float64 of the time, n the number of whole periods nearest to it, and p = fl(n `period`). Then
+    t − p is exact by Sterbenz's lemma, as p is 0 or between t/2 and 2 t. The rounding errors of t and p are at most
+    u = 2⁻⁵³ times t and p, and their difference is added to t − p. So up to 2⁴⁰ periods the result is at most 0.501
+    periods from 0, and within 0.502 u periods of the exact value. Times within half a period are not moved, only
     rounded.
     """
     high, *low = time
@@ -172,7 +172,7 @@ class PolynomialPieces:
     coefficients: Array
     beyond: Beyond = "rest"
 
-    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to arrays
+    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to arrays
 
         def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None: ...
 
@@ -315,8 +315,8 @@ def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
     """Return breakpoints t_i [s], shape (K + 1,), and coefficients of (t − t_i)^j, of the K pieces of a SciPy spline.
 
     The coefficients have the shape (degree + 1, K, …). Pieces without length are left out. Of a B-spline of degree k,
-    the first k and the last k knots are left out, because only between the other knots all its basis functions are
-    known. ValueError: breakpoints decrease, are no numbers, or are all the same.
+    the first k and the last k knots are left out, because an interval beyond the other knots has fewer than k + 1 basis
+    functions. ValueError: breakpoints decrease, are no numbers, or are all the same.
     """
     if isinstance(given, scipy.interpolate.BSpline):
         inside = given.t[given.k : len(given.t) - given.k]

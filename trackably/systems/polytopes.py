@@ -41,7 +41,7 @@ class Polytope:
     upper: Array
     dimension: int = 0
 
-    if TYPE_CHECKING:  # more types are accepted than fields have: __post_init__ converts to arrays
+    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to arrays
 
         def __init__(
             self,
@@ -202,7 +202,7 @@ class Polytope:
     def extent(self, coordinate: int) -> Interval | None:
         """Return the smallest and the largest value of a coordinate on the set; None where either is infinite."""
         involved = self.rows[:, coordinate] != 0
-        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # no other coordinate: only divide
+        if not np.delete(self.rows[involved], coordinate, axis=1).any():  # these rows have no other coordinate
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:

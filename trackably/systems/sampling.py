@@ -22,7 +22,7 @@ _DIGITS = 9  # digits of weights in messages
 
 
 def stencils_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> dict[str, Stencil]:
-    """Return the sampled name of each flat output with its stencil (weights at shifted times), in the outputs' order.
+    """Return for each flat output, in order, the name of its samples with their stencil (weights at shifted times).
 
     Names are those of states, of flat outputs (z1, z2, …), or of their rates (`RATE_OF`). ValueError: as
     `kinds_by_name`, and if samples of two names depend on the same flat output.
@@ -82,7 +82,7 @@ def sampled_signals(
 def relative_to_first(
     samples: Mapping[str, Samples], kinds: Iterable[Iterable[str]], noise_std: Mapping[str, float]
 ) -> dict[str, Samples]:
-    """Return samples with their noise relative to σ_n of the first name for the same flat output.
+    """Return samples with their noise as multiples of a common σ_n: that of the first name of each flat output.
 
     `kinds` has, for each flat output, the names whose samples depend on it. `noise_std` has σ_n by name; only names
     that share a flat output need an entry.

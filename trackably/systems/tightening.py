@@ -83,7 +83,7 @@ def spectral_radius(A_K: Array) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(A_K))))
 
 
-# Feedback against disturbances: given, or the linear-quadratic regulator that leaves the most of the bounds.
+# Feedback against disturbances: of the linear-quadratic regulators that leave nearly the most slack, the fastest.
 
 # Weights of the input, and rates of decay, of the regulators that are tried.
 INPUT_WEIGHTS = (1e-4, 1e-2, 1.0, 1e2)
@@ -428,7 +428,7 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
         return _LARGEST_FRACTION
     half = bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
-    most = float(min(np.min(alone), _LARGEST_FRACTION))  # of each row alone: exact if rows are independent
+    most = float(min(np.min(alone), _LARGEST_FRACTION))  # rows one by one; exact if they are independent
     if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
         return most
     scales = unit_scales(bounded)

@@ -185,7 +185,7 @@ Dynamics = Callable[[Any, Any], Any]
 
 _Sequence = (list, tuple, np.ndarray)
 _SIZES, _DRAWS = np.logspace(-4, 6, 11), 6  # sizes of drawn numbers; draws of each size, half of them positive
-_ROUNDING = 1e3  # f may differ from its formula by this many bounds on rounding errors: it may add in another order
+_ROUNDING = 1e3  # f may differ from its formula by this multiple of the rounding error's bound: it may add in any order
 _LINALG = (
     "np.linalg takes plain numbers only; write the inverse as a formula, for [[a, b], [c, d]] "
     "np.array([[d, -b], [-c, a]]) / (a * d - b * c)"
@@ -205,7 +205,7 @@ def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tupl
 def require_same_values(
     f: Dynamics, formulas: Sequence[Formula], states: tuple[str, ...], inputs: tuple[str, ...]
 ) -> None:
-    """Compare f with its formulas at drawn numbers. ValueError: values differ, or f raises instead of a value."""
+    """Compare f with its formulas at drawn numbers. ValueError: they differ, or f raises where they are defined."""
     rng, n = np.random.default_rng(0), len(states)
     drawn = np.concatenate([size * rng.normal(size=(_DRAWS, n + len(inputs))) for size in _SIZES])
     drawn[::2] = abs(drawn[::2])
@@ -225,7 +225,7 @@ def require_same_values(
 
 
 def _values_of(f: Dynamics, x: Array, u: Array) -> tuple[Array, str]:
-    """Return the values of f at numbers, and an empty text; if f raises, NaN and the exception as text."""
+    """Return the values of f at numbers and an empty text; if f raises or returns another shape, NaN and a message."""
     try:
         with np.errstate(all="ignore"):
             found = np.asarray(f(x, u), dtype=float)
