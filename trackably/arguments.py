@@ -1,4 +1,4 @@
-"""Check arguments of public functions: each error is a sentence with the argument, what was expected and what came."""
+"""Check arguments of public functions: each error names the argument (`what`), what was expected and what came."""
 
 import math
 import reprlib

@@ -13,7 +13,7 @@ from trackably.errors import InputError, NoReferenceError
 from trackably.files import from_json, path_of, read_bytes
 from trackably.progress import line_of
 
-_PATIENCE = 3.0  # seconds before a terminal shows a line
+_PATIENCE = 3.0  # seconds before a terminal shows the progress of a check
 
 
 def check(certificate: Path | str | Mapping[str, object], seconds: float | None = None, exact: bool = False) -> Verdict:

@@ -153,7 +153,7 @@ def read_yaml(path: Path, most: int | None = None) -> object:
 def to_json(value: object) -> bytes:
     """Return indented UTF-8 JSON in the order given, with a final newline. ValueError: NaN or an infinity."""
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    return text.encode(errors="backslashreplace")  # \udcff for a byte of a file name that is no UTF-8
+    return text.encode(errors="backslashreplace")  # for lone surrogates: \udcff is a byte 0xff of a file name
 
 
 _ENDED = re.compile(r"\n---\s*\Z")
@@ -184,7 +184,7 @@ def from_yaml(data: bytes) -> object:
 def _require_small(events: Iterable[Any]) -> None:
     """Raise ValueError if YAML has too many values, or is nested too deeply; `events` are those of its parser."""
     sizes: dict[str, int] = {}
-    open_nodes: list[tuple[str | None, int]] = []  # of lists and mappings: the anchor, and `count` at the start
+    open_nodes: list[tuple[str | None, int]] = []  # unfinished lists and mappings: anchor, and `count` before each
     count = 0
     for event in events:
         match type(event).__name__:

@@ -49,7 +49,7 @@ class Row:
     files: Mapping[str, str] = field(default_factory=dict)
 
     def columns(self) -> dict[str, str | float | int | None]:
-        """Return the cells of the table by the names of its columns; `request` and `files` are only in row.json."""
+        """Return this row's cells by the names of the table's columns; `request` and `files` are only in row.json."""
         by_name = {
             f"{what} [{name}]": value
             for what, values in (

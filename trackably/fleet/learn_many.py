@@ -91,7 +91,7 @@ class Request:
 
 
 def _plain(value: object) -> Any:
-    """Return what JSON cannot hold as lists, dicts and numbers. TypeError: it cannot be written in this way."""
+    """Return an array, mapping or dataclass in a form that JSON can hold. TypeError: `value` is none of these."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -254,7 +254,7 @@ def _on(cluster: str | None) -> Iterator[None]:
 
 _COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # most failures, and most recordings with questions, that are printed
-_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # due to a name; others end the run
+_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # from a bad name; others end the run
 
 L = TypeVar("L", TrackableReference, StreamReference)
 

@@ -83,8 +83,9 @@ def distance(
 ) -> float:
     """Return a bound of the distance between a state and the curve over `span` [s]; infinite if none is proved.
 
-    The state is the weighted sum of values of the flat `output` that the `stencil` describes. The largest distance is
-    searched for in float64, and a bound slightly above it is then proved by the checker's arithmetic.
+    The state is the weighted sum of values of the flat `output` that the `stencil` describes; `reference` gives the
+    system and its sampling time. The largest distance is searched for in float64, and a bound slightly above it is then
+    proved by the checker's arithmetic.
     """
     shown = tuple(Fraction(w) for w in stencil.weights)
     apart = Functional(Fraction(stencil.offset), (shown, (Fraction(-1),)))

@@ -1,6 +1,6 @@
 """The command `python -m trackably certify TABLE --system FILE`: what it reads, what it prints, and its exit code.
 
-FILE holds a system with its sets, in the form of params.yaml, and TABLE has a row for each step or time.
+FILE has a system and its sets as `system`, `state_set` and `input_set`; TABLE has a row for each step or time.
 """
 
 import re
@@ -203,7 +203,9 @@ class Columns:
         return Table(states, inputs, int(whole[0]))
 
     def samples(self, plant: ConstrainedSystem) -> dict[str, Samples]:
-        """Return samples by the name of a column, the first one that shows each flat output: of a state, or z1, z2, ….
+        """Return samples for each flat output that a column shows, by that column's name: a state, or z1, z2, ….
+
+        Of several such columns, the one that `sampled_names` lists first is taken.
 
         ValueError: no column shows a flat output.
         """
@@ -234,4 +236,4 @@ def read_columns(path: Path, decimal: str = ".", names: Collection[str] = ()) ->
         if name in headings:
             raise InputError(f"{path}: expected a header of different names, but {name!r} is there twice")
         headings[name] = heading, unit.strip()
-    return Columns(replace(table.part(filled), advice=""), headings)  # commands have no layout to change
+    return Columns(replace(table.part(filled), advice=""), headings)  # it advises changes of a `CsvLayout`

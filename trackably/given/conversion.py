@@ -63,7 +63,7 @@ def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:
 
 
 def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
-    """Return the coefficients of each state between two times: shape (n, degree + 1)."""
+    """Fit polynomials to the states at `nodes` in [0, 1] from start to end; return coefficients (n, degree + 1)."""
     width, inside = end - start, 1e-9  # times stay inside, as the last point of a piece belongs to the next one
     x = nodes * (1 - inside)
     values = np.asarray(given.eval(start + width * x)[0], dtype=float)

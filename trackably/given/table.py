@@ -204,7 +204,10 @@ def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tu
 
 
 def _ends(excess: Fraction | Real) -> tuple[Fraction, Fraction]:
-    """Return a lower and an upper bound of an excess, which are equal if it is rational. OverflowError: no float64."""
+    """Return a lower and an upper bound of an excess, which are equal if it is rational.
+
+    OverflowError: a bound is too large for float64.
+    """
     if isinstance(excess, Fraction):
         return excess, excess
     return Fraction(nextafter(float(excess.a), -inf)), Fraction(nextafter(float(excess.b), inf))

@@ -300,7 +300,7 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
     h = float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
-    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # h = 0 at rest after the end
+    curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # h = 0: rest after the last piece
     times = np.sort([0.0, *_times_at(curve.derivative(), 0.0), *(s for end in limit for s in _times_at(curve, end)), h])
     by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times.tolist())
     if by <= 0:

@@ -29,7 +29,7 @@ class GateAnswer:
 
     `kind` says what runs. "stitched": the chunk, from the time at which the running motion reaches it. "repaired": the
     motion nearest to the chunk that can be reached from the running one. "stopped": a stop. "kept": the motion that ran
-    before, up to its stop, because no part of the chunk can be run.
+    before, up to its stop, because no part of the chunk can be run, or no earlier stop was found.
     """
 
     kind: Literal["stitched", "repaired", "stopped", "kept"]
@@ -104,7 +104,7 @@ class Gate:
         return GateAnswer("kept", running, reason)
 
     def stop(self, running: CertifiedTrajectory, now: float) -> GateAnswer:
-        """Return the shortest stop that is found `lead` after `now` [s]; the running motion if it ends no later.
+        """Return the shortest stop that is found `lead` after `now` [s]; the running motion if none ends earlier.
 
         Raises the errors of `__call__` about `running` and `now`.
         """
@@ -126,7 +126,7 @@ class Gate:
         return self._prove(before.followed_by(after.breakpoints[1:], after.coefficients))
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
-        """Return the running motion from the start of its piece at `now` [s] to the earliest start of a new motion."""
+        """Return the running motion from the start of the piece at `now` [s] to the earliest start of a new motion."""
         instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, from at_rest or from an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
@@ -139,7 +139,7 @@ class Gate:
             )
         if start < last + _CLOSEST:
             start = min(start, last)
-        begun = ends if start > last else ends[:-1]  # pieces have a width: begin at `last` only if `start` is later
+        begun = ends if start > last else ends[:-1]  # the rest after `last` is a piece too, if `start` gives it a width
         begins = begun[begun <= t][-1]
         start = max(start, begins + _CLOSEST)
         inner = ends[(begins < ends) & (ends < start - _CLOSEST)]
@@ -204,7 +204,8 @@ class Gate:
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
         """Return `before`, continued by the motion nearest to the chunk `given` and a pause; None if not found.
 
-        The pause, half as long as that motion or 0.1 s if longer, is the time in which it can stop.
+        The pause, half as long as that motion or 0.1 s if longer, is the time in which it can stop. After `left` [s] of
+        computation, no further quadratic program is begun.
         """
         start, R = before.span[1], self._order
         state = before.state(start, R)

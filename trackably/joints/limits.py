@@ -167,7 +167,7 @@ def different_names(what: str, given: Any) -> tuple[str, ...]:
 
 
 def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
-    """Return the limits of one derivative: shape (J, 2)."""
+    """Return the `given` limits of one derivative for the joints `known`: shape (J, 2)."""
     if isinstance(given, Mapping):
         if unknown := [name for name in given if name not in known]:
             raise ValueError(f"joints: {order}: there is no joint {unknown[0]!r}, only {', '.join(known)}")

@@ -99,7 +99,7 @@ def repair_joints(
 
 
 def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
-    """Return the state that is fixed at the start: shape (R, J)."""
+    """Return what is fixed at the start: positions and derivatives below the highest limited one, shape (orders, J)."""
     R = max(joints.order, 1)
     if start is None:
         return given.state(given.span[0], R)
@@ -157,7 +157,7 @@ class HeldSplines(Splines):
         return sparse.hstack([inner, end @ np.ones((self.order, 1))], format="csc")
 
     def start_coefficients(self, state: Array) -> Array:
-        """Return the coefficients of a spline that begins with a state, shape (R,); free coefficients are zero."""
+        """Return the coefficients of a spline that begins with a state, shape (order,); free coefficients are zero."""
         c = np.zeros(self.count)
         R = self.order
         first = np.stack([D[[0], :R].toarray()[0] for D in self.coefficients_of[:R]])

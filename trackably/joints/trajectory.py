@@ -215,9 +215,10 @@ def _rising(given: ArrayLike) -> Array:
 def hermite(start: Array, end: Array, widths: Array) -> Array:
     """Return the coefficients of polynomials with given values and derivatives at both ends of pieces: (J, K, 2 R).
 
-    `start` and `end` have the shape (R, K, J), by order of the derivative, and `widths` (K,) [s]. With x = t/h, the
-    first R coefficients, of x^k, are h^k q^(k)/k! at the start. The other R solve the conditions at x = 1, where the
-    r-th derivative of x^k is r! times the binomial coefficient "k choose r".
+    `start` and `end` have the shape (R, K, J), by order of the derivative, and `widths` h (K,) [s]. The result is in
+    powers of the time t since the start of a piece, but computed in those of x = t/h: the first R coefficients are
+    h^k q^(k)/k! at the start. The other R solve the conditions at x = 1, where the r-th derivative of x^k is r! times
+    the binomial coefficient "k choose r".
     """
     R = len(start)
     low, high = slice(R), slice(R, 2 * R)
@@ -288,7 +289,7 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
     k = np.clip(np.searchsorted(knots, (s[:-1] + s[1:]) / 2, side="right") - 1, 0, len(knots) - 2)
     path, half = shift(cubic[:, k], s[:-1] - knots[k]), np.diff(v) / np.diff(t) / 2
     c = np.zeros((*path.shape[:2], 2 * path.shape[2] - 1))
-    for power in reversed(range(path.shape[2])):  # Horner's rule with s = v t + half t²
+    for power in reversed(range(path.shape[2])):  # Horner's rule with s = v t + a t²/2, where a/2 is `half`
         moved = v[:-1, None] * c[:, :, :-1]
         moved[:, :, 1:] += half[:, None] * c[:, :, :-2]
         c[:, :, 0], c[:, :, 1:] = path[:, :, power], moved

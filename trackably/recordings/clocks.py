@@ -274,7 +274,7 @@ def doubt(clock: Clock, first: Decimal) -> str | None:
     units = {name: other for name, other in CLOCKS.items() if isinstance(other, Ticks) and other.absolute}
     likely = [name for name, other in units.items() if _is_likely(other.seconds(count))]
     if not likely or (not clock.absolute and units[likely[0]].length > clock.length):
-        return None  # a count from the file's own zero may be like a date in a longer unit
+        return None  # 1.7e9 ms from a file's own zero are 20 days, and no date in s
     unit = likely[0]
     year = 1970 + int(units[unit].seconds(count) / _YEAR)
     if units[unit].length != clock.length:

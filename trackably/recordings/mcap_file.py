@@ -291,7 +291,7 @@ def _decoder(path: Path, channel: Channel, schema: Schema | None) -> Decode:
         for factory in (ProtobufDecoders(), Ros2Decoders()):
             if decode := factory.decoder_for(channel.message_encoding, schema):
                 return decode
-    except Exception as error:  # as above: parsers of schemas raise undocumented errors
+    except Exception as error:  # parsers of schemas raise undocumented errors
         raise InputError(f"{path}, {channel.topic}: its schema cannot be understood ({_reason(error)})") from error
     described = f"schemas in {schema.encoding!r}" if schema else "no schema"
     raise InputError(

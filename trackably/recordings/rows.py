@@ -85,8 +85,8 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
     drop all others. The remaining rows are a longest non-decreasing subsequence, found by patience sorting from the
     end in O(n log n).
     """
-    smallest: list[Decimal] = []  # [k]: minus the latest first stamp of all chains of k + 1 ordered rows so far
-    chains: list[Any] = []  # [k]: the row of the stamp smallest[k], and the further rows of its chain
+    smallest: list[Decimal] = []  # [k]: the latest first stamp of k + 1 ordered rows seen so far, negated
+    chains: list[Any] = []  # [k]: these k + 1 rows, nested: (first row, chain of the others)
     for row in reversed(range(len(stamps))):
         k = bisect_right(smallest, -stamps[row])
         smallest[k : k + 1] = [-stamps[row]]

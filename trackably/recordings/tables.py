@@ -20,7 +20,7 @@ from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, d
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows
 
-# Kinds of files, by their first bytes, that a reader refuses because another one reads them, or none.
+# Kinds of files, by their first bytes, that a reader refuses: those of other readers, and those that none reads.
 
 MCAP = b"\x89MCAP"
 
@@ -207,7 +207,7 @@ def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, describe
 def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """Return the recording of tables whose clocks count from one zero, with the same repairs and origin.
 
-    Raises InputError; warns the caller's caller of implausible stamps.
+    Raises InputError; with the default origin, warns of implausible stamps at the line that called the reader.
     """
     reading, _ = tables[0]
     rows = [of.rows(table) for of, table in tables]

@@ -191,10 +191,10 @@ def _motion(samples: Samples) -> float:
 
 
 def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSystem, starts: int) -> JointPrior:
-    """Return the prior with the hyperparameters that minimise J, as known ones.
+    """Return the prior with the hyperparameters that minimise J for the samples of one window, `begun`, as known ones.
 
-    J is −2 ln of the marginal likelihood, plus what the bounds cost in this unit. NotTrackableError: no function keeps
-    the bounds.
+    J is −2 ln of the marginal likelihood, plus what the bounds cost in this unit; `first` was learned without bounds.
+    NotTrackableError: no function keeps the bounds.
     """
     if not first.prior.learned:
         return first.prior.as_known()

@@ -125,7 +125,7 @@ class Relearner:
             return BudgetExceeded(self.seconds[-1], self.budget)
         if not isinstance(found, Certified):
             return judge(found)
-        # The fit without bounds that the result is compared with has the same hyperparameters.
+        # The result is compared with the fit without bounds that has the same hyperparameters.
         fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
         tightening = self.reference.tightening
         certificate = found.certificate.with_robust(tightening)
@@ -147,8 +147,7 @@ class Relearner:
     def step(
         self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None
     ) -> StepResult:
-        """Return the controller's plan at step `k` from `state` (n,), or the reason why there is
-        none, as `Controller.step` does.
+        """Return the controller's plan at step `k` from `state` (n,), or why there is none, as `Controller.step` does.
 
         The first step after a reference was learned tries to switch to it. If there is a plan that ends on it and keeps
         the bounds strictly, not only up to a tolerance, that plan is returned, and `reference` is the new one from then
