@@ -134,8 +134,8 @@ def solve_by_linearisation(
     one that costs more than an admissible guess, searches from several `starts` follow (`minimise`). The result is
     local: a minimum among nearby plans, or the reason why none was found. If the guess is admissible and no cheaper
     plan is found, the guess is returned. With the shifted last plan as the guess, feasibility is thus never lost and
-    the cost never rises, whatever the search does. Raises ArithmeticError if no plan is found and full
-    steps do not end with a reason, or if the system is undefined along the reference.
+    the cost never rises, whatever the search does. Raises ArithmeticError if no plan is found and the last
+    linearisation does not explain why, or if the system is undefined along the reference.
     """
     reference = StepProblem.of(formulation, k, state, window)
     problem, kept = (reference, None) if initial_guess is None else _problem_at_guess(reference, initial_guess)
@@ -179,28 +179,24 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
 
 
 def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible | Plan | None) -> Plan | Infeasible:
-    """Return a plan found from one of the `starts`; if none is found, return `near` if it is `Infeasible`.
+    """Return a plan found from one of the `starts`, or the reason why there is none nearby.
 
-    `near` is the answer of full steps (repeated linearisations), None if they did not converge. ArithmeticError: no
-    plan is found, and `near` gives no reason.
+    `near` is the answer of full steps (repeated linearisations), None if they did not converge.
     """
-    tried = list[float]()
+    tried: list[Window] = []
     for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
-        found = minimise(problem.formulation, start, problem.window, 0.0)
-        tried.append(missed_by(problem.formulation, found))
-        if tried[-1] <= FOLLOWED:
+        tried.append(found := minimise(problem.formulation, start, problem.window, 0.0))
+        if missed_by(problem.formulation, found) <= FOLLOWED:
             cheaper = minimise(problem.formulation, found, problem.window)
             plan = _converge_from(problem, cheaper) or _converge_from(problem, found)
             if plan is not None:
                 return plan
     if isinstance(near, Infeasible):
         return near
-    if not np.isfinite(missed := min(tried)):
+    closest = min(tried, key=lambda at: missed_by(problem.formulation, at))
+    if not np.isfinite(missed := missed_by(problem.formulation, closest)):
         raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
-    raise ArithmeticError(
-        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
-        "in parts of the states' ranges"
-    )
+    return _explain(problem, closest, missed)
 
 
 def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
@@ -218,6 +214,27 @@ def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
         return plan if near.is_feasible(plan) else None
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
+
+
+def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible:
+    """Return why the linearisation along the trajectory with the smallest defects has no plan.
+
+    `missed` is the sum of these defects, for the message. Raises ArithmeticError if the linearisation has a plan
+    although the search found none, or if the solver fails.
+    """
+    try:
+        near = problem.along(closest)
+        result = _by_full_steps(near)
+        if isinstance(result, Infeasible):
+            return result
+        if isinstance(answer := near.answer, Infeasible):
+            return answer
+    except (ArithmeticError, np.linalg.LinAlgError):
+        pass
+    raise ArithmeticError(
+        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
+        "in parts of the states' ranges"
+    )
 
 
 def _is_reached(formulation: Formulation, plan: Window) -> bool:
