@@ -69,7 +69,7 @@ def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
     metrics, summary, margins = (
         content(RESULTS[name].metrics),
         content(RESULTS[name].summary),
-        read_columns(RESULTS[name].margins),
+        read_columns(RESULTS[name].folder / "margins.csv"),
     )
     widths = {quantity.name: quantity.bounds.width for quantity in EXPERIMENTS[name].plant.quantities}
     assert list(margins) == ["time", *metrics]

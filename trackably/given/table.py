@@ -1,6 +1,7 @@
 """Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, but not between them."""
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf, nextafter
 from typing import TYPE_CHECKING, Any
@@ -9,9 +10,10 @@ from trackably.arguments import array, instance, positive, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import bounds_text
 from trackably.certificates.outcome import Unproved
+from trackably.checker import tables as checked
 from trackably.checker.form import UnreadableError, read_table
 from trackably.checker.intervals import Real, UndefinedError
-from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part, excesses
+from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part
 from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval, rounded_text
@@ -121,7 +123,6 @@ def _content(form: str, table: Table, plant: ConstrainedSystem, tolerance: float
 
 
 _SMALLEST = 5e-324  # the smallest positive float64
-_TOO_LARGE = "its formula is too large for float64, or divides by something that may be zero"
 
 
 def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> CertifiedTable | RefutedTable | Unproved:
@@ -140,33 +141,33 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
         return Unproved("difference to the next state", bounds, (t, t), short, reason)
 
     try:
-        read = read_table(_content(FORMAT, table, plant, tolerance))
+        read = replace(read_table(_content(FORMAT, table, plant, tolerance)), tolerance=0.0)
     except UnreadableError as error:
         return unproved(0, inf, f"the checker does not read it: {error}")
-    broken, over = [], -Fraction(tolerance)
+    broken, defect = [], Fraction(0)
     for part, rows, limits in _parts(table, plant, tolerance):
         for k in range(rows):
             try:
-                found = [*map(_ends, excesses(read, part, k))]
-            except (UndefinedError, OverflowError) as why:
-                return unproved(k, inf, _TOO_LARGE if isinstance(why, OverflowError) else str(why))
-            if part == "dynamics":
-                over = max(over, *(most for _, most in found))
-            broken += [
-                (float(by) / size, k, what, by, part, i)
-                for i, ((what, size), (by, _)) in enumerate(zip(limits, found, strict=True))
-                if by > 0
-            ]
+                found = _excesses(read, part, k)
+            except UndefinedError as undefined:
+                return unproved(k, inf, str(undefined))
+            for i, ((what, allowed, size), (least, most)) in enumerate(zip(limits, found, strict=True)):
+                if part == "dynamics":
+                    defect = max(defect, most)
+                if (by := least - Fraction(allowed)) > 0:
+                    broken.append((float(by) / size, k, what, by, part, i))
     try:
         if broken:
             _, k, what, by, part, i = max(broken, key=lambda found: found[0])
             step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
             return RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance)
-        if over > 0:
+        if (over := defect - Fraction(tolerance)) > 0:
             reason = "a difference to the next state is too close to the tolerance to decide which is larger"
             return unproved(0, float(over), reason)
-        defect = over + Fraction(tolerance)
-        return CertifiedTable(table, plant, tolerance, nextafter(float(defect), inf) if defect else 0.0)
+        shown, above = tolerance, nextafter(float(defect), inf) if defect else 0.0
+        with suppress(NotAcceptedError):  # report the defect if the checker accepts it as a tolerance
+            shown = CertifiedTable(table, plant, above or _SMALLEST, above).defect
+        return CertifiedTable(table, plant, tolerance, shown)
     except NotAcceptedError as refused:
         return unproved(0, 0.0, str(refused))
 
@@ -180,22 +181,22 @@ def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
     return positive("certify_table: tolerance", tolerance)
 
 
-Limits = list[tuple[str, float]]
-"""For each limit: the text about its violation, and the size by which excesses are divided."""
+Limits = list[tuple[str, float, float]]
+"""For each limit: the text about its violation, the allowed excess, and the size by which excesses are divided."""
 
 
 def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tuple[Part, int, Limits], ...]:
     """Return "states", "inputs" and "dynamics", each with its number of rows in the table and with its limits."""
     states, inputs = (
         [
-            (f"the {limit.name} breaks {limit.bounds.exactly}", limit.bounds.width)
+            (f"the {limit.name} breaks {limit.bounds.exactly}", 0.0, limit.bounds.width)
             for limit in plant.given_constraints
             if limit.side == side
         ]
         for side in ("state", "input")
     )
     leads = "the system leads to another {} than that of the next step, beyond the tolerance {!r}"
-    dynamics = [(leads.format(name, tolerance), tolerance) for name in plant.system.states]
+    dynamics = [(leads.format(name, tolerance), tolerance, tolerance) for name in plant.system.states]
     return (
         ("states", len(table.states), states),
         ("inputs", len(table.inputs), inputs),
@@ -203,11 +204,17 @@ def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tu
     )
 
 
-def _ends(excess: Fraction | Real) -> tuple[Fraction, Fraction]:
-    """Return a lower and an upper bound of an excess, which are equal if it is rational.
+def _excesses(table: checked.Table, part: Part, row: int) -> list[tuple[Fraction, Fraction]]:
+    """Return a lower and an upper bound of the excess over each limit in a row, equal for a rational excess.
 
-    OverflowError: a bound is too large for float64.
+    For the dynamics, with tolerance 0, the excess is |x⁺ − f(x, u)|. Raises UndefinedError.
     """
-    if isinstance(excess, Fraction):
-        return excess, excess
+    try:
+        return [(of, of) if isinstance(of, Fraction) else _ends(of) for of in checked.excesses(table, part, row)]
+    except OverflowError:
+        why = "its formula is too large for float64, or divides by something that may be zero"
+        raise UndefinedError(why) from None
+
+
+def _ends(excess: Real) -> tuple[Fraction, Fraction]:
     return Fraction(nextafter(float(excess.a), -inf)), Fraction(nextafter(float(excess.b), inf))
