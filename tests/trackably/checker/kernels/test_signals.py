@@ -18,7 +18,7 @@ from trackably.checker.floats import signals
 from trackably.checker.floats.intervals import Floats, join
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.intervals import ZERO, ratio
-from trackably.checker.kernels import Matern, Reach
+from trackably.checker.kernels import Decay, Matern, Reach
 from trackably.checker.models import Model
 from trackably.checker.subject import Signal
 from trackably.gp.kernels.base import Kernel
@@ -166,7 +166,7 @@ FAULTS: dict[str, tuple[Enclosed, Kernel, Any, str, Callable[[Any], Any]]] = {
         lambda right: lambda *of: (np.minimum(right(*of)[0] + 1, right(*of)[1] - 1), right(*of)[1]),
     ),
     "kinks overlooked": (many, ROUGH, kernels.Kernel, "_beyond_kink", lambda _: lambda _, r, *others: r * 0.0),
-    "far centres overlooked": (many, SHORT, ManyCentres, "reach", lambda _: (0.5, Floats.exact(0.0))),
+    "far centres overlooked": (many, SHORT, subject, "reach", lambda _: lambda *_: Reach(0.5, Decay(ZERO, ZERO))),
     "a reach that is too short": (
         single, SMOOTH, subject, "reach", lambda right: lambda *of: Reach(2.0, right(*of).decay)
     ),
