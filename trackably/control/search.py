@@ -197,8 +197,8 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
     if not np.isfinite(missed := min(tried)):
         raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
     raise ArithmeticError(
-        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
-        "in parts of the states' ranges"
+        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g}, "
+        "the sum over all steps and states of errors relative to the states' ranges"
     )
 
 

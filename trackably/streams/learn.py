@@ -141,7 +141,7 @@ def learn_stream(
     certificate = with_truth(certificate.with_robust(tightening), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
-        off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
+        off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name} (root mean square)" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     return learned
