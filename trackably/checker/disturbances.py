@@ -258,7 +258,7 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
     if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
         return "all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state"
     if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
-        return f"X (`state_set`) and U (`input_set`) must have the dimensions {n} and {m}"
+        return f"X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
     if not 0 <= robust.contraction < 1:
         return f"the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
     least = min(robust.box)

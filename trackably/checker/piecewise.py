@@ -279,7 +279,9 @@ def _outside(certificate: Certificate) -> str | None:
         progress(k, len(subject.bounds))
         error = Fraction(certificate.errors[bound.name])
         if not keeps(subject, row_of(subject, bound), _span(certificate), (bound.low, bound.high), error):
-            return OfBound(bound.name, f"cell: the {bound.name} is not shown to stay inside its bounds")
+            start, end = map(float, _span(certificate))
+            what = f"the {bound.name} is not shown to stay inside its bounds from {start!r} s to {end!r} s"
+            return OfBound(bound.name, f"cell: {what}")
     return None
 
 

@@ -29,7 +29,7 @@ def check_shapes(subject: Subject) -> str | None:
     """Return which parts of a file's reference, system and sets do not fit together; None if all do."""
     system = subject.system
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
-        return "signals: there must be as many centres as weights"
+        return "signals: each must have as many weights as centres"
     if reason := why_no_plant(system, subject.state_set, subject.input_set, subject.attainable or ()):
         return reason
     if isinstance(system, NonlinearSystem):

@@ -254,7 +254,7 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     elif of.slope is not None and not jumps:
         bound, size, name = of.slope, _integral([], pairs), "slope"
     else:
-        return "for samples from a straight line (a constant, if only the slope is bounded) the weighted sum must be 0"
+        return "multipliers must give a straight line (a constant, if only the slope is bounded) the weighted sum 0"
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
         return "the samples are not shown to contradict the class of signals: its bounds allow their weighted sum"
