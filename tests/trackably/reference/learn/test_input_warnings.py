@@ -150,5 +150,8 @@ def test_bounds_that_are_far_too_tight_for_the_samples_are_asked_about_before_th
     with pytest.raises(DoubtfulInputWarning, match=question):
         learn(SAMPLES, tight, KNOWN, (0.0, 3.0), noise_std=0.02)
     if np.isfinite(widest):
-        with pytest.warns(DoubtfulInputWarning), pytest.raises(ValueError, match=f"equilibrium.* before: .*{question}"):
+        with (
+            pytest.warns(DoubtfulInputWarning),
+            pytest.raises(ValueError, match=f"equilibrium.* before this error: .*{question}"),
+        ):
             learn(SAMPLES, tight, KNOWN, "all_times", mean=20.0)
