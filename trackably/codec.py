@@ -98,7 +98,9 @@ def decode(wanted: type[T], data: object) -> T:
     try:
         value = _read(wanted, data, "$")
         if encode_unverified(value) != data:  # a class may change or complete what it is given
-            raise CodecError("expected the JSON that is written for this value, got another; write the value again @ $")
+            raise CodecError(
+                "expected the JSON that the library writes for this value, got other JSON; write the value again @ $"
+            )
     except CodecError as error:
         raise CodecError(f"{wanted.__name__}: {error}") from error
     return cast(T, value)

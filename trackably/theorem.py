@@ -128,7 +128,7 @@ def theorem(file: Path, emulated: bool = False) -> Theorem:
             return _theorem(read_counterexample(content), arithmetic)
         if kind and kind.startswith("trackably "):
             raise UnreadableError(f"Coq covers certificates and counterexamples of references, but this is a {kind!r}")
-        raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}")
+        raise UnreadableError(f"is not a certificate: certificate.format must be {proofs.FORMAT!r}, got {kind!r}")
     except UnreadableError as error:
         raise InputError(f"{file}: {error}") from error
 

@@ -51,7 +51,7 @@ class Certificate:
         """The proved statement in a sentence."""
         kept, plant = bounds_text(self.reference.quantities), self.reference.plant
         box = "{" + bounds_text(limit for limit in plant.given_constraints if limit.side == "input") + "}"
-        chosen = f", with inputs in {box} that push alike" if plant.allocation else ""
+        chosen = f", with inputs of the same effect in {box}" if plant.allocation else ""
         disturbed = f"; {_robust_text(self.robust)}" if self.robust else ""
         truth = "".join(map(_truth, self.truth))
         return f"proved for {times_of(self.claim)}: {kept}{self._limit}{chosen}{disturbed}{truth}"

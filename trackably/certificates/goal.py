@@ -62,7 +62,7 @@ def _refusal_of_bounds(claim: Claim, prior: JointPrior, plant: ConstrainedSystem
     """Return why this claim cannot be proved with the plant's bounds, some of which move in time; None if it can."""
     periods = frozenset[float | None]().union(*(quantity.bounds.periods for quantity in plant.quantities))
     if isinstance(claim, AllTimes) and periods - {None}:
-        return "all_times needs bounds that rest in the end, but some have a period; all_phases is the claim for these"
+        return "all_times needs bounds that end constant, but some have a period; all_phases is the claim for these"
     is_known = not any(name.endswith("period") for name in prior.learned)
     period = common_period([part.kernel for part in prior.parts]) if is_known else inf
     if isinstance(claim, AllPhases) and periods - {period}:

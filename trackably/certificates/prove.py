@@ -299,7 +299,7 @@ class _ProofProblem:
         found = late if isinstance(late, Counterexample) else self.broken(0.0, self.window)
         if isinstance(found, Counterexample) or (found and self.draft.unbounded):
             return found
-        reason = "the kernel has no envelope that decays into this bound in time; a finite window can still be claimed"
+        reason = "values of the kernel decay too slowly, or not into this bound; a finite window can still be claimed"
         if self.tail_start is not None:
             reason = f"more than {_LATEST_STEP} instants would have to be checked one by one"
         quantity = self.reference.quantity(late.quantity) if late else self.reference.quantities[0]

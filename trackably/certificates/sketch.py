@@ -112,7 +112,7 @@ def refine(every: Quantities, times: Array, margins: Array) -> Array:
 
 JUMP = (
     "its formula takes the angle of a vector that crosses the direction of ±π, where it jumps; a heading does not jump "
-    "inside of bounds that are up to 6.1 rad wide, and without bounds it may turn as it likes"
+    "inside of bounds that are up to 6.1 rad wide, and without bounds it may turn freely"
 )
 
 

@@ -99,6 +99,7 @@ from trackably.checker.form import (
     read_refuted_table,
     read_table,
     require_short_texts,
+    short,
 )
 from trackably.checker.inverse import UnsolvableError
 from trackably.checker.joints import BROKEN as BROKEN_JOINTS
@@ -154,7 +155,9 @@ def _check(data: object, exact: bool) -> Verdict:
                 return Failed(reason, name) if reason else wanted(f"{say(found)} {first_pass.trusted}")
     except UnreadableError as error:
         return NotACertificate(str(error))
-    return NotACertificate(f"is not a certificate: certificate.format must be {FORMAT!r}")
+    found = data.get("format") if isinstance(data, dict) else data
+    wanted = f"certificate.format must be {FORMAT!r} or the format of another proof"
+    return NotACertificate(f"is not a certificate: {wanted}, got {short(found)}")
 
 
 _Shown = type[Proved | Refuted | Contradicted]

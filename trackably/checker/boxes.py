@@ -157,7 +157,7 @@ def around_instant(k: int, step: float) -> Box:
     half = step * 2.0**-40 + k * step * 2.0**-50
     box = Box(k * step - half, k * step + half, half * 2.0**20)
     if not Fraction(box.start) <= k * Fraction(step) <= Fraction(box.end):
-        raise UndecidedError(f"not decided at step {k}: no narrow box encloses its time in float64")
+        raise UndecidedError(f"not decided at step {k}: float64 numbers cannot enclose its time, k T, narrowly")
     return box
 
 
@@ -211,14 +211,17 @@ def check_cover(certificate: Certificate) -> str | None:
     start, end = proof.start, proof.end
     if isinstance(certificate.claim, AllPhases):
         if any(s.kernel.repeats_after != end for s in certificate.subject.signals):
-            return f"period: a kernel does not repeat after {end!r} s"
+            return f"period: a signal's kernel does not repeat after {end!r} s, where the boxes end"
         if not all(repeats(bound, end) for bound in certificate.subject.bounds):
-            return f"period: a bound does not repeat after {end!r} s"
+            return f"period: a bound does not repeat after {end!r} s, where the boxes end"
     for name, boxes in proof.boxes.items():
         ends = boxes.ends
         if (ends[0], ends[-1], len(ends)) != (start, end, len(boxes.radii) + 1):
-            return f"cover: the boxes of the {name} must lead from {start!r} s to {end!r} s, with a radius for each"
+            return (
+                f"cover: the boxes of the {name} must lead from {start!r} s to {end!r} s, with a radius for each, got "
+                f"{len(ends) - 1} boxes from {ends[0]!r} s to {ends[-1]!r} s with {len(boxes.radii)} radii"
+            )
         for before, after in pairwise(ends):
             if not before < after:
-                return f"cover: the boxes of the {name} are out of order at {after!r} s"
+                return f"cover: the ends of the boxes of the {name} are out of order: {before!r} s, then {after!r} s"
     return None

@@ -151,20 +151,28 @@ def check_contradiction(of: Contradiction) -> str | None:
     system, proof = of.system, of.proof
     if reason := why_no_plant(system, of.state_set, of.input_set):
         return reason
-    if any(v.step >= of.steps or v.name not in (*system.states, *system.inputs) for v in of.values):
-        return "values: each must be that of a state or an input of the system, at one of the steps from 0 to steps - 1"
+    known = (*system.states, *system.inputs)
+    if wrong := [v for v in of.values if v.step >= of.steps or v.name not in known]:
+        return (
+            f"values: expected states or inputs of the system at steps from 0 to {of.steps - 1}, got {wrong[0].name} "
+            f"at step {wrong[0].step}"
+        )
     if isinstance(system, LinearSystem) and isinstance(proof, Multipliers):
         return _misfit_of_multipliers(of, proof) or _why_not_infeasible(of, system, proof)
     if isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
         return _why_no_gap(of, system, proof)
-    return "proof: multipliers are for linear systems, and boxes for nonlinear systems without angles"
+    return (
+        "proof: expected multipliers for a linear system, or boxes for a nonlinear one without angles in its flat form"
+    )
 
 
 def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
     for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
         if len(stored) != of.steps or any(len(row) != len(bounded.rows) for row in stored):
-            return "proof: there must be a multiplier for each step and row"
-    return "proof: there must be a multiplier for each value" if len(proof.values) != len(of.values) else None
+            return f"proof: expected a multiplier for each row of both sets at each of the {of.steps} steps"
+    if len(proof.values) == len(of.values):
+        return None
+    return f"proof: expected {len(of.values)} multipliers, one for each of the values, got {len(proof.values)}"
 
 
 @dataclass(frozen=True)
@@ -213,24 +221,24 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
     A, B, c = system.exact
     q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
     if of.steps * q.bit_length() > _MOST_BITS:
-        return "proof: the check would take hours, for too many steps, or too many digits in A, B and c"
+        return f"proof: the check would take hours: {of.steps} steps are too many for so many digits in A, B and c"
     dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps
     p, _, _, scale = _factors(*dynamics, rows)
     if any(p):
         early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
         added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in early])
         if added is None:
-            return "proof: the multipliers leave a factor of the first step's state, and no rows of states cancel it"
+            return "proof: the state at step 0 does not cancel in the weighted sum of bounds, nor with bounds of states"
         rows += [replace(row, multiplier=factor / scale) for row, factor in zip(early, added, strict=True) if factor]
     p, of_inputs, constant, scale = _factors(*dynamics, rows)
     assert not any(p), "the rows that were added take it away"
     first, count = of.steps * len(of.state_set.rows), len(of.input_set.rows)
     paid = _price(rows[first : first + of.steps * count], count, of_inputs, m)
     if paid is None:
-        return "proof: the multipliers leave a factor of an input, and no rows of inputs cancel it"
+        return "proof: an input does not cancel in the weighted sum of bounds, nor with bounds of inputs"
     if scale * exact_sum(row.most for row in rows if row.multiplier) + paid < constant:
         return None
-    return f"value: bounds and values are not shown to contradict each other by {of.missing!r}"
+    return f"value: bounds and given values are not shown to contradict each other by `missing` = {of.missing!r}"
 
 
 def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
@@ -306,15 +314,20 @@ def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
     """Return why it is not shown that a state or an input has no admissible value at the step; None if it is shown."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
-        return "proof: it must name a state or an input of the system, at one of the steps from 0 to steps - 1"
+        return (
+            f"proof: expected a state or an input of the system at a step from 0 to {of.steps - 1}, got {gap.name} at "
+            f"step {gap.step}"
+        )
     k = 0
     for k, box in enumerate(wanted_boxes(of, system)):
         progress(k, gap.step + 1)
         if k == gap.step:
             low, high = box.get(gap.name, (ZERO, ZERO))
             is_far = at_most(exactly(of.missing), low - high)
-            return None if is_far else f"value: bounds of {gap.name} are not shown to exclude each other at step {k}"
-    return f"value: step {k}, before the step that the proof names, already has no admissible states and inputs"
+            if is_far:
+                return None
+            return f"value: the bounds of {gap.name} are not shown to be {of.missing!r} apart at step {k}"
+    return f"value: no states and inputs are admissible at step {k} already, but the proof names step {gap.step}"
 
 
 def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:
@@ -366,7 +379,7 @@ def impossibility(of: Contradiction) -> str:
     kept = bounds_text(system, of.state_set, of.input_set)
     values = ", ".join(f'{v.lower!r} ≤ "{v.name}" ≤ {v.upper!r} at k = {v.step}' for v in of.values)
     if isinstance(of.proof, Gap):
-        by = f'what is wanted of "{of.proof.name}" at k = {of.proof.step} is at least {of.missing!r} apart'
+        by = f'at k = {of.proof.step}, intervals that "{of.proof.name}" must keep are at least {of.missing!r} apart'
     elif of.values:
         by = f"there are none either if the last of these values may miss its interval by {of.missing!r}"
     else:

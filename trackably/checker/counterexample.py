@@ -47,7 +47,8 @@ def check_violation(
     subject, t, by = counterexample.subject, Fraction(counterexample.at), Fraction(counterexample.violation)
     first, last = counterexample.claim.span
     if not first <= t <= last:
-        return f"at: {counterexample.at!r} s is no time of the claim"
+        when = f"step {t}" if isinstance(counterexample.claim, Instants) else f"{counterexample.at!r} s"
+        return f"at: {when} is outside of the claimed times, {counterexample.claim}"
     if isinstance(counterexample.claim, Instants):
         t *= Fraction(subject.system.sampling_time)
     bound = next((bound for bound in subject.bounds if bound.name == counterexample.name), None)
@@ -55,14 +56,16 @@ def check_violation(
         return f"quantity: no bound is called {counterexample.name}"
     ends = _necessary(subject, bound, t)
     if ends is None:
-        return f"attainable: the rows of the input set do not demand the bound of {bound.name}"
+        return f"attainable: the bound of {bound.name} is not shown to follow from the rows of the input set"
     try:
         value = value_at(bound, t)
     except UndefinedError as undefined:
         return f"value: the {bound.name} is not shown to be defined at the stated time: {undefined}"
     low, high = ends[0] - by, ends[1] + by
     is_outside = at_most(value, low) or at_most(high, value)
-    return None if is_outside else f"value: the {bound.name} is not shown to be outside by {counterexample.violation!r}"
+    if is_outside:
+        return None
+    return f"value: the {bound.name} is not shown to be outside of its bounds by {counterexample.violation!r}"
 
 
 def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:

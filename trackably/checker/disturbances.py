@@ -138,7 +138,7 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     if isinstance(errors, str):
         return f"model: {errors}"
     if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
-        return "disturbance: the check would take hours, for too many powers of A + B K, or too many digits in them"
+        return "disturbance: the check would take hours: powers of A + B K up to head + terms have too many digits"
     if reason := _not_invariant(robust, errors):
         return f"disturbance: {reason}"
     K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
@@ -254,15 +254,16 @@ class Errors:
 
 def _misfit(robust: Robust, n: int, m: int) -> str | None:
     if [len(row) for row in robust.feedback] != [n] * m:
-        return "K must have a row for each input and a column for each state"
+        return f"K (`feedback`) must have {m} rows, for inputs, of {n} numbers, for states"
     vectors = (*robust.disturbance.vectors, *(robust.noise.vectors if robust.noise else ()))
     if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
-        return "W, V (set and noise) and P (box) must have an entry for each state"
+        return "all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state"
     if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
-        return "X and U must have the dimensions of state and input"
+        return f"X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
     if not 0 <= robust.contraction < 1:
         return f"the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
-    return "P (box) must have sizes of at least 0" if any(p < 0 for p in robust.box) else None
+    least = min(robust.box)
+    return f"P (`box`) must have sizes of at least 0, got {least!r}" if least < 0 else None
 
 
 def _not_invariant(robust: Robust, errors: Errors) -> str | None:
@@ -272,14 +273,17 @@ def _not_invariant(robust: Robust, errors: Errors) -> str | None:
         axis = [int(i == j) for j in range(n)]
         supports = (errors.disturbance.largest(errors.vectors, side) for side in (axis, [-a for a in axis]))
         if Fraction(max(supports), errors.d) > box[i]:
-            return f"W is not inside of P: coordinate {i} exceeds its size in `box`"
+            return (
+                f"W, with noise and model error, is not inside of P: coordinate {i} exceeds {robust.box[i]!r} of `box`"
+            )
         power = axis
         for _ in range(robust.terms):
             tick()
             power = errors.moved(power)
         reached, allowed = product([abs(x) for x in power], errors.box), Fraction(robust.contraction) * box[i]
         if reached * allowed.denominator > allowed.numerator * errors.q**robust.terms * errors.b:
-            return f"the power `terms` of A + B K does not contract P by the factor `contraction` in coordinate {i}"
+            power_of = f"(A + B K)^{robust.terms}"
+            return f"{power_of} does not contract P in coordinate {i} by the factor {robust.contraction!r}"
     return None
 
 
@@ -298,10 +302,10 @@ def _short(
         back = [-r for r in row]
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
-            return f"disturbance: {name}: row {i} does not move as that of the reference, up to constants"
+            return f"disturbance: {name}: row {i} does not move as that of the reference; only constants may differ"
         above, below = above - support_of(V, back), below - support_of(V, row)
         if not (errors.fits(row, above) and errors.fits(back, below)):
-            return f"disturbance: {name}: row {i} of the reference leaves less room than errors may take"
+            return f"disturbance: {name}: row {i} of the reference leaves less room than tracking errors may need"
     return None
 
 

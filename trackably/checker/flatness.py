@@ -104,7 +104,7 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
                 continue
             whole = whole or _values(flat, later)
             if not _agree(whole, whole.of(a), whole.of(b), state in flat.angles):
-                return f"flat: f is not shown to lead {state} to its formula one step later"
+                return f"flat: f is not shown to give the {state} that its formula has one step later"
     except (TooLongError, ZeroDivisionError) as error:
         return f"flat: the formulas are not shown to be those of f: {error}"
     return None

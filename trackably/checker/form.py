@@ -544,7 +544,7 @@ def _subject(
     is_linear = isinstance(plant.system, LinearSystem)
     if is_linear != (trajectories is not None) or (attainable is not None and not is_linear):
         raise UnreadableError(
-            "trajectories: linear systems need them, and may have attainable rows; nonlinear systems have neither"
+            "trajectories: expected for a linear system, perhaps with `attainable`; a nonlinear one must have neither"
         )
     known = fingerprint(written["signals"], written["plant"]["system"], trajectories)
     return Subject(signals, *plant, trajectories, attainable, known, pieces)

@@ -311,7 +311,7 @@ def require_positive(function: str, x: Real) -> None:
 
 def require_bounds(x: Real) -> Real:
     """Return the interval unchanged. Raise UndefinedError if it is unbounded."""
-    require(abs(x).b < INFINITE.b, "a value in it has no bound")
+    require(abs(x).b < INFINITE.b, "a value in its formula may be infinite")
     return x
 
 
@@ -344,7 +344,7 @@ def power(a: Real, exponent: float) -> Real:
 def function(name: str, a: Real) -> Real:
     """Return exp, log, sqrt, sin, cos or atan of an interval. Raise UndefinedError if it may be undefined."""
     require_positive(name, a)
-    require(abs(a).b < 1e100, "an argument of a function has no bound")
+    require(abs(a).b < 1e100, "the argument of a function may exceed 1e100")
     return require_bounds({"exp": exp, "log": log, "sqrt": sqrt, "sin": sin, "cos": cos, "atan": atan}[name](a))
 
 
@@ -355,7 +355,7 @@ def side(y: Real, x: Real) -> int:
     have another half-plane. Raise UndefinedError if no half-plane is certain.
     """
     certain = either(x.a > 0, y.a > 0, y.b < 0)
-    require(certain, "it takes the angle of a vector that may be zero, or cross the direction of ±π")
+    require(certain, "arctan2(y, x) may have both arguments zero, or an angle that jumps at ±π")
     if isinstance(x, Many) or isinstance(y, Many):
         return 0
     return 1 if y.a > 0 else -1 if y.b < 0 else 0

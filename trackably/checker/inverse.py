@@ -61,7 +61,8 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
     if left:
         found |= _cramer([rows[i] for i in left], [rests[i] for i in left], [u for u in inputs if u not in found])
     if set(found) != set(inputs):
-        raise UnsolvableError("f does not determine every input")
+        free = ", ".join(u for u in inputs if u not in found)
+        raise UnsolvableError(f"f does not determine every input: its equations leave {free} free")
     if any(len(parts(formula)) > _MOST_PARTS for formula in found.values()):
         raise UnsolvableError(
             f"f, solved for its inputs, is a formula of more than {_MOST_PARTS} parts; write f with fewer operations"

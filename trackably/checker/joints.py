@@ -187,7 +187,8 @@ def check_joints(
     for j, r, i in jumps:
         if abs(trajectory.jump(j, r, i)) > Fraction(trajectory.jumps[r]):
             at = trajectory.breakpoints[i]
-            return f'jump: the {ORDERS[r]} of "{trajectory.joints[j].name}" jumps by more than allowed at {at!r} s'
+            most = trajectory.jumps[r]
+            return f'jump: the {ORDERS[r]} of "{trajectory.joints[j].name}" jumps by more than {most!r} at {at!r} s'
     return None
 
 
@@ -203,20 +204,22 @@ def check_broken(found: BrokenTrajectory) -> str | None:
     for n, broken in enumerate(found.broken):
         by, where = Fraction(broken.violation), f"broken[{n}]"
         if broken.joint >= len(trajectory.joints) or broken.order > orders:
-            return f"{where}: there is no joint {broken.joint}, or no limit of order {broken.order}"
+            most = f"a joint up to {len(trajectory.joints) - 1} and an order up to {orders}"
+            return f"{where}: expected {most}, got joint {broken.joint} and order {broken.order}"
         if broken.jump >= 0:
             if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
                 return f"{where}: jumps of order {broken.order} are not limited at breakpoint {broken.jump}"
             size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
             if not size >= by > Fraction(trajectory.jumps[broken.order]):
-                return f"{where}: it is not shown to jump by {broken.violation!r} there, or this is allowed"
+                most = trajectory.jumps[broken.order]
+                return f"{where}: no jump by {broken.violation!r} is shown there, or it is allowed (up to {most!r})"
             continue
         limit, since = trajectory.joints[broken.joint].limits[broken.order], Fraction(broken.since)
         if broken.piece >= pieces or not 0 <= since <= trajectory.width(broken.piece) or limit is None:
-            return f"{where}: there is no piece {broken.piece}, no time {broken.since!r} s in it, or no limit"
+            return f"{where}: there is no piece {broken.piece}, no time {broken.since!r} s in it, or no such limit"
         x = value(trajectory.polynomial(broken.joint, broken.piece, broken.order), since)
         if not max(Fraction(limit[0]) - x, x - Fraction(limit[1])) >= by:
-            return f"{where}: the limits are not shown to be broken by {broken.violation!r} there"
+            return f"{where}: the limits {[*limit]} are not shown to be broken by {broken.violation!r} there"
     return None
 
 
@@ -282,7 +285,9 @@ def _read(
     if any(len(joint.limits) != len(jumps) + 1 for joint in joints) or len({joint.name for joint in joints}) < len(
         rows
     ):
-        raise UnreadableError("joints must have different names, and each one limit or null more than there are jumps")
+        raise UnreadableError(
+            "joints must have different names, and each one entry (a limit or null) more in `limits` than `jumps` has"
+        )
     if not any(limit for joint in joints for limit in joint.limits):
         raise UnreadableError("joints must have at least one limit")
     found = JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)

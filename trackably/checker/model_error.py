@@ -44,7 +44,7 @@ def of_model_error(
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
-        return "each vertex must have the shapes of A, B and c"
+        return "each vertex must have A, B and c of the shapes that the system has"
     reach = [*_reach(state_set, n), *_reach(input_set, m), Fraction(1)]
     nominal = list(_columns(system))
     for j, columns in enumerate(zip(*(_columns(vertex) for vertex in vertices), strict=True)):
@@ -54,8 +54,8 @@ def of_model_error(
         size = reach[j]
         if size is None:
             return (
-                f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone, which are "
-                "needed because its column differs between vertices and nominal system"
+                f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone (counted "
+                "from 0), which are needed because its column differs between vertices and nominal system"
             )
         found += _around(apart, size)
     return found

@@ -164,7 +164,7 @@ class Model:
         require_positive("sqrt", self.span)
         found = _near_root(self)
         both = sqrt(self.span) + found.span
-        require(both.a > 0, "a square root is not enclosed")
+        require(both.a > 0, "a square root may change too much at these times to be enclosed")
         return _within(found, self - found * found, both)
 
     def angle(self, x: "Model") -> "Model":
@@ -180,7 +180,7 @@ class Model:
             return Model([angle(self.span, x.span)], ZERO)
         s, c = self.coefficients[0].mid, x.coefficients[0].mid
         along = x.times(c) + self.times(s)
-        require(along.span.a > 0, "it takes the angle of a vector that turns too far at these times")
+        require(along.span.a > 0, "the angle arctan2(y, x) may turn too far at these times")
         turned = _compose("atan", (self.times(c) - x.times(s)) / along)
         own = many[0].direction(s, c) if many else angle(s, c)
         return Model.constant(own, len(self.coefficients)) + turned

@@ -143,7 +143,9 @@ def check_sizes(certificate: Certificate) -> str | None:
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
         if largest > _LARGEST or z.degree > _HIGHEST or max([*z.lengths, Fraction(1)]) ** z.degree > _LARGEST_POWER:
-            return "sizes: some number of a piece, or its degree or length, is too large for the analysis of rounding"
+            return (
+                "sizes: rounding is bounded only for numbers up to 1e30, degrees up to 50 and length^degree up to 1e100"
+            )
     factors = [length for z in subject.pieces for length in z.lengths]
     for bound in subject.bounds:
         weights, offset = gross_of(bound.row, functionals(subject, bound.of))
@@ -158,7 +160,7 @@ def check_rounding(certificate: Certificate) -> str | None:
     for name, error in evaluation_errors(certificate.subject, *_span(certificate)).items():
         if error > Fraction(certificate.errors[name]):
             stated = certificate.errors[name]
-            return OfBound(name, f"evaluation: the {name} can be off by more than {stated!r} in float64")
+            return OfBound(name, f"evaluation: the {name} can be off by more than the stated {stated!r} in float64")
     return None
 
 
@@ -241,10 +243,10 @@ def _claim_gap(certificate: Certificate) -> str | None:
     match certificate.claim:
         case AllTimes():
             if not all(z.beyond == "rest" and z.breakpoints[-1] <= end for z in pieces):
-                return f"claim: a signal is not at rest from {end!r} s on"
+                return f"claim: a signal or a moving bound is not at rest from {end!r} s on"
         case AllPhases():
             if not all(z.beyond == "period" and z.period == Fraction(end) for z in pieces):
-                return f"period: a signal does not repeat after {end!r} s"
+                return f"period: a signal or a moving bound does not repeat after {end!r} s"
         case _:
             if not start < end:
                 return f"claim: a window needs start < end, got {start!r} s and {end!r} s"
@@ -258,7 +260,8 @@ def why_unknown(subject: Subject, start: Fraction, end: Fraction) -> str | None:
         shifts = len(functionals(subject, "input")[0].weights[s]), len(functionals(subject, "state")[0].weights[s])
         ahead = (max(shifts) - 1) * Fraction(subject.system.sampling_time)
         if z.beyond == "end" and not (z.ends[0] <= start and end + ahead <= z.ends[-1]):
-            return f"claim: signal {s} ends before the last time on which inputs until {float(end)!r} s depend"
+            known = f"got {z.breakpoints[0]!r} s to {z.breakpoints[-1]!r} s"
+            return f"claim: signal {s} must be defined from {float(start)!r} s to {float(end + ahead)!r} s, {known}"
     return None
 
 
@@ -276,7 +279,9 @@ def _outside(certificate: Certificate) -> str | None:
         progress(k, len(subject.bounds))
         error = Fraction(certificate.errors[bound.name])
         if not keeps(subject, row_of(subject, bound), _span(certificate), (bound.low, bound.high), error):
-            return OfBound(bound.name, f"cell: the {bound.name} is not shown to stay inside its bounds")
+            start, end = map(float, _span(certificate))
+            what = f"the {bound.name} is not shown to stay inside its bounds from {start!r} s to {end!r} s"
+            return OfBound(bound.name, f"cell: {what}")
     return None
 
 

@@ -41,13 +41,14 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
         return reason
     for demand in demands(_idle(system), rows):
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
-            return f"input_set: no input keeps its rows {demand.numbers} together"
+            return f"input_set: no input keeps all of its rows {demand.numbers} (counted from 0)"
         if any(demand.row) and not any(
             ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
             for bound in attainable
             if (ends := _scale(demand, bound.row))
         ):
-            return f"input_set: no attainable row implies the inequality to which its rows {demand.numbers} add up"
+            rows_of = f"its rows {demand.numbers} (counted from 0)"
+            return f"input_set: no row of `attainable` implies the inequality to which {rows_of} add up"
     return None
 
 

@@ -56,7 +56,9 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
             error = error_of(certificate.subject, q.combination, of_signals)
             stated = certificate.errors[q.name]
             if not at_most(error, stated):
-                return OfBound(q.name, f"evaluation: the {q.name} can be off by more than {stated!r} in float64")
+                return OfBound(
+                    q.name, f"evaluation: the {q.name} can be off by more than the stated {stated!r} in float64"
+                )
     return None
 
 
@@ -159,7 +161,7 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
     if reason := why_not_sized(certificate, values, factors):
         return reason
     if not all(at_most(signal.kernel.peak.size, 1e100) for signal in signals):
-        return "sizes: some value of a kernel could overflow in float64 evaluation: κ(0) exceeds 1e100"
+        return "sizes: values of a kernel κ could overflow in float64, because κ(0) exceeds 1e100"
     return None
 
 
@@ -171,7 +173,7 @@ def why_not_sized(certificate: Certificate, values: Sequence[float], factors: Se
     sizes = [abs(Fraction(factor)) for factor in (certificate.subject.system.sampling_time, *factors) if factor]
     is_large = max(sizes) > 1e30 or max(map(abs, values), default=0.0) > 1e30
     if is_large or min(sizes) < 1e-30 or certificate.until > 1e60:
-        return "sizes: no bounds of rounding for a number over 1e30, a factor below 1e-30, or `until` over 1e60"
+        return "sizes: rounding is bounded only for numbers up to 1e30, factors from 1e-30 on, and `until` up to 1e60 s"
     return None
 
 
@@ -235,7 +237,7 @@ class FormulaValues:
         if q.combination is not None:
             return arguments[ITSELF]
         stated = self.needs.stated[q.name]
-        require(self.error(q, arguments).b <= stated, f"it can be off by more than {stated!r} in float64")
+        require(self.error(q, arguments).b <= stated, f"it can be off by more than the stated {stated!r} in float64")
         found = Model.constant(ZERO, self.terms)
         for r, part in q.parts:
             found += self.known[part].times(ratio(r))
@@ -272,6 +274,6 @@ class FormulaValues:
         inner = [self.known[one].span + change for one, change in zip(operands(part), changes, strict=True)]
         propagated = abs(differential(part, span, inner)(changes)).b
         computed = abs(span + SIGN * propagated)
-        require(computed.b < _OVERFLOW, "it may overflow")
+        require(computed.b < _OVERFLOW, "it may overflow in float64")
         roundings = 1 if isinstance(part, Operation) else 8
         return (propagated + roundings * UNIT * computed + _UNDERFLOW).b

@@ -27,7 +27,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     inputs = "these inputs"
     if subject.attainable is not None:
         rows = ", ".join(bound_text(row, subject.system.inputs) for row in subject.input_set.rows)
-        inputs = f"inputs that push alike (they differ by v with B v = 0) and keep {rows}"
+        inputs = f"inputs of the same effect (they differ by v with B v = 0) and keep {rows}"
     how = "float64 evaluation, by sums of products"
     if subject.pieces:
         how = "evaluation in double-double arithmetic, rounded to float64"
@@ -218,10 +218,11 @@ def no_signal(found: ContradictedSamples) -> str:
     used = [t for t, m in zip(found.of.samples.times, found.samples, strict=True) if m]
     rates = [t for t, m in zip(found.of.rates.times if found.of.rates else (), found.rates, strict=True) if m]
     more = f" and the rates at {', '.join(map(repr, rates))} s" if rates else ""
-    noise = f"the bound of the noise would have to grow by more than {_below(excess / weight)!r}, or " if weight else ""
+    grow = f"the bound of the {bound} would have to grow by more than {_below(excess / size)!r}"
+    noise = f", or that of the noise by more than {_below(excess / weight)!r}" if weight else ""
     return (
         f"there is no f with {_class(found.of)}: the samples at {', '.join(map(repr, used))} s{more} contradict each "
-        f"other. To explain them, {noise}that of the {bound} by more than {_below(excess / size)!r}."
+        f"other. To explain them, {grow}{noise}."
     )
 
 

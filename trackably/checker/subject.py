@@ -54,7 +54,8 @@ class Pieces:
 def why_no_signal(pieces: Pieces) -> str | None:
     """Return what is wrong with the numbers of a signal; None if they are valid."""
     if len(pieces.breakpoints) != len(pieces.coefficients) + 1:
-        return "pieces: there must be one breakpoint more than pieces"
+        count = len(pieces.coefficients)
+        return f"pieces: expected {count + 1} breakpoints for {count} pieces, got {len(pieces.breakpoints)}"
     if any(len(row) != pieces.degree + 1 for row in pieces.coefficients):
         return "pieces: all pieces must have the same number of coefficients"
     if not all(before < after for before, after in pairwise(pieces.breakpoints)):

@@ -82,7 +82,7 @@ def _misfit(table: Table) -> str | None:
     if len(table.inputs) not in (len(table.states), len(table.states) - 1) or len(table.states) < 2:
         return "shapes: a table needs two states at least, and an input for each state (but perhaps not for the last)"
     if any(len(row) != len(names) for names, values in sides for row in values):
-        return "shapes: every step needs a number for each state, or for each input"
+        return "shapes: rows of `states` need a number for each state, and rows of `inputs` one for each input"
     return why_no_plant(table.system, table.state_set, table.input_set)
 
 
@@ -104,7 +104,8 @@ def check_refuted_table(refuted: RefutedTable) -> str | None:
         return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
     if at_most(Fraction(refuted.violation), found[refuted.index]):
         return None
-    return f"value: at step {refuted.step} nothing is shown to be broken by {refuted.violation!r} there"
+    where = f"step {refuted.step}: index {refuted.index} of the {refuted.part}"
+    return f"value: {where} is not shown to be broken by {refuted.violation!r}"
 
 
 def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:

@@ -66,7 +66,7 @@ def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, 
         if lower is None or upper is None:
             return OfBound(q.name, f"tail: the bound of the {q.name} still moves {since}")
         if not (at_most(lower, middle - reach) and at_most(middle + reach, upper)):
-            return OfBound(q.name, f"tail: the envelope of the {q.name} does not lie inside its bounds {since}")
+            return OfBound(q.name, f"tail: the envelope of the {q.name} does not lie inside the bounds {since}")
     return None
 
 

@@ -29,7 +29,7 @@ def check_shapes(subject: Subject) -> str | None:
     """Return which parts of a file's reference, system and sets do not fit together; None if all do."""
     system = subject.system
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
-        return "signals: there must be as many centres as weights"
+        return "signals: each must have as many weights as centres"
     if reason := why_no_plant(system, subject.state_set, subject.input_set, subject.attainable or ()):
         return reason
     if isinstance(system, NonlinearSystem):
@@ -54,7 +54,9 @@ def why_no_system(system: System) -> str | None:
         return f"shapes: A, B and c do not fit {n} states and {m} inputs"
     flat = system.flat
     if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
-        return "shapes: as many formulas f as states are needed; a flat form needs one for each state and each input"
+        return (
+            f"shapes: as many formulas f as states are needed, {n}; a flat form needs one for each state and each input"
+        )
     if unknown := {name for formula in system.f for name in names(formula)} - known:
         return f"names: f must hold states and inputs only, but holds {min(unknown)}"
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
@@ -68,7 +70,7 @@ def why_no_plant(
     if (state_set.dimension, input_set.dimension) != (n, m):
         return f"shapes: the sets must have the dimensions of state and input, {n} and {m}"
     if not _fit(state_set.rows, n) or not _fit((*input_set.rows, *attainable), m):
-        return "shapes: every bound needs a row with a number for each state, or for each input, not all zero"
+        return "shapes: every row of a set needs a number for each state, or for each input, and not only zeros"
     return why_no_system(system)
 
 
@@ -97,17 +99,17 @@ def check_names(certificate: Certificate) -> str | None:
     if not bounded:
         return "names: nothing is bounded, so there is nothing to prove"
     if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != bounded or covers != bounded:
-        return "names: evaluation errors and covers must have the names of the bounds, each once"
+        return "names: the bounds must have different names, and evaluation errors and covers these names, each once"
     return None
 
 
 def _misfit_of_trajectories(subject: Subject, trajectories: Trajectories) -> str | None:
     if (len(trajectories.states), len(trajectories.inputs)) != (len(subject.system.states), len(subject.system.inputs)):
-        return "shapes: there must be a trajectory for each state and each input"
+        return "shapes: `trajectories` must have an entry for each state and each input"
     for parts in (trajectories.states, trajectories.inputs):
         shifts = [len(weights) for weights in parts[0].weights]
         if len(shifts) != subject.signal_count or any([len(w) for w in part.weights] != shifts for part in parts):
-            return "shapes: every state and every input needs weights of the same shape, for each signal"
+            return "shapes: for each signal, all states need the same number of weights, and so do all inputs"
     return None
 
 
@@ -116,7 +118,10 @@ def _misfit_of_formulas(subject: Subject, system: NonlinearSystem) -> str | None
         return _misfit_of_flat_form(subject, system.flat)
     n = len(system.states)
     if not len(subject.signals) == n == len(system.inputs):
-        return "shapes: as many formulas, signals and inputs as states are needed"
+        return (
+            f"shapes: as many signals and inputs as states are needed, {n}, got {len(subject.signals)} signals and "
+            f"{len(system.inputs)} inputs"
+        )
     rows = [side.row for side in subject.input_set.rows]
     free = [name for i, name in enumerate(system.inputs) if not any(row[i] for row in rows)]
     if free:  # the formula of an input is shown to be defined only if some row has the input
@@ -150,11 +155,12 @@ def check_trajectories(subject: Subject) -> str | None:
     for A, B, c, state in zip(*system.exact, trajectories.states, strict=True):
         x, u = weighted_sum(A, trajectories.states), weighted_sum(B, trajectories.inputs)
         if x.offset + u.offset + c != state.offset:
-            return "trajectories: the system does not stay where states and inputs are the offsets: no equilibrium"
+            return "trajectories: the offsets of states and inputs are no equilibrium of the system"
         for s, weights in enumerate(state.weights):
             earlier = Fraction(0), *weights
             for j, (p, q, r) in enumerate(zip_longest(x.weights[s], u.weights[s], earlier, fillvalue=Fraction(0))):
                 tick()
                 if p + q != r:
-                    return f"trajectories: the system does not follow signal {s} with the weights of shift {j}"
+                    law = "x(t + T) = A x(t) + B u(t) + c fails"
+                    return f"trajectories: the system does not follow signal {s} with the weights of shift {j}: {law}"
     return None

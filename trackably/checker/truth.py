@@ -87,11 +87,12 @@ def check_truth(
         for k, sides in enumerate(gaps(subject, truth, first_pass)):
             progress(k, len(truth.errors))
             error = exactly(truth.errors[k])
+            cell = f"from {truth.ends[k]!r} s to {truth.ends[k + 1]!r} s"
             for side in sides:
                 if side is None:
-                    return f"truth: the measurements that a side of cell {k} names give no bound in this cell"
+                    return f"truth: measurements named in `upper` or `lower` give no bound of the signal {cell}"
                 if not is_below(side, [error]):
-                    return f'truth: "{truth.state}" may be further than the stated error from the signal in cell {k}'
+                    return f'truth: "{truth.state}" may be further than {truth.errors[k]!r} from the true signal {cell}'
     return None
 
 
@@ -100,7 +101,7 @@ def _misfit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> str |
     if subject.pieces or not isinstance(system, LinearSystem) or truth.state not in system.states:
         return "it must be about a state of a linear system, with signals that are sums of kernels"
     if not len(truth.ends) - 1 == len(truth.radii) == len(truth.upper) == len(truth.lower) == count:
-        return "each cell needs an end, a radius, an upper and a lower side, and an error"
+        return "`radii`, `upper`, `lower` and `errors` must have one entry for each cell, and `ends` one more"
     if any(not start < end for start, end in pairwise(truth.ends)):
         return "the ends of cells must increase"
     if reason := _misfit_of_class(truth.of):
@@ -108,7 +109,7 @@ def _misfit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> str |
     if truth.plant is not None:
         room = Fraction(truth.plant) - Fraction(truth.error)
         if robust is None or not keeps_near(system, robust, system.states.index(truth.state), room):
-            return "under disturbance the plant may be further than `plant` from the signal"
+            return f"under disturbance the plant may be further than {truth.plant!r} (`plant`) from the true signal"
     return None
 
 
@@ -247,7 +248,7 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     pairs = [(m, Fraction(t)) for m, t in zip(mu, of.samples.times, strict=True) if m]
     jumps = [(m, Fraction(s)) for m, s in zip(nu, rates.times, strict=True) if m]
     if exact_sum(mu) or not pairs:
-        return "multipliers of samples must have the sum 0"
+        return "multipliers of samples must have the sum 0, and not all be 0"
     sides = ((mu, of.samples), (nu, rates))
     seen = exact_sum(exact_dot(by, map(Fraction, at.values)) for by, at in sides)
     sizes = [exact_sum(map(abs, by)) for by, _ in sides]
@@ -257,10 +258,10 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     elif of.slope is not None and not jumps:
         bound, size, name = of.slope, _integral([], pairs), "slope"
     else:
-        return "multipliers must cancel every straight line, or every constant if only the slope is bounded"
+        return "multipliers must give a straight line (a constant, if only the slope is bounded) the weighted sum 0"
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
-        return "the samples are not shown to contradict the class: their excess over its bounds is not positive"
+        return "the samples are not shown to contradict the class of signals: its bounds allow their weighted sum"
     return excess, Fraction(0) if jumps else sizes[0], size, name
 
 

@@ -232,8 +232,8 @@ def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible
     except (ArithmeticError, np.linalg.LinAlgError):
         pass
     raise ArithmeticError(
-        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g} in all, "
-        "in parts of the states' ranges"
+        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g}, "
+        "the sum over all steps and states of errors relative to the states' ranges"
     )
 
 

@@ -126,7 +126,7 @@ def kernel_sum_function(signal: KernelSum, name: str) -> str:
 
 
 _SMALLEST = """\
-// Puts the smallest admissible input that acts as u does in the place of u.
+// Replaces u by the smallest admissible input that has the same effect.
 static inline void NAME_smallest(double *u)
 {
     int inside = 1;

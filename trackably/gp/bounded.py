@@ -98,7 +98,9 @@ class BoundedNormal:
         """
         found = least_norm(self.normals, self.offsets - _INSIDE)
         if found is None:
-            raise NoRoom(f"no draw is inside all bounds by {_INSIDE:g} standard deviations: they leave too little room")
+            raise NoRoom(
+                f"no draw is inside all bounds by {_INSIDE:g} standard deviations: bounds leave too little room"
+            )
         return found
 
     def draws(self, count: int, seed: int) -> Array:

@@ -38,8 +38,8 @@ class ResidualStatistics:
     def __post_init__(self) -> None:
         if self.count < 0 or not 0 <= self.squares < np.inf or not np.isfinite(self.log_scale):
             raise ValueError(
-                f"scatter: expected finite count ≥ 0, squares ≥ 0 and log_scale, got {self.count}, {self.squares:g} "
-                f"and {self.log_scale:g}"
+                f"scatters: expected count ≥ 0, finite squares ≥ 0 and a finite log_scale, got {self.count}, "
+                f"{self.squares:g} and {self.log_scale:g}"
             )
 
     def __add__(self, other: ResidualStatistics) -> ResidualStatistics:

@@ -137,7 +137,7 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
     """
     if trajectory.degree > 5:
         raise ValueError(
-            f"write_joint_trajectory: the controller knows degrees up to 5, but pieces have degree {trajectory.degree}"
+            f"write_joint_trajectory: the controller takes pieces of degree 5 at most, got degree {trajectory.degree}"
         )
     count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
     ends = trajectory.breakpoints

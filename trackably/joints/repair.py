@@ -86,7 +86,7 @@ def repair_joints(
     for backoff in _BACKOFFS:
         columns = list(_solve(splines, given, joints, held, backoff, until))
         if len(columns) < len(joints.names):
-            within = f"{seconds:g} s" if perf_counter() > until else "the same time within its limits"
+            within = f"{seconds:g} s" if perf_counter() > until else "the given duration within its limits"
             reason = f"no spline of {joints.names[len(columns)]} was found in {within}"
             break
         parts = [PPoly.from_spline((splines.padded, c, _DEGREE)).c[::-1, _DEGREE : splines.count].T for c in columns]

@@ -115,7 +115,7 @@ class Condensation:
             return f"{said}, at a cost that could not be computed in float64"
         of = "all" if self.beside == self.count else f"{self.beside} centres (an estimate of what all would change)"
         mean = f"the mean by up to {self.apart:.2g} of the noise"
-        return f"{said}: with {of}, l changes by {self.change_of_l:.2g} and {mean}"
+        return f"{said}: with {of}, −2 ln p changes by {self.change_of_l:.2g} and {mean}"
 
 
 _LEAST_GAIN = 4  # the search begins with one centre for this many samples

@@ -121,7 +121,7 @@ def empirical_prior(
         return found
     likeliest = found.posterior.prior
     questions = [
-        f"mean: the learned mean of {name} lies at an end of the interval given for it: was it meant as a limit?"
+        f"mean: the learned mean of {name} lies at an end of its given interval: widen it, unless this is a limit"
         for name, part, ends in zip(prior.names, likeliest.parts, between, strict=True)
         if ends and part.mean in ends
     ]

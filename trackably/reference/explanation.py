@@ -43,7 +43,8 @@ def ignores_samples(fit: Fit) -> str | None:
     if not large:
         return None
     off = "; ".join(
-        f"it is {m.size:.3g} off those of {m.name}, and without bounds {m.size_unconstrained:.3g}" for m in large
+        f"it is {m.size:.3g} off those of {m.name} (root mean square), and {m.size_unconstrained:.3g} without bounds"
+        for m in large
     )
     return f"the reference keeps its bounds but does not follow its samples: {off}; {_help(fit)}"
 
@@ -84,7 +85,7 @@ def at_edges(fit: Fit) -> Iterator[str]:
     yield from map(str, fit.edges)
     theta = fit.prior.hyperparameters
     for name in fit.limited:
-        yield f"{name} = {theta[name]:.4g}: float64 does not evaluate those twice as long as precisely as a proof needs"
+        yield f"{name} = {theta[name]:.4g}: its search was limited, as float64 cannot prove values twice as long"
 
 
 def budget_sentence(fit: Fit) -> str | None:
@@ -92,8 +93,8 @@ def budget_sentence(fit: Fit) -> str | None:
     if fit.budget is None:
         return None
     return (
-        f"the budget of {fit.budget:g} s ended the search: J is at most {fit.price:.3g} above its least value, if a "
-        "short search found the least −2 ln p without bounds"
+        f"the budget of {fit.budget:g} s ended the search: −2 ln p is at most {fit.price:.3g} above its least value "
+        "with bounds, if a short search found the least one without bounds"
     )
 
 
@@ -123,7 +124,7 @@ def noise_questions(fit: Fit) -> Iterator[str]:
             left_out = ", or nothing: it is then learned without them" if is_given else ""
             yield (
                 f"noise_std: that of {name} is {own.noise_std:.3g} as it is learned with the bounds, and "
-                f"{free.noise_std:.3g} without them: is it noise, or what the bounds cost? Give a number{left_out}"
+                f"{free.noise_std:.3g} without them: do the samples have this noise? If not, give a number{left_out}"
             )
 
 
@@ -149,7 +150,9 @@ def costs(fit: Fit) -> str:
         of = "" if is_convex else ", with formulas linearised at this one,"
         said.append(f"for these hyperparameters{of} no function costs less by more than {fit.duality_gap:.2g}")
     if fit.spread > LEAST_GAP:
-        said.append(f"functions from several starts differed by {fit.spread:.2g}, and the search went on from the best")
+        said.append(
+            f"−2 ln p of functions from several starts differed by {fit.spread:.2g}; the search went on from the least"
+        )
     if fit.backoff > 0:
         said.append(
             f"the search tightened some bounds by up to {fit.backoff:.2g} times their width, so that it examined no "

@@ -157,7 +157,9 @@ class Edge:
 
 def narrow_limits(edges: Iterable[Edge]) -> list[str]:
     """Return a question for each hyperparameter that lies at an end of an interval that the user gave."""
-    return [f"{edge}, {edge.interval}: was it meant as a limit?" for edge in edges if edge.is_given]
+    return [
+        f"{edge}, {edge.interval}: widen it, unless this end is meant as a limit" for edge in edges if edge.is_given
+    ]
 
 
 def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...]:

@@ -67,7 +67,7 @@ def repeated(questions: Sequence[str]) -> Iterator[None]:
         yield
     except (NotTrackableError, ValueError) as error:
         if questions:
-            error.args = (f"{error}. Asked before: {'; '.join(questions)}",)
+            error.args = (f"{error}. Warnings before this error: {'; '.join(questions)}",)
         raise
 
 

@@ -52,7 +52,7 @@ class SavedTightening:
         found = tightening(self.given, self.disturbance, self.feedback, self.margin, self.noise, self.model_error)
         if as_written(found.plant) != as_written(plant):
             raise ValueError(
-                "tightening: the bounds of the reference are not the tightened ones; was the file changed?"
+                "tightening: it gives other bounds than those of the saved reference; was the file changed?"
             )
         return found
 

@@ -141,7 +141,7 @@ def learn_stream(
     certificate = with_truth(certificate.with_robust(tightening), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
-        off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name}" for misfit in large)
+        off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name} (root mean square)" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     return learned
@@ -155,8 +155,8 @@ def _window_length(window: object, given: Mapping[str, Samples]) -> float:
     span = max(float(of.times[-1] - of.times[0]) for of in given.values())
     if name and length < min(span, _FEWEST * spacings[name]):
         raise ValueError(
-            f"window: expected several of the kernel's correlation times, and {_FEWEST} samples, got {length:g} s "
-            f"for samples of {name} that come every {spacings[name]:.3g} s, {len(given[name])} in {span:.6g} s"
+            f"window: expected {_FEWEST} samples at least, better several correlation times of the kernel, got "
+            f"{length:g} s for {len(given[name])} samples of {name}, one every {spacings[name]:.3g} s"
         )
     return length
 

@@ -338,9 +338,9 @@ class Tightening:
 
     def _shortage(self, fraction: float) -> str:
         """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
-        what, whole = ("model_error", " and model's error") if self.model_error else ("disturbance", "")
+        what, whole = ("model_error", " and model error") if self.model_error else ("disturbance", "")
         feedback = "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
-        would = f"with {feedback} at most {fraction:.3g} of this disturbance set{whole} is possible"
+        would = f"with {feedback} at most {fraction:.3g} times this disturbance set{whole} is possible"
         if fraction <= 0:
             would = "no disturbance is possible, however small"
         taken, widths = np.array([float(low + high) for low, high in self.taken]), bound_widths(self.given)

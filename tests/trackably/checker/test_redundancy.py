@@ -41,7 +41,7 @@ def test_the_checker_proves_that_inputs_exist():
     for certificate in (learned().certificate, in_the_plane()):
         verdict = check(as_read(certificate))
         assert isinstance(verdict, Proved), verdict
-        assert "inputs that push alike" in verdict.statement
+        assert "inputs of the same effect" in verdict.statement
     assert 'keep -1.0 ≤ "u1" ≤ 1.0, -0.2 ≤ "u2" ≤ 0.2' in check(as_read(learned().certificate)).statement
     assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
 

@@ -100,12 +100,12 @@ def test_a_flat_form_is_not_repeated_as_nothing_is_verified_of_it(off, tmp_path)
 
 
 BROKEN = [
-    ("at.violation", 1e-2, "nothing is shown to be broken by 0.01 there"),
+    ("at.violation", 1e-2, "is not shown to be broken by 0.01"),
     ("at.step", 99, "the table has no step 99"),
     ("at.index", 2, "no index 2 of the dynamics"),
-    ("at.part", "states", "nothing is shown to be broken"),
+    ("at.part", "states", "is not shown to be broken"),
     ("at.violation", -1.0, "must be"),
-    ("tolerance", 1.0, "nothing is shown to be broken"),
+    ("tolerance", 1.0, "is not shown to be broken"),
 ]
 KEPT = [
     ("table.states.7.0", float(np.nextafter(0.2, 1)), "bound 0 of the states is broken at step 11"),

@@ -85,7 +85,7 @@ WRONG = {
     "other joints": (lambda: certify_joints(through(T, Q), ARM), "must have the joints a, b, got "),
     "degree 7": (
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
-        "degrees up to 5, but pieces have degree 7",
+        "pieces of degree 5 at most, got degree 7",
     ),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
     "joints that must move": (

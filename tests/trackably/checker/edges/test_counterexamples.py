@@ -77,4 +77,4 @@ def test_a_redundant_input_that_breaks_its_bound_alone_refutes_nothing() -> None
     assert second(few.signals, np.array(largest)) > 0.12
     verdict = check({**data, "at": {"time": largest}, "violation": 0.01})
     assert isinstance(verdict, Failed), verdict
-    assert "do not demand" in verdict.reason or "not shown to be outside" in verdict.reason
+    assert "not shown to follow" in verdict.reason or "not shown to be outside" in verdict.reason

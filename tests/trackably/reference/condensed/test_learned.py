@@ -38,7 +38,7 @@ def test_the_stated_cost_is_the_change_of_l_with_all_samples(fewer):
     all_of_them = JointPosterior(fewer.prior, (replace(DENSE, stencil=fewer.samples[0].stencil),))
     nlml = JointPosterior(fewer.prior, fewer.samples).negative_log_marginal_likelihood()[0]
     assert cost.change_of_l == pytest.approx(all_of_them.negative_log_marginal_likelihood()[0] - nlml, abs=1e-6)
-    assert "of 500 samples of position by 48 centres: with all, l changes by" in fewer.explanation
+    assert "of 500 samples of position by 48 centres: with all, −2 ln p changes by" in fewer.explanation
 
 
 def test_saved_centres_still_represent_all_samples(fewer, tmp_path):

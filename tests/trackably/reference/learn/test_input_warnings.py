@@ -136,7 +136,8 @@ def test_a_question_is_a_warning_and_the_answer_comes_nevertheless() -> None:
     with pytest.warns(DoubtfulInputWarning, match="is 997 s away") as caught:
         found = learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, mean=0.0, starts=1)
     assert caught[0].filename == __file__
-    with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=r"Asked before: .* is 997 s away"):
+    before = r"Warnings before this error: .* is 997 s away"
+    with pytest.warns(DoubtfulInputWarning), pytest.raises(NotTrackableError, match=before):
         learn_reference(SAMPLES, AXIS, KNOWN, (1000.0, 1001.0), noise_std=0.02, budget=1e-6)
     np.testing.assert_allclose(found.state(20_000), 0.0, atol=1e-6)
 
@@ -149,5 +150,8 @@ def test_bounds_that_are_far_too_tight_for_the_samples_are_asked_about_before_th
     with pytest.raises(DoubtfulInputWarning, match=question):
         learn(SAMPLES, tight, KNOWN, (0.0, 3.0), noise_std=0.02)
     if np.isfinite(widest):
-        with pytest.warns(DoubtfulInputWarning), pytest.raises(ValueError, match=f"equilibrium.* before: .*{question}"):
+        with (
+            pytest.warns(DoubtfulInputWarning),
+            pytest.raises(ValueError, match=f"equilibrium.* before this error: .*{question}"),
+        ):
             learn(SAMPLES, tight, KNOWN, "all_times", mean=20.0)

@@ -74,7 +74,7 @@ def test_bounds_of_a_heading_around_minus_pi_are_proved_and_checked():
     for wrong in (1.0, -2.0 + 1e-9, -5.0):
         verdict = check(changed(data, quarters, wrong))
         assert isinstance(verdict, Failed)
-        assert "flat: f is not shown to lead" in verdict.reason
+        assert "flat: f is not shown to give" in verdict.reason
 
 
 def test_a_heading_that_jumps_is_refused_with_the_place():
