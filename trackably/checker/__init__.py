@@ -156,8 +156,8 @@ def _check(data: object, exact: bool) -> Verdict:
     except UnreadableError as error:
         return NotACertificate(str(error))
     found = data.get("format") if isinstance(data, dict) else data
-    wanted = f"certificate.format must be {FORMAT!r} or the format of another proof"
-    return NotACertificate(f"is not a certificate: {wanted}, got {short(found)}")
+    expected = f"certificate.format must be {FORMAT!r} or the format of another proof"
+    return NotACertificate(f"is not a certificate: {expected}, got {short(found)}")
 
 
 _Shown = type[Proved | Refuted | Contradicted]

@@ -204,8 +204,8 @@ def check_broken(found: BrokenTrajectory) -> str | None:
     for n, broken in enumerate(found.broken):
         by, where = Fraction(broken.violation), f"broken[{n}]"
         if broken.joint >= len(trajectory.joints) or broken.order > orders:
-            most = f"a joint up to {len(trajectory.joints) - 1} and an order up to {orders}"
-            return f"{where}: expected {most}, got joint {broken.joint} and order {broken.order}"
+            known = f"a joint up to {len(trajectory.joints) - 1} and an order up to {orders}"
+            return f"{where}: expected {known}, got joint {broken.joint} and order {broken.order}"
         if broken.jump >= 0:
             if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
                 return f"{where}: jumps of order {broken.order} are not limited at breakpoint {broken.jump}"

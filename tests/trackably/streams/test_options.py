@@ -104,7 +104,7 @@ def test_hyperparameters_and_a_mean_are_learned_from_one_window():
 
 
 def test_a_reference_that_bounds_keep_from_its_samples_is_announced():
-    low = ConstrainedSystem(AXIS.system, Polytope.box([-0.5, -1.0], [-0.4, 1.0]), AXIS.input_set)
+    low = ConstrainedSystem(AXIS.system, Polytope.box([-0.9, -1.0], [-0.4, 1.0]), AXIS.input_set)
     with pytest.warns(
         IgnoresSamplesWarning, match=r"off those of position \(root mean square\); wider bounds may help"
     ):
