@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from trackably.checker.flatness import Need, Shapes, needs
 from trackably.checker.formulas import Formula, Name, names
-from trackably.checker.intervals import SIGN, Real, exact_dot, exact_sum, ratio, total
+from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, ratio, total
 from trackably.checker.inverse import solved
 from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
@@ -17,7 +17,6 @@ from trackably.checker.subject import (
     Side,
     Signal,
     Subject,
-    is_far,
     shifted_name,
 )
 from trackably.checker.watch import tick
@@ -199,9 +198,8 @@ def combination_at(subject: Subject, argument: LinearCombination, t: Real, known
 
 def _at(signal: Signal, t: Real) -> Real:
     """Return an interval that contains z(t) − m, where m is the mean of the signal z."""
-    value = SIGN * signal.far.size
-    for t_i, c in signal.pairs:
+    value = ZERO
+    for t_i, c in signal.pairs:  # far ones too, as six digits of the sum may be far below its terms
         tick()
-        if not is_far(signal, abs(t - t_i)):
-            value += c * signal.kernel.value(t - t_i)
+        value += c * signal.kernel.value(t - t_i)
     return value

@@ -42,6 +42,7 @@ _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: `Quasiseparable` without tails i
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
+_PER_BLOCK = 4000  # entries of K for each block: with fewer, `Dense` is faster than `Quasiseparable` without tails
 _MANY_BLOCKS = 20  # blocks: from here on, `Quasiseparable` without tails is faster than `Fourier` and `LowRank`
 _AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
 _LOOSENED = 1e3  # factor by which `_AGREEMENT` is loosened if a dense matrix would be too large
@@ -132,7 +133,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         if far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
             yield partial(of_blocks, Cut(blocks(times, longest, _BLOCK), far))
         near = Cut(blocks(times, kernel.negligible_distance + longest), [])
-        if max(row.stop - row.start for row in near.rows) > _LARGEST_BLOCK:
+        if max(row.stop - row.start for row in near.rows) > _LARGEST_BLOCK or len(near.rows) > n**2 / _PER_BLOCK:
             near = Cut([], [])
     if len(near.rows) >= _MANY_BLOCKS:
         yield partial(of_blocks, near)

@@ -9,15 +9,18 @@ A place is a time, or several times, at which a program imposes a bound. A candi
 values of objective and constraints there.
 """
 
-from collections.abc import Iterable, Sequence
+import heapq
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import count
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
+from trackably.learning import sqp
 from trackably.learning.constraint import closest, joined, worst
 from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, NothingFeasible, Round, Solution
@@ -58,6 +61,11 @@ class Candidate:
     @property
     def is_feasible(self) -> bool:
         return all(bool(np.all(margins >= 0)) for _, margins in self.minima)
+
+    @property
+    def closest_places(self) -> Places:
+        """The places (times) of the local minima of each constraint's margin, if the margin is finite there."""
+        return tuple(places[np.isfinite(margins)] for places, margins in self.minima)
 
     def violated(self, known: Places) -> Places | None:
         """Return the places (times) where a bound is violated; None if all of them are `known`.
@@ -101,6 +109,7 @@ _MAX_ROUNDS = 60  # most programs of a search, which ends then even if bounds ar
 _MAX_HALVINGS = 60  # the largest number of times that the amplitudes of a start are halved
 _SAME_POINT = 1e-3  # in each ln θ: a minimiser this close to another one of the same round is dropped
 _SAME_BASIN = 1e-2  # in each ln θ: searches from points closer than this end at the same minimum
+_NEARBY = 0.1  # largest first step in each ln θ from a promising start: the search has to stay in its basin
 _ROUGH = 1e-8  # relative to 1 + |l|: precision of a first minimiser, enough if it violates a bound at a new time
 _MORE_STEPS = 60  # a search is given up if so many further steps with its last gain would not reach the best l
 
@@ -113,14 +122,24 @@ class _Descent:
     rounds: tuple[Round, ...] = ()
 
 
+Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
+"""A way to minimise a program: a function of (program, start, curvature at the start, precision, give_up).
+
+It returns None if the search is given up. See `Program.minimise`.
+"""
+
+_minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
+
+
 @dataclass
 class Exchange:
     """Run local searches; keep the `best` feasible point, and the `closest`, the point with the smallest violation.
 
-    A place is a time at which a program imposes a bound; programs of searches from several starts have the same places.
-    `active` are the places of the last program, `rounds` are the programs that led to the best point, and `fits` counts
-    all nonlinear programs. A search is given up if its l is not below the `ceiling`: each program is a relaxation, so
-    that l only rises on the way. It is also given up if it comes near to a known minimum.
+    A place is a time at which a program imposes a bound. `together` runs searches from several starts whose programs
+    have the same places; in `follow`, each search has its own. `active` are the places of the last program, `rounds`
+    are the programs that led to the best point, and `fits` counts all nonlinear programs. A search is given up if its l
+    is not below the `ceiling`: each program is a relaxation, so that l only rises on the way. It is also given up if it
+    comes near to a known minimum.
     """
 
     problem: ConstrainedProblem
@@ -130,6 +149,7 @@ class Exchange:
     active: Places = ()
     rounds: tuple[Round, ...] = ()
     fits: int = 0
+    _visited: list[Array] = field(default_factory=list)
     _ends: list[tuple[float, Array]] = field(default_factory=list)
 
     @property
@@ -142,8 +162,35 @@ class Exchange:
             return Solution(*found, others=others)
         return self.closest.infeasible(self.problem) if self.closest else NothingFactored(self.problem.prior)
 
-    def together(self, points: Iterable[Array]) -> None:
-        """Minimise from all points until no result violates a bound at a time that is not yet `active`.
+    def follow(self, starts: Iterable[Array]) -> None:
+        """Search for the local minimum near each promising start; each search imposes bounds at its own times.
+
+        The first program of a search imposes bounds at the times at which the start has its smallest margins. The
+        search with the smallest objective goes on first, as its result may end other searches.
+        """
+        order, queue = count(), list[tuple[float, int, _Descent, Places]]()
+        for start in starts:
+            try:
+                candidate = Candidate.at(self.problem, start)
+            except IllConditioned:
+                continue
+            places = merge(self._no_places, candidate.closest_places)
+            queue.append((candidate.objective, next(order), _Descent(start), places))
+        heapq.heapify(queue)
+        while queue:
+            value, _, path, places = heapq.heappop(queue)
+            best, paths, met = self.best, list[_Descent](), places
+            if not path.rounds or value < self._least:
+                paths, met = self._advance([path], places, _minimise_nearby)
+            if self.best is not best:
+                self.active = met
+                continue
+            for path in paths:
+                if len(path.rounds) <= _MAX_ROUNDS and (len(path.rounds) > 1 or not _is_near(path.end, self._visited)):
+                    heapq.heappush(queue, (path.rounds[-1].objective, next(order), path, met))
+
+    def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
+        """Minimise from all points by `step` until no result violates a bound at a time that is not yet `active`.
 
         After each round, the programs impose bounds also at the times of the violations found.
         """
@@ -151,17 +198,32 @@ class Exchange:
         for _ in range(_MAX_ROUNDS):
             if not paths:
                 break
-            paths, places = self._advance(paths, places)
+            paths, places = self._advance(paths, places, step)
         self.active = places
+
+    def restore(self, points: Iterable[Array]) -> None:
+        """Minimise the violation of the bounds from each point.
+
+        The points reached do not count as local minima of l.
+        """
+        known = len(self._ends)
+        self.together(points, Program.minimise_violation)
+        del self._ends[known:]
 
     def keep_scaled_down(self, points: Iterable[Array]) -> None:
         """Halve the signals' amplitudes at each point until all bounds hold; keep the best result."""
         for point in points:
             for halvings in range(_MAX_HALVINGS):
-                candidate = self._evaluate(self.problem.space.scaled_down(point, 2.0**halvings))
-                if candidate is not None and candidate.is_feasible:
-                    self._keep(candidate)
+                if self.try_point(self.problem.space.scaled_down(point, 2.0**halvings)):
                     break
+
+    def try_point(self, point: Array) -> bool:
+        """Evaluate a point without improving it, keep it if it is the best, and return whether it keeps all bounds."""
+        candidate = self._evaluate(point)
+        if candidate is None or not candidate.is_feasible:
+            return False
+        self._keep(candidate)
+        return True
 
     @property
     def _no_places(self) -> Places:
@@ -172,7 +234,7 @@ class Exchange:
         """The objective that a new solution has to undercut."""
         return self.ceiling if self.best is None else self.best.objective
 
-    def _advance(self, paths: Sequence[_Descent], places: Places) -> tuple[list[_Descent], Places]:
+    def _advance(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
         """Minimise the program with bounds at these `places` (times), once from the end of each path.
 
         Return the paths whose minimisers violate bounds but may still lead to the best solution, and `places` extended
@@ -192,12 +254,13 @@ class Exchange:
             # starts does not count, because it may be found more precisely.
             minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
-            found = program.minimise(path.end, _ROUGH, give_up)
+            # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.
+            found = step(program, path.end, None, _ROUGH, give_up)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
             candidate = self._evaluate(found.x)
-            if candidate is not None and candidate.violated(places) is None:
-                found = program.minimise(found.x) or found
+            if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
+                found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
                 candidate = self._evaluate(found.x)
             ends.append(found.x)
             if candidate is not None and candidate.is_feasible:
@@ -232,6 +295,11 @@ class Exchange:
     def _keep(self, candidate: Candidate, rounds: tuple[Round, ...] = ()) -> None:
         if not self._is_no_better(candidate):
             self.best, self.rounds = candidate, rounds
+            self._visited += [done.log_theta for done in rounds]
+
+    def _may_be_best(self, candidate: Candidate) -> bool:
+        """Whether the minimum near a rough minimiser may be better than the best known one."""
+        return candidate.objective - _MORE_STEPS * _ROUGH * (1 + abs(candidate.objective)) < self._least
 
     def _is_no_better(self, candidate: Candidate) -> bool:
         return candidate.objective >= self._least

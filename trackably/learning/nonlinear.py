@@ -1,7 +1,7 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,12 @@ class Program:
     places: tuple[Array, ...]
 
     def minimise(
-        self, start: Array, precision: float = sqp.PRECISION, give_up: sqp.GiveUp = sqp.never
+        self,
+        start: Array,
+        curvature: Array | None = None,
+        precision: float = sqp.PRECISION,
+        give_up: sqp.GiveUp = sqp.never,
+        radius: float = sqp.FIRST_RADIUS,
     ) -> sqp.Minimum | None:
         """Return a local minimum found from ln θ = `start`. See `sqp.minimise` for the options.
 
@@ -31,8 +36,29 @@ class Program:
         """
         space = self.problem.space
         return sqp.minimise(
-            self.evaluate, start, space.log_lower, space.log_upper, precision=precision, give_up=give_up
+            self.evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up
         )
+
+    def minimise_violation(
+        self,
+        start: Array,
+        curvature: Array | None = None,
+        precision: float = sqp.PRECISION,
+        give_up: sqp.GiveUp = sqp.never,
+    ) -> sqp.Minimum | None:
+        """Return a local minimum of the largest relative violation; None if it is undefined at `start`.
+
+        The options are those of `minimise`. `curvature` and `give_up` are ignored, because they belong to the
+        objective.
+        """
+
+        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
+            if (at := self.evaluate(log_theta)) is None:
+                return None
+            return replace(at, value=0.0, gradient=np.zeros_like(at.gradient), information=None)
+
+        space = self.problem.space
+        return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, precision=precision)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return objective and slacks at ln θ with their derivatives.

@@ -1,4 +1,4 @@
-"""Search for the solution of a problem, constrained or not: choose starts, and search from all of them.
+"""Search for the solution of a problem, constrained or not: choose starts, and restore feasibility if needed.
 
 A place is a time at which a program imposes a bound.
 """
@@ -14,6 +14,7 @@ from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.screening import can_screen, screen
 
 _FEWEST_BASINS = 16  # least number of starts that are searched if all kernels are periodic
+_SPREAD_THINLY = 256  # points of the whole search space that are tried if no other search finds a feasible one
 
 
 def best_solution(
@@ -21,11 +22,11 @@ def best_solution(
 ) -> Solution | NoSolution:
     """Return the best local minimum that satisfies every bound on its whole index set, or the reason why there is none.
 
-    Deterministic. The likelihood of periodic kernels has a basin for nearly every period: searches go from the most
-    promising ones. For other kernels, they go from the starts of the search space. `near`, the solution of a problem
-    with fewer or slightly different constraints, is one more start. `free` is the solution without constraints, if it
-    is known: it saves the first search for its minima. ValueError: the problem has required values, which a posterior
-    mean cannot meet.
+    Deterministic. The likelihood of periodic kernels has a basin for nearly every period: the most promising basins are
+    searched one by one. For other kernels, the searches from the starts of the search space impose bounds at the same
+    times. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free` is
+    the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the problem
+    has required values, which a posterior mean cannot meet.
     """
     if problem.required:
         raise ValueError(
@@ -34,7 +35,7 @@ def best_solution(
         )
     exchange = Exchange(problem)
     if can_screen(problem.prior):
-        exchange.together([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
+        exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
     if exchange.best is None:
         _from_spread_starts(exchange, near, free)
     return exchange.outcome
@@ -73,23 +74,33 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def _from_spread_starts(exchange: Exchange, near: Solution | None, free: Solution | None) -> None:
-    """Search from the starts of the search space, and from feasible points near the prior mean if that is needed.
+    """Search from the starts of the search space; if these searches find no feasible point, restore feasibility.
 
     If `free` is not known, a few starts, as many as there are hyperparameters, are first searched without bounds, to
     find the times at which results violate bounds. All starts are then searched with bounds at these times, which may
     lead to other minima. If the prior mean is an equilibrium inside the bounds, scaling the signal down towards it
-    gives a feasible point, which is kept and improved.
+    gives a feasible point, which is kept and improved. Otherwise the violation is minimised first.
     """
     space = exchange.problem.space
     starts = list(space.start_points())
     exchange.active = near.active if near else ()
-    known = len(starts) if free else len(space.bounds)  # number of starts searched without bounds: all for `free`
+    known = len(starts) if free else len(space.bounds)  # number of first starts, searched without bounds
     exchange.together([*_point(near), *([*_point(free), *free.others] if free else starts[:known])])
     others = starts if any(map(len, exchange.active)) else starts[known:]
     if exchange.best is None:
         exchange.keep_scaled_down(starts)
         others = [*_best(exchange), *others]
     exchange.together(others)
+    if exchange.closest is None:
+        return
+    if exchange.best is None:
+        exchange.restore(starts)
+        exchange.together(_best(exchange) or [exchange.closest.log_theta])
+    if exchange.best is None:  # the last resort is to try points of the whole space
+        for point in space.points(_SPREAD_THINLY):
+            exchange.try_point(point)
+        exchange.restore([exchange.closest.log_theta])
+        exchange.together(_best(exchange) or [exchange.closest.log_theta])
 
 
 def _best(exchange: Exchange) -> list[Array]:

@@ -194,7 +194,8 @@ def checked_centres(given: object) -> Centres:
     """Return the option `centres`. TypeError or ValueError unless it is "auto", None or a whole number of 4 or more."""
     if given is None:
         return None
-    return "auto" if given == "auto" else whole("centres", given, least=NODES)
+    is_auto = isinstance(given, str) and given == "auto"
+    return "auto" if is_auto else whole('centres (or "auto", or None)', given, least=NODES)
 
 
 def condense_by_name(

@@ -105,6 +105,8 @@ class NonlinearSystem(subject.NonlinearSystem):
                 f"system: states and inputs need names, all different, got {', '.join(self.states) or 'no states'} and "
                 f"{', '.join(self.inputs) or 'no inputs'}"
             )
+        if callable(self.f):
+            raise TypeError("system: f: expected formulas, got a function; NonlinearSystem.of takes functions")
         if len(self.f) != n:
             raise ValueError(f"system: f must have a formula for each of {n} states, got {len(self.f)} formulas")
         for state, formula in zip(self.states, self.f, strict=True):

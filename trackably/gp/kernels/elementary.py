@@ -45,6 +45,15 @@ class Elementary(Kernel):
         values = vars(self)
         return {name: values[name] for name in _fields(type(self))}
 
+    def __new__(cls, *given: object, **named: object) -> Self:
+        """Refuse unknown hyperparameters. Python's own message would name the base class that has the fields."""
+        known = _fields(cls)
+        if named and (unknown := next((name for name in named if name not in known), None)):
+            raise TypeError(f"{cls.__name__} has no hyperparameter {unknown!r}; it has {', '.join(known)}")
+        if len(given) > len(known):
+            raise TypeError(f"{cls.__name__} takes {', '.join(known)}, got {len(given)} values")
+        return super().__new__(cls)
+
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={as_text(v)}' for name, v in self.hyperparameters.items())})"
 
