@@ -205,7 +205,7 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
         raise CodecError(f"{of} lacks {', '.join(missing)} @ {where}")
     if unknown := [str(name) for name in data if name not in hints]:
         raise CodecError(f"{of} has no field {', '.join(unknown)}; its fields are {', '.join(hints)} @ {where}")
-    if wanted is Polytope:  # a bound that moves in time is an object
+    if wanted is Polytope:  # an end of a bound is a number in JSON, or an object if it moves in time
         moving = (side for side in ("lower", "upper") if isinstance(data[side], list) and dict in map(type, data[side]))
         hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
     return _make(wanted, where, **{name: _read(hints[name], value, f"{where}.{name}") for name, value in data.items()})

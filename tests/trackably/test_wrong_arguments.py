@@ -16,6 +16,7 @@ from trackably import (
     LinearSystem,
     ModelError,
     NonlinearSystem,
+    PolynomialPieces,
     Polytope,
     Samples,
     Truth,
@@ -40,6 +41,7 @@ A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]),
 
 RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
 JOINT = Joints(position=[(-1, 1)], names=["a"])
+MOVING = Polytope.box([0.0], [PolynomialPieces.steps({0.0: 1.0, 2.0: 0.5, 4.0: 1.0})])
 
 WRONG = {
     "dates": (lambda: Samples(DAYS, [1, 2]), f"times: expected numbers, got datetime64[ns]; {SECONDS}"),
@@ -101,6 +103,11 @@ WRONG = {
         lambda: Truth(0.1, second_derivative=1.0, rate="velocity"),
         "truth: expected rate and rate_noise together, with second_derivative",
     ),
+    "formulas under bounds that move": (
+        lambda: Controller(ConstrainedSystem(tank(1.0), MOVING, Polytope.box([0.0], [1.0])), 4),
+        "controller: bounds that move in time are possible for linear systems only, but f is nonlinear",
+    ),
+    "an end that moves": (lambda: MOVING.lower, "set: expected constant bounds here, but bounds of {"),
     "no certificate": (lambda: check(None), "certificate: expected a path, got None"),
 }
 

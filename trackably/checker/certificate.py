@@ -141,8 +141,9 @@ class TrueSignal:
 
     Cell k is from ends[k] to ends[k + 1] [s]. For each cell, `upper` and `lower` name the two measurements from
     which an upper and a lower bound of the signals follow. Their numbers count samples first, then rates, then
-    `derived` points. `radii` [s] are those of the discs in Cauchy's estimate, and `terms` is the number of terms of
-    Taylor models. If `plant` is given, the state of the disturbed system is claimed to be within `plant` of the signal.
+    `derived` (bounds at further times, each from several measurements). `radii` [s] are those of the discs in Cauchy's
+    estimate, and `terms` is the number of terms of Taylor models. If `plant` is given, the state of the disturbed
+    system is claimed to be within `plant` of the signal.
     """
 
     state: str

@@ -641,7 +641,10 @@ def _covered(
 
 
 def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
-    """Return the readers of claims about all times of an interval, whose proofs have the fields `cover`."""
+    """Return, by kind of claim, readers of claims about all times of an interval.
+
+    `cover` reads the fields of their proofs.
+    """
     return {kind: record(partial(_covered, KINDS[kind]), **ends, **cover) for kind, ends in _ENDS.items()}
 
 

@@ -53,7 +53,7 @@ def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: 
 
 
 def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
-    """Return low and high such that no u + v with B v = 0 is in U unless low ≤ row · u ≤ high, for the `bound`'s row.
+    """Return low and high: if u + v ∈ U for some v with B v = 0, then low ≤ row · u ≤ high, with the row of `bound`.
 
     `rows` are those of U. Return None if they imply no such bounds, or are too many to enumerate.
     """

@@ -166,9 +166,10 @@ def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | N
 
 
 def why_not_sized(certificate: Certificate, values: Sequence[float], factors: Sequence[Fraction | float]) -> str | None:
-    """Return why a value or a factor may be too large, or a factor too small; None if all are in range.
+    """Return why numbers are out of the range in which bounds of rounding hold; None if all are in it.
 
-    The sampling time is a factor, too; factors that are zero are left out.
+    No value or factor may exceed 1e30 in size, and no factor but zero be below 1e-30. The sampling time is a factor,
+    too; the certificate's `until` may be 1e60 at most.
     """
     sizes = [abs(Fraction(factor)) for factor in (certificate.subject.system.sampling_time, *factors) if factor]
     is_large = max(sizes) > 1e30 or max(map(abs, values), default=0.0) > 1e30

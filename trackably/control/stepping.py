@@ -143,8 +143,8 @@ class Unsolved:
 
     The numbers are beyond the solver or overflow, a search did not converge, or a formula of the system is undefined at
     a state or an input that was tried.
-    `fallback` (m,) is an admissible input: the first one that is known of the initial guess, the reference, and the
-    middle of the input set.
+    `fallback` (m,) is the first input of the initial guess, or of the reference if the guess has none that is finite,
+    pulled into the input set; failing both, it is the centre of the set.
     """
 
     k: int

@@ -75,7 +75,8 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
         if not of or {*of} - {*FIELDS}:
             raise ValueError(f"joints: {joint}: expected some of {', '.join(FIELDS)}, got {', '.join(of) or 'none'}")
         if {*of} != {*joints[first]}:
-            raise ValueError(f"joints: {joint} must have the fields of {first}: {', '.join(joints[first])}")
+            same = ", ".join(joints[first])
+            raise ValueError(f"joints: {joint} must have the fields of {first}: {same}, got {', '.join(of)}")
         require_known(f"joints: {joint}", of.values(), proved)
     return [name for name in FIELDS if name in joints[first]]
 

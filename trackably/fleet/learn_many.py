@@ -77,13 +77,14 @@ class Request:
         _ = self._shared  # computed here, so that its errors come before anything is learned
 
     @cached_property
-    def _shared(self) -> str:
+    def _shared(self) -> Any:
         what = (version("trackably"), self.learn.__name__, self.plant, self.kernel, self.claim, self.options)
-        return json.dumps(what, default=_plain)
+        return _plain(what)
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
-        return digest(json.dumps([self._shared, samples], default=_plain).encode())
+        content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
+        return digest(content.encode())
 
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
@@ -91,11 +92,16 @@ class Request:
 
 
 def _plain(value: object) -> Any:
-    """Return an array, mapping or dataclass in a form that JSON can hold. TypeError: `value` is none of these."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, Mapping):
-        return dict(value)
+    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it cannot be written in this way."""
+    match value:
+        case None | bool() | int() | float() | str():
+            return value
+        case Mapping():
+            return [[_plain(key), _plain(inner)] for key, inner in value.items()]
+        case tuple() | list():
+            return [_plain(inner) for inner in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return [type(value).__name__, encode(value)]
     raise TypeError(

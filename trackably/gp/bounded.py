@@ -84,7 +84,7 @@ class BoundedNormal:
         """
         lengths = np.linalg.norm(rows, axis=1)
         if np.any((lengths == 0) & ((lower > 0) | (upper < 0))):
-            raise NoRoom("a value that is known exactly (its variance is zero) is outside of its bounds")
+            raise NoRoom("draws: a state or input that cannot vary (its variance is zero) is outside of its bounds")
         normals, offsets = np.vstack([rows, -rows]), np.concatenate([-lower, upper])
         lengths = np.concatenate([lengths, lengths])
         some = (lengths > 0) & np.isfinite(offsets)

@@ -47,7 +47,7 @@ def compact(signal: KernelSum) -> KernelSum:
 
 
 def _counts(span: float, most: int) -> Iterator[int]:
-    """Yield the numbers of points to try, up to `most`; `span` is that of the centres, in correlation times."""
+    """Yield numbers of Chebyshev points to try, growing up to `most`; the centres `span` so many correlation times."""
     count = max(_FEWEST // 4, math.ceil(min(_LEAST * span, most + 1.0)))
     while count <= most:
         yield count

@@ -196,7 +196,7 @@ def period_of(kernels: Sequence[Kernel]) -> float:
     if period is None:
         raise TypeError(
             "a guarantee for all times from one period needs a periodic kernel, with the same period for all signals, "
-            f"got the periods [s] {[kernel.period for kernel in kernels]}"
+            f"got {', '.join(f'{type(kernel).__name__} with the period {kernel.period}' for kernel in kernels)}"
         )
     return period
 

@@ -121,7 +121,7 @@ class Samples:
         if isinstance(self.stencil, Stencils):
             if len(self.stencil.of) != len(self.times) or np.any(np.diff(self.times) < 0):
                 raise ValueError(
-                    "samples: those of several kinds must be sorted by time, with an entry of stencil.of for each"
+                    "samples: with Stencils, times must not decrease, and stencil.of needs one entry for each sample"
                 )
             self.by_name("")  # refuses times that are repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():

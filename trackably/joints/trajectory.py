@@ -71,9 +71,9 @@ class JointTrajectory:
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
         if isinstance(given, Mapping):
-            for curve in given.values():
+            for name, curve in given.items():
                 if isinstance(curve, Mapping | JointTrajectory):
-                    raise TypeError(f"trajectory: expected a curve for each joint, got {short(curve)}")
+                    raise TypeError(f"trajectory: joint {name!r}: expected a spline of this joint, got {short(curve)}")
             parts = [cls.of(curve, [name], rests) for name, curve in given.items()]
             if not parts:
                 raise ValueError("trajectory: expected a spline for each joint, got an empty mapping")

@@ -299,7 +299,7 @@ class Fit:
 
     @cached_property
     def unconstrained(self) -> Reference:
-        """The reference of least l found without bounds; it may violate any bound."""
+        """The posterior mean with the least l = −2 ln p(samples) found, as a reference; it may violate any bound."""
         return Reference(self.unconstrained_posterior.signals, self.reference.plant)
 
     def std_of(self, coordinates: Iterable[Trajectory], t: Array) -> Array:

@@ -52,7 +52,7 @@ Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
 """The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
-_FIRST = 200  # with a budget, hyperparameters are first learned from at most this many first samples of each name
+_FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
 _CALLER = 3  # stack frames from `warn_about` up to the user's line, including the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 

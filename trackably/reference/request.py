@@ -283,7 +283,8 @@ def refuse_mean(
 
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
     """Return the quantities that have to keep their bounds while the plant rests at the prior mean, for this claim."""
-    # A vehicle may move for ever with a periodic kernel; with a kernel that decays, it comes to rest.
+    # For free claims, the prior mean need not keep any bound. A vehicle may move for ever with a periodic kernel; with
+    # a kernel that decays, it comes to rest at the prior mean.
     is_free = isinstance(claim, Window) or (plant.flat_form and isinstance(claim, AllPhases))
     return () if is_free else plant.quantities
 

@@ -397,9 +397,9 @@ def _in_cells(edges: Array) -> Array:
 
 
 def _bound(models: tuple[Any, Any]) -> float:
-    """Return an upper bound of the distances in a cell between the reference and the two sides.
+    """Return an upper bound, over a cell, of how far the reference is from the upper and the lower bound of the class.
 
-    `models` enclose these distances by polynomials; without a model, the bound is infinite.
+    `models` are Taylor models of these two distances; if one is None, the result is infinite.
     """
     found = 0.0
     for model in models:
@@ -531,7 +531,7 @@ _LEAST_GROWTH = 1e-6  # measurements contradict each other if their noise bounds
 
 
 def _only(of: SignalClass, which: list[int]) -> SignalClass:
-    """Return the class with only those measurements whose indices are in `which`; rates follow the samples."""
+    """Return the class with only the measurements whose indices are in `which`; indices count samples, then rates."""
     n = len(of.samples.times)
 
     def some(measured: Measured, chosen: list[int]) -> Measured:

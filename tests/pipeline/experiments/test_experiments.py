@@ -9,6 +9,7 @@ from pipeline.experiments import load_experiment, load_experiments
 from pipeline.generate import sampled_by
 from tests.pipeline.committed import EXPERIMENTS
 from tests.pipeline.params import alone, changed, refusal, written_to
+from trackably.checker.certificate import Window
 from trackably.errors import InputError
 from trackably.gp.kernels.base import Product
 from trackably.gp.prior import NOISE
@@ -70,3 +71,15 @@ def test_every_period_that_is_allowed_has_to_be_covered(block: str) -> None:
     experiment = whole.model_copy(update={block: shorter})
     with pytest.raises(ValueError, match=r"last_step = 399 steps last 3\.99 s, .* as long as 4 s"):
         experiment.check(sampled_by(experiment).samples)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "last_step"),
+    [
+        ("vehicle", {}, 246),  # samples until 6.15 s, twice
+        ("vehicle", {"claim": Window(0.0, 99.0)}, 1980),
+    ],
+)
+def test_without_a_last_step_margins_are_computed_as_far_as_samples_claim_and_periods_go(name, changes, last_step):
+    experiment = EXPERIMENTS[name].model_copy(update={"verification": None, **changes})
+    assert experiment.verified(sampled_by(experiment).samples).last_step == last_step

@@ -6,10 +6,12 @@ from io import BytesIO
 from pathlib import Path
 
 import numpy as np
+import pytest
 from mcap.reader import make_reader
 
-from pipeline.storage.logs import read_log, write_log
+from pipeline.storage.logs import Log, Series, encode, read_log, write_log
 from tests.pipeline.storage.logs import LOG
+from tests.trackably.gp.instances import over
 
 
 def test_what_is_read_is_to_the_bit_what_was_written_and_equal_logs_are_equal_files(path: Path, data: bytes) -> None:
@@ -37,3 +39,22 @@ def test_viewers_find_valid_messages_in_the_order_of_time(path: Path, data: byte
     assert {a.name: a.data for a in reader.iter_attachments()} == LOG.attachments
     assert {a.media_type for a in reader.iter_attachments()} == {"application/json"}
     assert {m.name: m.metadata for m in reader.iter_metadata()} == {"trackably": {"format": "1"}, **LOG.metadata}
+
+
+T = np.array([0.0, 1.0])
+UNREADABLE = {
+    "a field of another length": (
+        lambda: Series("/a", T, {"x": T[:1]}),
+        r"/a: x must be .* got shape \(1,\) for times of shape \(2,\)",
+    ),
+    "infinite values": (
+        lambda: encode(Log((Series("/a", T, {"x": np.array([0, np.inf])}),), {}, {"a": b"0"})),
+        "not JSON",
+    ),
+}
+
+
+@over(UNREADABLE, "make", "complaint")
+def test_what_no_viewer_could_read_is_not_written(make, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        make()

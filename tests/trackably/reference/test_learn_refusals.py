@@ -58,6 +58,10 @@ REFUSALS = {
         {**REST, "plant": REDUNDANT},
         'at: got "rest" at 1 s, but inputs of this system are redundant',
     ),
+    "one of several inputs": (
+        {"plant": REDUNDANT, "at": {0.0: {"u1": 0.0}}},
+        "at: got a value of the input u1, but inputs of this system are redundant",
+    ),
     "values alone": (
         {"at": {0.0: {"position": 0.0}}, "method": "hyperparameters"},
         'at: needs method="joint"',
@@ -65,6 +69,10 @@ REFUSALS = {
     "value of another": (
         {"at": {0.0: {"speed": 1.0}}},
         "at: speed is neither a state nor an input (position, velocity, force)",
+    ),
+    "too early": (
+        {"at": {-0.1: {"position": 0.0}}},
+        "at: -0.1 s is outside of the times that are claimed, from 0 s to",
     ),
     "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
     "together outside": (

@@ -50,7 +50,11 @@ DAMAGES = {
         r"set: row 0 needs entries other than zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
     ),
     "a reversed window": ("plain", put(-1.0, "proved_until"), r"and proved_until: expected start < end, got 0\.0"),
-    "disturbance": ("pushed", put("1/100", "tightening", "disturbance", "generators", 0, 1), "tightening: the bounds"),
+    "disturbance": (
+        "pushed",
+        put("1/100", "tightening", "disturbance", "generators", 0, 1),
+        "tightening: it gives other bounds",
+    ),
 }
 
 

@@ -34,9 +34,10 @@ _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alt
 
 
 class Waves(NamedTuple):
-    """1, cos ω₁t, sin ω₁t, cos ω₂t, …: columns of Φ (n, m) with `frequencies` ω [rad/s] (m,) and a `period` P [s].
+    """Columns of Φ (n, m): 1, cos ω₁t, sin ω₁t, cos ω₂t, … with ω_k = 2πk/P and t from the middle of the samples.
 
-    `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m), with the diagonal matrix ϱ of relative noise.
+    `frequencies` (m,) has the ω [rad/s] of each column, `period` is P [s], `scaled` is ϱ⁻¹ Φ (n, m), and `products` are
+    Φᵀ ϱ⁻² Φ (m, m). The noise of sample i has the standard deviation ϱ_i σ_n; ϱ is diagonal.
     """
 
     period: float

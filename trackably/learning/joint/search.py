@@ -313,8 +313,9 @@ class JointSearch:
     def _best_from(self, log_theta: Array, starts: Sequence[Signals]) -> Point | None:
         """Return the best function found from these starts; None if none is found.
 
-        Bounds are tightened at first, and widened step by step. If no function is found for the next wider bounds, the
-        search continues with the last ones.
+        Bounds are tightened at first, then widened in steps, each searched from the functions found before. If no
+        function is found for the next, wider bounds, the best one for the last bounds is returned, and the `problem` of
+        this search keeps those bounds.
         """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:

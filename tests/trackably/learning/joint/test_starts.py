@@ -14,6 +14,7 @@ from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint import search
 from trackably.learning.joint.search import JointSearch
+from trackably.learning.joint.sequential import tightening, with_backoff
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
@@ -52,3 +53,9 @@ def test_the_best_of_all_starts_is_taken_and_their_spread_is_the_range_of_what_t
     (better, _), (worse, _) = begun(left), begun(right)
     assert worse - better > 0.1
     assert begun(right, left, right) == pytest.approx((better, worse - better), abs=1e-3)
+
+
+def test_bounds_are_as_much_tighter_as_they_were_tightened():
+    problem = there_and_back()
+    assert tightening(problem, problem) == 0.0
+    assert tightening(with_backoff(problem, 0.03), problem) == pytest.approx(0.03 - 1e-6, rel=1e-9)

@@ -18,7 +18,7 @@ from trackably import (
 GENTLE = ConstrainedSystem(AXIS.system, Polytope.box([-1.0, -0.3], [1.0, 0.3]), Polytope.box([-0.3], [0.3]))
 
 
-@pytest.mark.parametrize(("seed", "kernel", "asked"), [(37, SquaredExponential(), False), (14, Matern52(), True)])
+@pytest.mark.parametrize(("seed", "kernel", "asked"), [(38, SquaredExponential(), False), (14, Matern52(), True)])
 def test_noise_of_a_machine_at_rest_is_learned_as_noise_with_a_question_where_a_motion_is_as_likely(
     seed, kernel, asked, recwarn
 ):

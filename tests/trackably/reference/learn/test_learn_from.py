@@ -18,7 +18,9 @@ def learned(samples=SHIFTED, plant=WIDE, **options) -> TrackableReference:
 
 
 def test_an_interval_that_holds_the_mean_back_is_asked_about() -> None:
-    with pytest.warns(DoubtfulInputWarning, match="mean: the learned mean of position lies at an end of the interval"):
+    with pytest.warns(
+        DoubtfulInputWarning, match="mean: the learned mean of position lies at an end of its given interval"
+    ):
         found = learned(mean=(-0.1, 0.3))
     assert found.prior.parts[0].mean == pytest.approx(-0.1)
 
