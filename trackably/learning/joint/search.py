@@ -313,16 +313,12 @@ class JointSearch:
     def _best_from(self, log_theta: Array, starts: Sequence[Signals]) -> Point | None:
         """Return the best function found from these starts; None if none is found.
 
-        Bounds are tightened at first, then widened in steps, each searched from the functions found before. If no
-        function is found for the next, wider bounds, the best one for the last bounds is returned, and the `problem` of
-        this search keeps those bounds.
+        Bounds are tightened at first, then widened in steps, each searched from the functions found before. A step for
+        which no function is found is left out; the `problem` of this search keeps the last bounds with a function.
         """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
-            further = self._distinct(log_theta, paths, backoff)
-            if ends and not further:
-                break
-            ends = further
+            ends = self._distinct(log_theta, paths, backoff) or ends
             paths = [(end.function.places, end.function.mean.signals) for end, _ in ends] or paths
         if not ends:
             return None
