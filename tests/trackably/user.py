@@ -216,7 +216,7 @@ assert_type(verdict, Proved | Refuted | Contradicted | Failed | NotACertificate 
 
 # What is wrong is found: without the mistake, mypy complains of the comment.
 SquaredExponential("long")  # type: ignore[arg-type]
-LinearSystem(np.eye(1), np.eye(1))  # type: ignore[call-overload]
+LinearSystem(np.eye(1), np.eye(1), sampling_time="0.1")  # type: ignore[arg-type]
 learn_reference(recording.samples("position"), plant, kernel, "for ever")  # type: ignore[arg-type]
 kernel + 1.0  # type: ignore[operator]
 print(reference.wieght)  # type: ignore[attr-defined]
