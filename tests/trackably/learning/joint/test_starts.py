@@ -59,3 +59,12 @@ def test_bounds_are_as_much_tighter_as_they_were_tightened():
     problem = there_and_back()
     assert tightening(problem, problem) == 0.0
     assert tightening(with_backoff(problem, 0.03), problem) == pytest.approx(0.03 - 1e-6, rel=1e-9)
+
+
+def test_bounds_are_widened_further_after_a_step_without_a_function(monkeypatch):
+    """Otherwise they stay as tight as at first, and the function is far from its samples."""
+    find, every = JointSearch._distinct, JointSearch(there_and_back()).begin(NO_THETA)
+    monkeypatch.setattr(JointSearch, "_distinct", lambda *of: [] if of[-1] == 0.03 else find(*of))
+    assert JointSearch(there_and_back()).begin(NO_THETA).objective == pytest.approx(
+        every.objective, abs=every.allowed_gap
+    )
