@@ -8,6 +8,7 @@ The rounding errors of a formula depend on the values of the signals. So they ar
 operation in each box, at each instant and in the tail, where the formula is also shown to be defined.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -68,7 +69,8 @@ SignalError = tuple[Real, Real]
 
 def signal_errors(subject: Subject, until: float) -> list[SignalError]:
     """Return, for each signal, over-estimates of |z| and of its rounding error at all times |t| ≤ `until` [s]."""
-    return [_signal_error(subject, until, signal) for signal in subject.signals]
+    ahead = _ahead(subject)
+    return [_signal_error(signal, until, ahead) for signal in subject.signals]
 
 
 def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence[SignalError]) -> Real:
@@ -96,9 +98,10 @@ def _ahead(subject: Subject) -> Real:
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
-def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError:
-    """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T in use."""
-    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
+@lru_cache(maxsize=8)  # a search for proofs, and then the check, ask several times about the same signals
+def _signal_error(signal: Signal, until: float, ahead: Real) -> SignalError:
+    """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T ≤ `ahead` [s]."""
+    latest = exactly(max(map(abs, signal.centres)))
     kernel = signal.kernel.sizes(until + ahead + latest)
     # Let u be the unit roundoff. The time k T, the shift j T, k T + j T and r = k T + j T − t_i are each rounded once,
     # by at most u times their size. |k T + j T| is at most |r| + |t_i|, and |k T| at most j T more. So r is off by at
@@ -113,7 +116,6 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
     return largest, UNIT * (of_all + of_near + 3 * largest)
 
 
-@lru_cache(maxsize=8)  # a search for proofs asks several times about the same signals
 def largest_sums(signal: Signal) -> Decay:
     """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
 
@@ -124,19 +126,17 @@ def largest_sums(signal: Signal) -> Decay:
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
-    cells = dict[int, float]()
+    cells = Counter[int]()
     for t, c in zip(signal.centres, signal.weights, strict=True):
         tick()
-        cell = int((Fraction(t) - first) // width) if width else 0
-        cells[cell] = cells.get(cell, 0.0) + abs(c)
+        cells[int((Fraction(t) - first) // width) if width else 0] += abs(c)
     widest = dict[float, Fraction]()  # for equal weights, the largest width, where κ's bound is lowest
     for _ in range(_HALVINGS):
         tick()
-        heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
-        widest[heaviest] = width
-        wider = dict[int, float]()
+        widest[max(own + cells[cell + 1] + cells[cell + 2] for cell, own in cells.items())] = width
+        wider = Counter[int]()
         for cell, own in cells.items():
-            wider[cell // 2] = wider.get(cell // 2, 0.0) + own
+            wider[cell // 2] += own
         cells, width = wider, 2 * width
     size, slope = signal.kernel.peak
     of_size = of_slope = ZERO

@@ -17,9 +17,10 @@ from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
+from trackably.checker import boxes as exact_boxes
 from trackably.checker.boxes import around_instant, stays_inside
 from trackably.checker.floats import boxes
-from trackably.checker.floats.intervals import stay_between
+from trackably.checker.floats.intervals import nowhere_negative
 
 
 @pytest.mark.parametrize("kind", [*VALID, "tank", "pendulum"])
@@ -41,7 +42,7 @@ def test_it_decides_most_boxes(kind, monkeypatch):
 def test_a_broken_bound_is_found_before_later_boxes_are_decided(monkeypatch):
     """A file whose bounds are broken everywhere takes no longer than up to its first box."""
     asked = []
-    monkeypatch.setattr(boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
+    monkeypatch.setattr(exact_boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
     assert check(changed(data_of("instants"), "reference.plant.state_set.upper.0", -0.6)).reason.endswith("at step 0")
     assert len(asked) <= 2  # a state and an input
 
@@ -50,7 +51,7 @@ def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch)
     """So the tests of tampering look at the first pass too."""
     broken = changed(data_of("window"), "reference.plant.state_set.upper.0", 0.1)
     assert check(broken).reason.startswith("box: ")
-    monkeypatch.setattr(boxes, "stay_between", lambda *of: stay_between(*of) | True)
+    monkeypatch.setattr(boxes, "nowhere_negative", lambda *of: nowhere_negative(*of) | True)
     assert isinstance(check(broken), Proved)
 
 

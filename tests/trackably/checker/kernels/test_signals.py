@@ -162,7 +162,7 @@ FAULTS: dict[str, tuple[Enclosed, Kernel, Any, str, Callable[[Any], Any]]] = {
         lambda right: property(lambda of: [*right.func(of)[:-1], right.func(of)[-1] * 0.0]),
     ),
     "a centre inside a box taken for one before it": (
-        many, ROUGH, ManyCentres, "_inside",
+        many, ROUGH, ManyCentres, "_near",
         lambda right: lambda *of: (np.minimum(right(*of)[0] + 1, right(*of)[1] - 1), right(*of)[1]),
     ),
     "kinks overlooked": (many, ROUGH, kernels.Kernel, "_beyond_kink", lambda _: lambda _, r, *others: r * 0.0),
