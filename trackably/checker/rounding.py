@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
+from itertools import accumulate, pairwise
+from typing import Any
 
 from trackably.checker.certificate import Certificate
 from trackably.checker.formulas import Formula, Name, Number, Operation, numbers, operands, parts, text
@@ -53,13 +55,9 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     """
     of_signals = signal_errors(certificate.subject, certificate.until)
     for q in quantities:
-        if q.combination is not None:
-            error = error_of(certificate.subject, q.combination, of_signals)
-            stated = certificate.errors[q.name]
-            if not at_most(error, stated):
-                return OfBound(
-                    q.name, f"evaluation: the {q.name} can be off by more than the stated {stated!r} in float64"
-                )
+        stated = certificate.errors[q.name]
+        if q.combination is not None and not at_most(error_of(certificate.subject, q.combination, of_signals), stated):
+            return OfBound(q.name, f"evaluation: the {q.name} can be off by more than the stated {stated!r} in float64")
     return None
 
 
@@ -69,8 +67,7 @@ SignalError = tuple[Real, Real]
 
 def signal_errors(subject: Subject, until: float) -> list[SignalError]:
     """Return, for each signal, over-estimates of |z| and of its rounding error at all times |t| ≤ `until` [s]."""
-    ahead = _ahead(subject)
-    return [_signal_error(signal, until, ahead) for signal in subject.signals]
+    return [_signal_error(signal, until, _ahead(subject)) for signal in subject.signals]  # type: ignore[arg-type]
 
 
 def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence[SignalError]) -> Real:
@@ -109,8 +106,8 @@ def _signal_error(signal: Signal, until: float, ahead: Real) -> SignalError:
     # If the time was first moved by whole periods, it is off by u `until`, and all roundings of r together are at most
     # 3 u (`until` + j T + |t_i|). Then 3 u `stretch` bounds their effect on κ: all kernels repeat, and so `stretch` is
     # `slope` times the bound of this sum that `sizes` was given.
-    weight, near = total(abs(c) for _, c in signal.pairs), largest_sums(signal)
-    of_all = weight * (kernel.roundings + 9 * kernel.stretch)
+    near = largest_sums(signal)
+    of_all = signal.weight * (kernel.roundings + 9 * kernel.stretch)
     of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size
     largest = abs(exactly(signal.mean)) + near.size
     return largest, UNIT * (of_all + of_near + 3 * largest)
@@ -126,7 +123,7 @@ def largest_sums(signal: Signal) -> Decay:
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
-    cells = Counter[int]()
+    cells: Any = Counter()
     for t, c in zip(signal.centres, signal.weights, strict=True):
         tick()
         cells[int((Fraction(t) - first) // width) if width else 0] += abs(c)
@@ -134,20 +131,17 @@ def largest_sums(signal: Signal) -> Decay:
     for _ in range(_HALVINGS):
         tick()
         widest[max(own + cells[cell + 1] + cells[cell + 2] for cell, own in cells.items())] = width
-        wider = Counter[int]()
+        wider: Any = Counter()
         for cell, own in cells.items():
             wider[cell // 2] += own
         cells, width = wider, 2 * width
-    size, slope = signal.kernel.peak
-    of_size = of_slope = ZERO
-    for heaviest, far in widest.items():
-        beyond = signal.kernel.beyond(ratio(far))
-        smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
-        of_size += heaviest * (size.b - smaller.b)
-        of_slope += heaviest * (slope.b - flatter.b)
-        size, slope = smaller, flatter
-    weight, grown = sum(cells.values()), 1 + 2 * (len(signal.weights) + 2) * UNIT
-    return Decay(grown * (of_size + weight * size.b), grown * (of_slope + weight * slope.b))
+    bounds, found = [signal.kernel.peak, *(signal.kernel.beyond(ratio(far)) for far in widest.values())], list[Real]()
+    for of_kernel in zip(*bounds, strict=True):  # |κ| beyond increasing distances, then |κ̇|
+        falling = [*accumulate(of_kernel, lesser)]
+        near = total(w * (one.b - other.b) for w, (one, other) in zip(widest, pairwise(falling), strict=True))
+        found.append(near + signal.weight * falling[-1].b)
+    grown = 1 + 2 * (len(signal.weights) + 2) * UNIT
+    return Decay(grown * found[0], grown * found[1])
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:

@@ -5,6 +5,7 @@ A box is an interval of time. An instant is checked as a narrow box around it.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import compress
 from math import isfinite
 from typing import Any
 
@@ -32,22 +33,18 @@ def boxes_left(
 
     `held` has the quantities of each box, and `terms` is the number of Taylor coefficients.
     """
-    every = {q.name: q for h in held.values() for q in h}
-    wanted = {shifted for q in every.values() for a in q.arguments.values() for shifted in shifts_of(a)}
+    every = {q.name: q for h in held.values() for q in h}.values()
+    wanted = {shifted for q in every for a in q.arguments.values() for shifted in shifts_of(a)}
     for some, known in _enclosed(subject, wanted, list(held), terms, 2 * len(every)):
-        where, claims, margins = {name: list[int]() for name in every}, list[tuple[str, int]](), list[Floats]()
-        for b, box in enumerate(some):
-            for q in held[box]:
-                where[q.name].append(b)
+        claims, margins = list[tuple[str, int]](), [Floats.exact(np.empty((terms, 0)))]
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
-            for name, q in every.items():
-                defined, found = _polynomials_of(needs, q, known, np.array(where[name], dtype=np.intp), terms)
-                for at, margin in _margins(q, [some[b] for b in defined], found):
+            for q in every:
+                where = np.array([b for b, box in enumerate(some) if q in held[box]], dtype=np.intp)
+                where, found = _polynomials_of(needs, q, known, where, terms)
+                for at, margin in _margins(q, [some[b] for b in where], found):
                     margins.append(margin)
-                    claims += [(name, b) for b in defined[at].tolist()]
-            shown = nowhere_negative(join(margins)) if margins else []
-        refused = {claim for claim, is_shown in zip(claims, shown, strict=True) if not is_shown}
-        proved = {*claims} - refused
+                    claims += [(q.name, b) for b in where[at].tolist()]
+            proved = {*claims} - {*compress(claims, ~nowhere_negative(join(margins)))}
         for b, box in enumerate(some):
             yield box, [q for q in held[box] if (q.name, b) not in proved]
 
@@ -121,7 +118,8 @@ def _polynomials_of(
 
 def _combination(argument: LinearCombination, known: Mapping[Shifted, Floats], where: Indices, n: int) -> Model:
     """Return models of a linear combination of shifted signals in the boxes `where`."""
-    rows, missed = stack([argument.offset, *[ZERO] * (n - 1)], where.shape), ZERO
+    rows: Any = stack([argument.offset, *[ZERO] * (n - 1)], where.shape)
+    missed: Any = ZERO
     for shifted, w in terms_of(argument):
         of = known[shifted].at((slice(None), where))
         rows, missed = rows + of.at(slice(-1)) * w, missed + of.at(-1) * abs(w)
@@ -142,9 +140,9 @@ def _model(of_box: Floats) -> Model | None:
 def envelope(signal: Signal, start: Real) -> Decay | None:
     """Over-estimate |z − m| and |ż| of a signal z with mean m, for all times after `start` [s]; None if not finite."""
     with np.errstate(all="ignore"):
-        distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
+        distance: Any = Floats.of(start) - Floats.exact(signal.centres)
         each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))
-        sizes, first = abs(Floats.exact(np.array(signal.weights))), np.zeros(1, dtype=np.intp)
+        sizes, first = abs(Floats.exact(signal.weights)), np.array([0])
         size, slope = (float(sums(sizes * part, first).high[0]) for part in each)
     return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
 

@@ -1,15 +1,15 @@
 """Arrays of float64 intervals: every result contains the real numbers that it stands for, despite all rounding.
 
-Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt,
-cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards
-by more than its error: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function
-at most 2⁻⁵⁰ of the computed number, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is
-False; all operations, also minima and maxima, give NaN again.
+Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, also in products of matrices,
+and NumPy's exp, log, sqrt, cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed
+in float64 and moved outwards by more than its error: the error of one operation is at most 2⁻⁵³ of the computed number,
+or 2⁻¹⁰⁷⁵; that of a function at most 2⁻⁵⁰ of the computed number, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and
+every comparison with it is False; all operations, also minima and maxima, give NaN again.
 
 A polynomial lies in the convex hull of its Bernstein coefficients: `nowhere_negative` tests many polynomials at once.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache, reduce
@@ -32,11 +32,14 @@ _HALVINGS, _PIECES = 40, 1000  # `nowhere_negative` gives up after this many hal
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
 """By how much ends are moved outwards: relative to results of + − · /, relative to values of functions, and absolutely.
 
-`_TINY` is far more than what products and functions lose by underflow; sums lose nothing.
+`_TINY` is far more than what products and functions lose by underflow; sums lose nothing. It is also the least radius
+in products, where an error that underflows could be multiplied by a large factor.
 """
 
-_LEAST = np.full((), _TINY)
-"""Least radius of an interval: with smaller ones, an error that underflows could be multiplied by a large factor."""
+
+def _increasing(of: Callable[[Array], Array]) -> Callable[["Floats"], "Floats"]:
+    """Return an increasing function of intervals, from NumPy's; NaN if a number may be outside of its domain."""
+    return lambda x: _outwards(of(x.low), of(x.high), _FUNCTION)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +53,7 @@ class Floats(Many):
     high: Array
 
     @classmethod
-    def exact(cls, values: Array | float) -> Self:
+    def exact(cls, values: npt.ArrayLike) -> Self:
         """Return intervals that contain one number each."""
         numbers = np.asarray(values, dtype=np.float64)
         return cls(numbers, numbers)
@@ -82,10 +85,8 @@ class Floats(Many):
 
         Here r is an upper bound of |x − m|, and b one of |x|, for all x in the interval.
         """
-        middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
-        radius = _LEAST
-        if self.low is not self.high:
-            radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
+        middle = self.low / 2 + self.high / 2
+        radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
         largest = ((size := np.abs(middle)) + radius) * (1 + _OPERATION)
         return middle, size, radius, largest, (radius + 2.0**-48 * largest) * (1 + _OPERATION)
 
@@ -130,22 +131,18 @@ class Floats(Many):
     def __rsub__(self, other: Any) -> "Floats":
         return self.of(other) - self
 
+    @property
+    def _ends(self) -> tuple[Array, ...]:
+        """Both ends, or one if these are exact numbers, not intervals."""
+        return (self.low,) if self.low is self.high else (self.low, self.high)
+
     def __mul__(self, other: Any) -> "Floats":
-        if other is ONE:
-            return self
-        y = self.of(other)
-        if y.low is y.high:  # exact numbers, not intervals
-            return _hull(self.low * y.low, self.high * y.low)
-        return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
+        return self if other is ONE else _hull(*[x * y for x in self._ends for y in self.of(other)._ends])
 
     def __truediv__(self, other: Any) -> "Floats":
         y = self.of(other)
-        known = (y.low > 0) | (y.high < 0)
-        low = np.where(known, y.low, np.nan)
-        if y.low is y.high:
-            return _hull(self.low / low, self.high / low)
-        high = np.where(known, y.high, np.nan)
-        return _hull(self.low / low, self.low / high, self.high / low, self.high / high)
+        ends = [np.where((y.low > 0) | (y.high < 0), end, np.nan) for end in y._ends]
+        return _hull(*[x / end for x in self._ends for end in ends])
 
     def __rtruediv__(self, other: Any) -> "Floats":
         return self.of(other) / self
@@ -174,12 +171,8 @@ class Floats(Many):
         return self.low >= self.of(other).high
 
     def exp(self) -> "Floats":
-        found = _outwards(np.exp(self.low), np.exp(self.high), _FUNCTION)
+        found = _increasing(np.exp)(self)
         return Floats(np.maximum(found.low, 0.0), found.high)
-
-    def log(self) -> "Floats":
-        """Return the logarithm; NaN if a number may be negative."""
-        return _outwards(np.log(self.low), np.log(self.high), _FUNCTION)
 
     def cos(self) -> "Floats":
         """Return the cosine. It decreases on [0, π], which contains the distance to the nearest multiple of 2π."""
@@ -190,12 +183,7 @@ class Floats(Many):
         low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
         return _outwards(low, high, 2.0**-46, 2.0**-50)
 
-    def sqrt(self) -> "Floats":
-        """Return the square root; NaN if a number may be negative."""
-        return _outwards(np.sqrt(self.low), np.sqrt(self.high), _FUNCTION)
-
-    def atan(self) -> "Floats":
-        return _outwards(np.arctan(self.low), np.arctan(self.high), _FUNCTION)
+    log, sqrt, atan = _increasing(np.log), _increasing(np.sqrt), _increasing(np.arctan)
 
     @classmethod
     def direction(cls, y: Any, x: Any) -> "Floats":
@@ -221,11 +209,8 @@ def _within(value: Array, off: Array) -> Floats:
     return Floats(value - off, value + off)
 
 
-def _hull(first: Array, *others: Array) -> Floats:
-    low = high = first
-    for end in others:
-        low, high = np.minimum(low, end), np.maximum(high, end)
-    return _outwards(low, high)
+def _hull(*ends: Array) -> Floats:
+    return _outwards(reduce(np.minimum, ends), reduce(np.maximum, ends))
 
 
 @lru_cache(maxsize=4096)
@@ -324,13 +309,13 @@ def nowhere_negative(polynomials: Floats) -> Mask:
     """
     pieces, n = bernstein_on_box(polynomials), len(polynomials.low)
     owners = np.arange(polynomials.low.shape[1])
-    shown, most = np.ones(len(owners), dtype=bool), _PIECES + 4 * len(owners)
+    shown = np.ones(len(owners), dtype=bool)
     for _ in range(_HALVINGS):
         tick()
         shown[owners[~(np.minimum(pieces.low[0], pieces.low[-1]) >= 0)]] = False
         left = np.flatnonzero(~(np.min(pieces.low, axis=0) >= 0) & shown[owners])
         owners = owners[left]
-        if not 0 < len(left) <= most:
+        if not 0 < len(left) <= _PIECES + 4 * len(shown):
             break
         both = _product(_halves(n), pieces.at((slice(None), left)))
         pieces, owners = join([both.at(slice(n)), both.at(slice(n, None))]), np.tile(owners, 2)

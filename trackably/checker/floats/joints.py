@@ -26,13 +26,13 @@ def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
     n = max(len(piece) for pieces in trajectory.coefficients for piece in pieces)
     c = np.array([[[*piece, *[0.0] * (n - len(piece))] for piece in pieces] for pieces in trajectory.coefficients])
     derivative = Floats.exact(c.transpose(2, 0, 1).reshape(n, -1))  # joint by joint, all pieces
-    breakpoints, pieces = Floats.exact(np.array(trajectory.breakpoints)), c.shape[1]
+    breakpoints, pieces = Floats.exact(trajectory.breakpoints), c.shape[1]
     with np.errstate(all="ignore"):  # results that are not finite prove nothing
         h = (breakpoints.at(slice(1, None)) - breakpoints.at(slice(-1))).at(np.tile(np.arange(pieces), len(joints)))
         powers = stack([*accumulate([h] * (n - 1), mul, initial=ONE)], h.low.shape)
         for r in range(len(trajectory.jumps) + 1):
             tick()
-            scaled = derivative * powers.at(slice(len(derivative.low)))
+            scaled: Any = derivative * powers.at(slice(len(derivative.low)))
             least, most = np.array([of.limits[r] or (-inf, inf) for of in joints]).repeat(pieces, axis=0).T
             bernstein = bernstein_on_unit(scaled)
             kept = np.all((bernstein.low >= least) & (bernstein.high <= most), axis=0).reshape(c.shape[:2])

@@ -105,8 +105,7 @@ class Boxes:
     def moves(self) -> Floats:
         """Intervals that contain the shifts."""
         known = {shift: Floats.of(ratio(shift)) for shift in {*self.shifts}}
-        every = [known[shift] for shift in self.shifts]
-        return Floats(np.array([of.low for of in every]), np.array([of.high for of in every]))
+        return stack([known[shift] for shift in self.shifts], ())
 
     @cached_property
     def middles(self) -> Floats:
@@ -152,9 +151,9 @@ class ManyCentres:
             self.kept.clear()
         if new := [of for of in asked if of not in self.kept]:
             _, *ends, up, down = zip(*new, strict=True)
-            found = self.enclose(Boxes(*map(np.array, ends), [*map(Fraction, up, down)]), n)
+            found = self.enclose(Boxes(*map(np.array, ends), [*map(Fraction, up, down)]), n)  # type: ignore[call-arg, arg-type]
             rows = stack([*found.coefficients, found.missed], (len(new),))
-            self.kept.update(zip(new, np.moveaxis([rows.low, rows.high], 2, 0), strict=True))
+            self.kept.update(zip(new, np.stack([rows.low.T, rows.high.T], axis=1), strict=True))
         every = np.array([self.kept[of] for of in asked]).reshape(len(shifts), len(boxes), 2, n + 1)
         return Floats(*every.transpose(2, 0, 3, 1))
 
@@ -219,8 +218,7 @@ class ManyCentres:
         `of_box` has the index of the box in each pair.
         """
         starts, ends, shifts = boxes.starts[of_box], boxes.ends[of_box], boxes.moves.at(of_box)
-        given = Floats.exact(centres)
-        moved = given.choose((shifts.low == 0) & (shifts.high == 0), given, given - shifts)
+        moved = Floats.exact(centres) - shifts
         before, after = ends <= moved.low, starts >= moved.high
         unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
         for i in np.flatnonzero(unclear).tolist():

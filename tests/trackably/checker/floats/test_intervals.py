@@ -158,6 +158,20 @@ def test_positive_polynomials_are_found_and_none_that_is_negative_by_a_hair():
     assert kept_below(1e-6) == 1
 
 
+FAULTS = {
+    "the right half is the left one": ("_halves", lambda right: lambda n: np.vstack([right(n)[:n]] * 2)),
+    "values at ends are not refined": ("_halves", lambda right: lambda n: np.ones((2 * n, n)) / n),
+    "coefficients off by a millionth": ("bernstein_on_box", lambda right: lambda of: right(of) + Floats.exact(1e-6)),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults_believe_polynomials_that_are_negative_somewhere(fault, monkeypatch):
+    name, wrong = FAULTS[fault]
+    monkeypatch.setattr(intervals, name, wrong(getattr(intervals, name)))
+    assert kept_below(-1e-9) > 0
+
+
 def test_a_lost_outward_rounding_is_seen(monkeypatch):
     monkeypatch.setattr(intervals, "_outwards", lambda low, high, *_, **__: Floats(low, high))
     for name in ("+", "-", "*", "/", "square", "power"):
