@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.boxes import Box
-from trackably.checker.floats.intervals import Array, Floats, Mask, join, stack, sums
+from trackably.checker.floats.intervals import Array, Floats, Mask, stack, sums
 from trackably.checker.intervals import ONE, ZERO, Real, ratio, total
 from trackably.checker.kernels import Matern, geometric_rest
 from trackably.checker.models import Model
@@ -207,9 +207,8 @@ class ManyCentres:
         centres, weights, radii = self.centres[which], Floats.exact(self.weights[which]), Floats.exact(boxes.radii)
         r = boxes.middles.at(of_box) - Floats.exact(centres)
         sides = self._sides(boxes, of_box, centres) if self.kernel.has_kink else None
-        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, sides)
-        rows, missed = stack(each.coefficients, of_box.shape) * weights, abs(weights) * each.missed
-        return join([sums(rows, begins), sums(missed, begins).at(None)], axis=0)
+        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, sides).times(weights)
+        return sums(stack([*each.coefficients, each.missed], of_box.shape), begins)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return two masks over pairs of a box and a centre, decided exactly.
