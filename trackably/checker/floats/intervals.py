@@ -315,7 +315,7 @@ def nowhere_negative(polynomials: Floats) -> Mask:
         shown[owners[~(np.minimum(pieces.low[0], pieces.low[-1]) >= 0)]] = False
         left = np.flatnonzero(~(np.min(pieces.low, axis=0) >= 0) & shown[owners])
         owners = owners[left]
-        if not 0 < len(left) <= _PIECES + 4 * len(shown):
+        if not 0 < len(left) <= _PIECES + len(shown):
             break
         both = _product(_halves(n), pieces.at((slice(None), left)))
         pieces, owners = join([both.at(slice(n)), both.at(slice(n, None))]), np.tile(owners, 2)
