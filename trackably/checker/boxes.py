@@ -44,23 +44,15 @@ class Enclosures:
     box: Box
     known: dict[Shifted, Model] = field(default_factory=dict)
 
-    def arguments(self, q: Quantity) -> dict[str, Model]:
-        """Return Taylor models of the linear combinations of signals on which a quantity depends, by name."""
-        return {name: self.combination(argument) for name, argument in q.arguments.items()}
-
     def combination(self, argument: LinearCombination) -> Model:
         """Return a Taylor model of a linear combination of shifted signals."""
         found = Model.constant(argument.offset, self.terms)
         for (s, j), w in terms_of(argument):
-            found += self._signal(s, j).times(w)
+            if (s, j) not in self.known:
+                shift = j * self.subject.step
+                self.known[s, j] = enclose_signal(self.subject.signals[s], shift, self.box, self.terms)
+            found += self.known[s, j].times(w)
         return found
-
-    def _signal(self, s: int, j: int) -> Model:
-        """Return a model of z_s(t + j T) − m_s in the box: signal s at the shift j T, without its mean."""
-        if (s, j) not in self.known:
-            shift = j * self.subject.step
-            self.known[s, j] = enclose_signal(self.subject.signals[s], shift, self.box, self.terms)
-        return self.known[s, j]
 
 
 def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
@@ -169,7 +161,8 @@ def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quant
     values = FormulaValues(needs, enclosures.terms)
     for q in quantities:
         try:
-            if not stays_inside(values.enclose(q, enclosures.arguments(q)), q, enclosures.box):
+            arguments = {name: enclosures.combination(argument) for name, argument in q.arguments.items()}
+            if not stays_inside(values.enclose(q, arguments), q, enclosures.box):
                 yield q, ""
         except UndefinedError as undefined:
             yield q, str(undefined)
@@ -177,24 +170,25 @@ def refusals(needs: FormulaNeeds, enclosures: Enclosures, quantities: list[Quant
 
 def stays_inside(model: Model, q: Quantity, box: Box) -> bool:
     """Whether all functions that the model encloses stay between the lower and upper bounds of q in a box."""
-    negative = Model([-c for c in model.coefficients], model.missed)
-    lows, highs = (limit.over(box.start, box.end) for limit in (q.lower, q.upper))
-    return all(is_below(model, p) for p in highs) and all(is_below(negative, [-c for c in p]) for p in lows)
+    for limit, sign in (q.lower, 1), (q.upper, -1):
+        for end in limit.over(box.start, box.end):
+            both = zip_longest(model.coefficients, end, fillvalue=ZERO)
+            if not is_never_negative(Model([sign * (c - bound) for c, bound in both], model.missed)):
+                return False
+    return True
 
 
-def is_below(model: Model, bound: list[Real]) -> bool:
-    """Return whether all functions that the model encloses are at most a polynomial on [−1, 1].
+def is_never_negative(model: Model) -> bool:
+    """Whether all functions that the model encloses are ≥ 0 on [−1, 1]; False may also mean "not known".
 
-    `bound` has the polynomial's coefficients. The decision is made in integers. False may also mean "not known".
+    The decision is made in integers.
     """
-    found = in_fixed_point([model.missed, *bound, *model.coefficients])
+    found = in_fixed_point([model.missed, *model.coefficients])
     if found is None:
         return False
     (_, missed), *rest = found
-    above, below = rest[: len(bound)], rest[len(bound) :]
-    both = zip_longest(above, below, fillvalue=(0, 0))
-    doubled = shift([a + b - low - high for (a, b), (low, high) in both], -1)
-    p = [c << k for k, c in enumerate(doubled)]  # 2 (bound − model) as a polynomial in y ∈ [0, 1], x = 2 y − 1
+    doubled = shift([low + high for low, high in rest], -1)
+    p = [c << k for k, c in enumerate(doubled)]  # 2 model as a polynomial in y ∈ [0, 1], x = 2 y − 1
     p[0] -= 2 * missed + sum(high - low for low, high in rest)  # widths of intervals count as errors, as |x^k| ≤ 1
     return is_nowhere_negative(p)
 

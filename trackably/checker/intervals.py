@@ -203,7 +203,7 @@ def max_of(x: Real, y: Real) -> Real:
     for one, other in ((x, y), (y, x)):
         if isinstance(one, Many):
             return one.larger(other)  # type: ignore[no-any-return]
-    return between(x.a if x.a >= y.a else y.a, x.b if x.b >= y.b else y.b)
+    return between(max(x.a, y.a), max(x.b, y.b))  # type: ignore[call-overload]
 
 
 def select(condition: Any, one: Real, other: Real) -> Real:

@@ -175,11 +175,6 @@ class Kernel(ABC):
         return 2 * (odd + self.largest_on_disc(ZERO, radius) * geometric_rest(reach / radius, n))
 
 
-def _exponential_series(a: Real, g: list[Real], n: int) -> list[Real]:
-    """Return n Taylor coefficients of a e^g, from those of g."""
-    return [a * coefficient for coefficient in exp_series(g, n)]
-
-
 def geometric_rest(ratio: Real, n: int) -> Real:
     """Over-estimate Σ_(k ≥ n) ratio^k."""
     return select(ratio.b < 1, ratio**n / (1 - ratio), INFINITE)
@@ -259,7 +254,7 @@ class SquaredExponential(Elementary):
         return self.variance, g if n == 1 else [*g, -2 * r * h / self.p, -(h**2) / self.p]
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        return _exponential_series(*self.exponential(r, h, n), n)
+        return exp_series(*self.exponential(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # |Im z| ≤ radius on the disc, and so Re z² ≥ r²/2 − radius².
@@ -294,7 +289,7 @@ class Matern(Elementary):
         for j in range(len(slopes)):
             found.append(total(m * slope for m, slope in zip(moments, slopes[j:], strict=False)) * power)
             power = y * power / (j + 1)
-        return self.scaled(times(found, exp_series([-x, -y], n), n))
+        return times(found, exp_series(self.variance, [-x, -y], n), n)
 
     def largest_around(self, moments: Sequence[Real], x: Real, y: Real) -> Real:
         """Over-estimate |θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z)| for complex |z − x| < y, by |P⁽ᵏ⁾(z)| ≤ P⁽ᵏ⁾(|z|).
@@ -406,7 +401,7 @@ class Periodic(Elementary):
         return self.variance, [g[0] - scale[0], *g[1:]]
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        return _exponential_series(*self.exponential(r, h, n), n)
+        return exp_series(*self.exponential(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # Re cos(x + iy) = cos x cosh y
@@ -538,7 +533,7 @@ class Product(Combination):
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         if both := self.exponential(r, h, n):
-            return _exponential_series(*both, n)
+            return exp_series(*both, n)
         return times(self.left.taylor(r, h, n), self.right.taylor(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:

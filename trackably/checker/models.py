@@ -42,9 +42,9 @@ from trackably.checker.intervals import (
 from trackably.checker.watch import tick
 
 
-def exp_series(g: list[Real], n: int) -> list[Real]:
-    """Return n Taylor coefficients of f = e^g from those of g, by f' = g' f."""
-    f, slope = [exp(g[0])], [j * coefficient for j, coefficient in enumerate(g[1:], 1)]
+def exp_series(a: Real, g: list[Real], n: int) -> list[Real]:
+    """Return n Taylor coefficients of f = a e^g from those of g, by f' = g' f."""
+    f, slope = [a * exp(g[0])], [j * coefficient for j, coefficient in enumerate(g[1:], 1)]
     for k in range(1, n):
         f.append(dot(slope[:k], f[max(0, k + 1 - len(g)) : k][::-1]) / k)
     return f

@@ -8,10 +8,13 @@ The rounding errors of a formula depend on the values of the signals. So they ar
 operation in each box, at each instant and in the tail, where the formula is also shown to be defined.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
+from itertools import accumulate, pairwise
+from typing import Any
 
 from trackably.checker.certificate import Certificate
 from trackably.checker.formulas import Formula, Name, Number, Operation, numbers, operands, parts, text
@@ -52,13 +55,9 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     """
     of_signals = signal_errors(certificate.subject, certificate.until)
     for q in quantities:
-        if q.combination is not None:
-            error = error_of(certificate.subject, q.combination, of_signals)
-            stated = certificate.errors[q.name]
-            if not at_most(error, stated):
-                return OfBound(
-                    q.name, f"evaluation: the {q.name} can be off by more than the stated {stated!r} in float64"
-                )
+        stated = certificate.errors[q.name]
+        if q.combination is not None and not at_most(error_of(certificate.subject, q.combination, of_signals), stated):
+            return OfBound(q.name, f"evaluation: the {q.name} can be off by more than the stated {stated!r} in float64")
     return None
 
 
@@ -68,7 +67,7 @@ SignalError = tuple[Real, Real]
 
 def signal_errors(subject: Subject, until: float) -> list[SignalError]:
     """Return, for each signal, over-estimates of |z| and of its rounding error at all times |t| ≤ `until` [s]."""
-    return [_signal_error(subject, until, signal) for signal in subject.signals]
+    return [_signal_error(signal, until, _ahead(subject)) for signal in subject.signals]  # type: ignore[arg-type]
 
 
 def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence[SignalError]) -> Real:
@@ -96,9 +95,10 @@ def _ahead(subject: Subject) -> Real:
     return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
-def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError:
-    """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T in use."""
-    latest, ahead = exactly(max(map(abs, signal.centres))), _ahead(subject)
+@lru_cache(maxsize=8)  # a search for proofs, and then the check, ask several times about the same signals
+def _signal_error(signal: Signal, until: float, ahead: Real) -> SignalError:
+    """Over-estimate |z| and its rounding error at t + j T, for |t| ≤ until [s] and all shifts j T ≤ `ahead` [s]."""
+    latest = exactly(max(map(abs, signal.centres)))
     kernel = signal.kernel.sizes(until + ahead + latest)
     # Let u be the unit roundoff. The time k T, the shift j T, k T + j T and r = k T + j T − t_i are each rounded once,
     # by at most u times their size. |k T + j T| is at most |r| + |t_i|, and |k T| at most j T more. So r is off by at
@@ -106,14 +106,13 @@ def _signal_error(subject: Subject, until: float, signal: Signal) -> SignalError
     # If the time was first moved by whole periods, it is off by u `until`, and all roundings of r together are at most
     # 3 u (`until` + j T + |t_i|). Then 3 u `stretch` bounds their effect on κ: all kernels repeat, and so `stretch` is
     # `slope` times the bound of this sum that `sizes` was given.
-    weight, near = total(abs(c) for _, c in signal.pairs), largest_sums(signal)
-    of_all = weight * (kernel.roundings + 9 * kernel.stretch)
+    near = largest_sums(signal)
+    of_all = signal.weight * (kernel.roundings + 9 * kernel.stretch)
     of_near = 3 * (latest + ahead) * near.slope + (len(signal.weights) + 3) * near.size
     largest = abs(exactly(signal.mean)) + near.size
     return largest, UNIT * (of_all + of_near + 3 * largest)
 
 
-@lru_cache(maxsize=8)  # a search for proofs asks several times about the same signals
 def largest_sums(signal: Signal) -> Decay:
     """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
 
@@ -124,30 +123,25 @@ def largest_sums(signal: Signal) -> Decay:
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
-    cells = dict[int, float]()
+    cells: Any = Counter()
     for t, c in zip(signal.centres, signal.weights, strict=True):
         tick()
-        cell = int((Fraction(t) - first) // width) if width else 0
-        cells[cell] = cells.get(cell, 0.0) + abs(c)
+        cells[int((Fraction(t) - first) // width) if width else 0] += abs(c)
     widest = dict[float, Fraction]()  # for equal weights, the largest width, where κ's bound is lowest
     for _ in range(_HALVINGS):
         tick()
-        heaviest = max(own + cells.get(cell + 1, 0.0) + cells.get(cell + 2, 0.0) for cell, own in cells.items())
-        widest[heaviest] = width
-        wider = dict[int, float]()
+        widest[max(own + cells[cell + 1] + cells[cell + 2] for cell, own in cells.items())] = width
+        wider: Any = Counter()
         for cell, own in cells.items():
-            wider[cell // 2] = wider.get(cell // 2, 0.0) + own
+            wider[cell // 2] += own
         cells, width = wider, 2 * width
-    size, slope = signal.kernel.peak
-    of_size = of_slope = ZERO
-    for heaviest, far in widest.items():
-        beyond = signal.kernel.beyond(ratio(far))
-        smaller, flatter = lesser(size, beyond.size), lesser(slope, beyond.slope)
-        of_size += heaviest * (size.b - smaller.b)
-        of_slope += heaviest * (slope.b - flatter.b)
-        size, slope = smaller, flatter
-    weight, grown = sum(cells.values()), 1 + 2 * (len(signal.weights) + 2) * UNIT
-    return Decay(grown * (of_size + weight * size.b), grown * (of_slope + weight * slope.b))
+    bounds, found = [signal.kernel.peak, *(signal.kernel.beyond(ratio(far)) for far in widest.values())], list[Real]()
+    for of_kernel in zip(*bounds, strict=True):  # |κ| beyond increasing distances, then |κ̇|
+        falling = [*accumulate(of_kernel, lesser)]
+        near = total(w * (one.b - other.b) for w, (one, other) in zip(widest, pairwise(falling), strict=True))
+        found.append(near + signal.weight * falling[-1].b)
+    grown = 1 + 2 * (len(signal.weights) + 2) * UNIT
+    return Decay(grown * found[0], grown * found[1])
 
 
 def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:

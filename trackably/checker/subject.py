@@ -11,7 +11,7 @@ from typing import Literal, Self
 
 from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
-from trackably.checker.intervals import Real, exactly, total
+from trackably.checker.intervals import UNIT, Real, exactly
 from trackably.checker.kernels import Decay, Kernel, Reach, reach
 from trackably.checker.watch import UndecidedError, tick
 
@@ -89,13 +89,18 @@ class Signal:
         return reach(self.kernel, 2.0 ** min(exponent, 1000), _NEGLIGIBLE)
 
     @cached_property
+    def weight(self) -> Real:
+        """An over-estimate of Σ_i |c_i|: added in float64, with at most n roundings for n numbers."""
+        return (1 + 2 * len(self.weights) * UNIT) * sum(map(abs, self.weights))
+
+    @cached_property
     def far(self) -> Decay:
         """Over-estimates of |Σ_i c_i κ(r_i)| and |Σ_i c_i κ̇(r_i)|, if all distances |r_i| are beyond the reach.
 
         The sums may be over all kernels of the signal, or over some of them.
         """
-        weight, (_, decay) = total(abs(c) for _, c in self.pairs), self.reach
-        return Decay(weight * decay.size, weight * decay.slope)
+        _, (size, slope) = self.reach
+        return Decay(self.weight * size, self.weight * slope)
 
 
 def is_far(signal: Signal, distance: Real) -> bool:

@@ -41,7 +41,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
-from trackably.checker.boxes import Box, Enclosures, FirstPass, is_below
+from trackably.checker.boxes import Box, Enclosures, FirstPass, is_never_negative
 from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
 from trackably.checker.form import file_of, many, rational_number, record, signal_class
@@ -91,7 +91,7 @@ def check_truth(
             for side in sides:
                 if side is None:
                     return f"truth: measurements named in `upper` or `lower` give no bound of the signal {cell}"
-                if not is_below(side, [error]):
+                if not is_never_negative(Model.constant(error, len(side.coefficients)) - side):
                     return f'truth: "{truth.state}" may be further than {truth.errors[k]!r} from the true signal {cell}'
     return None
 

@@ -5,23 +5,23 @@ A box is an interval of time. An instant is checked as a narrow box around it.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import compress
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from trackably.checker.boxes import Box, Enclosures, FirstPass, stays_inside
-from trackably.checker.floats.intervals import Floats, bernstein_on_box, join, stack, stay_between, sums
+from trackably.checker.boxes import Box, FirstPass
+from trackably.checker.floats.intervals import Floats, join, nowhere_negative, stack, sums
 from trackably.checker.floats.joints import undecided
-from trackably.checker.floats.signals import Boxes, Indices, ManyCentres
-from trackably.checker.intervals import Real, UndefinedError, around, between, exactly
+from trackably.checker.floats.signals import Indices, ManyCentres
+from trackably.checker.intervals import ZERO, Real, UndefinedError, around, between, exactly, total
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
-from trackably.checker.quantities import Quantity, Shifted, shifts_of
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Signal, Subject
 
-_NO_BOX = Box(0.0, 0.0, 0.0)
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 """Boxes and Taylor coefficients that are processed at once, to limit the memory for any file."""
 
@@ -33,101 +33,97 @@ def boxes_left(
 
     `held` has the quantities of each box, and `terms` is the number of Taylor coefficients.
     """
-    every = {q.name: q for h in held.values() for q in h}
-    wanted = {shifted for q in every.values() for shifted in _needs(q)}
-    for some, known in _enclosed(subject, wanted, list(held), terms):
-        start, tried = exactly(min(box.start for box in some)), dict[tuple[Box, str], tuple[bool, Floats]]()
-        for q in every.values():
-            with np.errstate(all="ignore"):  # results that are not finite prove nothing
-                where = np.flatnonzero([any(q is each for each in held[box]) for box in some])
-                where, found = _models_of(needs, subject, q, known, where, terms)
-                first: Any = around(found.at(0), found.at(-1))
-                near = join([first.at(None), found.at(slice(1, -1))], axis=0)
-                near, low, high = bernstein_on_box(near), *(_end(limit.after(start)) for limit in (q.lower, q.upper))
-                kept, ends = stay_between(near, low, high), near.at([0, -1])
-                lost = ~kept & np.any((ends.high > high.low) | (ends.low < low.high), axis=0)
-            promising = np.flatnonzero(~lost).tolist()
-            tried |= {(some[where[i]], q.name): (bool(kept[i]), found.at((..., i))) for i in promising}
-        for box in some:
-            yield box, [q for q in held[box] if not _is_inside(q, box, *tried.get((box, q.name), (False, None)))]
+    every = {q.name: q for h in held.values() for q in h}.values()
+    wanted = {shifted for q in every for a in q.arguments.values() for shifted in shifts_of(a)}
+    for some, known in _enclosed(subject, wanted, list(held), terms, 2 * len(every)):
+        claims, margins = list[tuple[str, int]](), [Floats.exact(np.empty((terms, 0)))]
+        with np.errstate(all="ignore"):  # results that are not finite prove nothing
+            for q in every:
+                where = np.array([b for b, box in enumerate(some) if q in held[box]], dtype=np.intp)
+                where, found = _polynomials_of(needs, q, known, where, terms)
+                for at, margin in _margins(q, [some[b] for b in where], found):
+                    margins.append(margin)
+                    claims += [(q.name, b) for b in where[at].tolist()]
+            proved = {*claims} - {*compress(claims, ~nowhere_negative(join(margins)))}
+        for b, box in enumerate(some):
+            yield box, [q for q in held[box] if (q.name, b) not in proved]
 
 
-def _is_inside(q: Quantity, box: Box, is_kept: bool, of_box: Floats | None) -> bool:
-    """Return whether q is shown to stay inside its bounds in a box.
+def _margins(q: Quantity, boxes: Sequence[Box], found: Floats) -> Iterator[tuple[Indices, Floats]]:
+    """Yield polynomials on [−1, 1] that are nowhere negative if q stays inside its bounds, with indices of their boxes.
 
-    `is_kept` says whether float64 shows it. If not, it is decided again in integers, from the model `of_box`: its
-    coefficients, then the bound of its remainder. `of_box` is None if q may be undefined in the box, or if the
-    enclosure of q leaves the bounds at an end of the box.
+    `found` are the polynomials of q in all boxes, (n, B). An end of a bound that moves is compared with q box by box,
+    with each polynomial that it has in the box.
     """
-    model = None if is_kept or of_box is None else _model(of_box)
-    return is_kept or (model is not None and stays_inside(model, q, box))
+    n, start = len(found.low), exactly(min((box.start for box in boxes), default=0.0))
+    for limit, is_lower in ((q.lower, True), (q.upper, False)):
+        ends = (
+            [(np.arange(len(boxes)), [rest])]
+            if (rest := limit.after(start)) is not None
+            else [(np.array([b]), p) for b, box in enumerate(boxes) for p in limit.over(box.start, box.end)]
+        )
+        for at, p in ends:
+            end = stack([around(p[0], total(map(abs, p[n:]))), *p[1:n], *[ZERO] * (n - len(p))], at.shape)
+            of = found.at((slice(None), at))
+            yield at, of - end if is_lower else end - of
 
 
 def models(
     subject: Subject, wanted: Sequence[Shifted], boxes: Sequence[Box], terms: int
 ) -> Iterator[dict[Shifted, Model]]:
     """Yield for each box models of shifted signals in the arithmetic of mpmath, without those that are not finite."""
-    for some, known in _enclosed(subject, wanted, boxes, terms):
+    for some, known in _enclosed(subject, wanted, boxes, terms, 0):
         for b in range(len(some)):
-            of_box = {
-                shifted: _model(stack([*of.coefficients, of.missed], (len(some),)).at((..., b)))
-                for shifted, of in known.items()
-            }
-            yield {shifted: model for shifted, model in of_box.items() if model}
+            yield {shifted: model for shifted, of in known.items() if (model := _model(of.at((..., b))))}
 
 
 def _enclosed(
-    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int
-) -> Iterator[tuple[Sequence[Box], dict[Shifted, Model]]]:
-    """Yield groups of boxes with models of shifted signals without their means, as arrays with an entry for each box.
+    subject: Subject, wanted: Collection[Shifted], boxes: Sequence[Box], terms: int, more: int
+) -> Iterator[tuple[Sequence[Box], dict[Shifted, Floats]]]:
+    """Yield groups of B boxes with Taylor models of shifted signals without their means, as arrays (terms + 1, B).
 
-    The number of boxes in a group limits the memory for models of the `wanted` signals.
+    The last row has the bounds of the remainders. The number of boxes in a group limits the memory for models of the
+    `wanted` signals and for `more` models of other functions.
     """
-    shifts = {s: [j for of, j in sorted(wanted) if of == s] for s in sorted({s for s, _ in wanted})}
+    shifts: dict[int, list[int]] = {s: [j for of, j in sorted(wanted) if of == s] for s in {s for s, _ in wanted}}
     signals, step = {s: ManyCentres.of(subject.signals[s]) for s in shifts}, Fraction(subject.system.sampling_time)
-    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + 1))))
+    at_once = max(1, min(_AT_ONCE, _COEFFICIENTS // (terms * (len(wanted) + more + 1))))
     for begin in range(0, len(boxes), at_once):
-        some, known = boxes[begin : begin + at_once], dict[Shifted, Model]()
+        some, known = boxes[begin : begin + at_once], dict[Shifted, Floats]()
         for s, of in signals.items():
-            starts, ends, radii = np.tile(np.array(some).T, len(shifts[s]))  # all boxes, once for each shift
             with np.errstate(all="ignore"):
-                found = of.enclose(Boxes(starts, ends, radii, [j * step for j in shifts[s] for _ in some]), terms)
-            for i, j in enumerate(shifts[s]):
-                known[s, j] = _at(found, slice(i * len(some), (i + 1) * len(some)))
+                found = of.models(some, [j * step for j in shifts[s]], terms)
+            known |= {(s, j): found.at(i) for i, j in enumerate(shifts[s])}
         yield some, known
 
 
-def _at(models: Any, index: slice | Indices) -> Model:
-    """Return the models of some boxes; `index` selects these boxes in the last axis of the arrays."""
-    return Model([c.at((..., index)) for c in models.coefficients], models.missed.at(index))
+def _polynomials_of(
+    needs: FormulaNeeds, q: Quantity, known: Mapping[Shifted, Floats], where: Indices, n: int
+) -> tuple[Indices, Floats]:
+    """Return the indices, among `where`, of the B boxes in which q is certainly defined, and its polynomials, (n, B).
 
-
-def _needs(q: Quantity) -> list[Shifted]:
-    return [shifted for argument in q.arguments.values() for shifted in shifts_of(argument)]
-
-
-def _models_of(
-    needs: FormulaNeeds, subject: Subject, q: Quantity, known: Mapping[Shifted, Any], where: Indices, n: int
-) -> tuple[Indices, Any]:
-    """Return the indices, among `where`, of the B boxes in which q is certainly defined, and its models, (n + 1, B).
-
-    The first n rows have the coefficients, and the last row the bounds of the remainders. `known` has models of shifted
-    signals in all boxes, with n coefficients.
+    The first coefficients contain the remainders. `known` has models of shifted signals in all boxes.
     """
     while len(where):
-        enclosures = Enclosures(subject, n, _NO_BOX, {shifted: _at(known[shifted], where) for shifted in _needs(q)})
+        arguments = {name: _combination(argument, known, where, n) for name, argument in q.arguments.items()}
         try:
-            model = FormulaValues(needs, n).enclose(q, enclosures.arguments(q))
+            model = FormulaValues(needs, n).enclose(q, arguments)
         except UndefinedError as undefined:
             where = where[np.broadcast_to(undefined.where, where.shape)]
             continue
-        return where, stack([*model.coefficients, model.missed], where.shape)
-    return where, Floats.exact(np.empty((n + 1, 0)))
+        first, *others = model.coefficients
+        return where, stack([around(first, model.missed), *others], where.shape)
+    return where, Floats.exact(np.empty((n, 0)))
 
 
-def _end(constant: Real | None) -> Floats:
-    """Return the `constant` end of a bound; NaN, which shows nothing, if the end moves (None)."""
-    return Floats.exact(np.array(np.nan)) if constant is None else Floats.of(constant)
+def _combination(argument: LinearCombination, known: Mapping[Shifted, Floats], where: Indices, n: int) -> Model:
+    """Return models of a linear combination of shifted signals in the boxes `where`."""
+    rows: Any = stack([argument.offset, *[ZERO] * (n - 1)], where.shape)
+    missed: Any = ZERO
+    for shifted, w in terms_of(argument):
+        of = known[shifted].at((slice(None), where))
+        rows, missed = rows + of.at(slice(-1)) * w, missed + of.at(-1) * abs(w)
+    return Model([rows.at(k) for k in range(n)], missed)
 
 
 def _model(of_box: Floats) -> Model | None:
@@ -135,18 +131,18 @@ def _model(of_box: Floats) -> Model | None:
 
     Return None if the model is not finite.
     """
-    ends = list(zip(of_box.low.tolist(), of_box.high.tolist(), strict=True))
-    if not np.isfinite(ends).all():
+    if not np.isfinite([of_box.low, of_box.high]).all():
         return None
-    return Model([between(*of) for of in ends[:-1]], exactly(ends[-1][1]))
+    *coefficients, missed = map(between, of_box.low.tolist(), of_box.high.tolist())
+    return Model(coefficients, missed.b)
 
 
 def envelope(signal: Signal, start: Real) -> Decay | None:
     """Over-estimate |z − m| and |ż| of a signal z with mean m, for all times after `start` [s]; None if not finite."""
     with np.errstate(all="ignore"):
-        distance: Any = Floats.of(start) - Floats.exact(np.array(signal.centres))
+        distance: Any = Floats.of(start) - Floats.exact(signal.centres)
         each = signal.kernel.beyond(distance.choose(distance.low >= 0, distance, 0.0))
-        sizes, first = abs(Floats.exact(np.array(signal.weights))), np.zeros(1, dtype=np.intp)
+        sizes, first = abs(Floats.exact(signal.weights)), np.array([0])
         size, slope = (float(sums(sizes * part, first).high[0]) for part in each)
     return Decay(exactly(size), exactly(slope)) if isfinite(size) and isfinite(slope) else None
 

@@ -1,39 +1,45 @@
 """Arrays of float64 intervals: every result contains the real numbers that it stands for, despite all rounding.
 
-Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, and NumPy's exp, log, sqrt,
-cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed in float64 and moved outwards
-by more than its error: the error of one operation is at most 2⁻⁵³ of the computed number, or 2⁻¹⁰⁷⁵; that of a function
-at most 2⁻⁵⁰ of the computed number, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and every comparison with it is
-False; all operations, also minima and maxima, give NaN again.
+Assumed: IEEE arithmetic rounding to nearest, with subnormal numbers, sums in any order, also in products of matrices,
+and NumPy's exp, log, sqrt, cos, arctan and arctan2 within 4 units in the last place. Each end of a result is computed
+in float64 and moved outwards by more than its error: the error of one operation is at most 2⁻⁵³ of the computed number,
+or 2⁻¹⁰⁷⁵; that of a function at most 2⁻⁵⁰ of the computed number, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and
+every comparison with it is False; all operations, also minima and maxima, give NaN again.
 
-A polynomial lies in the convex hull of its Bernstein coefficients: `stay_between` tests many polynomials at once.
+A polynomial lies in the convex hull of its Bernstein coefficients: `nowhere_negative` tests many polynomials at once.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, reduce
 from math import comb
+from operator import add, mul
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.intervals import ONE, ZERO, Many, Real, exactly, pi
+from trackably.checker.intervals import ONE, ZERO, Many, Real, exact_sum, exactly, pi
+from trackably.checker.polynomials import compose
 from trackably.checker.watch import tick
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _MOST_SUMMED = 16
+_HALVINGS, _PIECES = 40, 1000  # `nowhere_negative` gives up after this many halvings, or with many more pieces
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
 """By how much ends are moved outwards: relative to results of + − · /, relative to values of functions, and absolutely.
 
-`_TINY` is far more than what products and functions lose by underflow; sums lose nothing.
+`_TINY` is far more than what products and functions lose by underflow; sums lose nothing. It is also the least radius
+in products, where an error that underflows could be multiplied by a large factor.
 """
 
-_LEAST = np.full((), _TINY)
-"""Least radius of an interval: with smaller ones, an error that underflows could be multiplied by a large factor."""
+
+def _increasing(of: Callable[[Array], Array]) -> Callable[["Floats"], "Floats"]:
+    """Return an increasing function of intervals, from NumPy's; NaN if a number may be outside of its domain."""
+    return lambda x: _outwards(of(x.low), of(x.high), _FUNCTION)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +53,7 @@ class Floats(Many):
     high: Array
 
     @classmethod
-    def exact(cls, values: Array | float) -> Self:
+    def exact(cls, values: npt.ArrayLike) -> Self:
         """Return intervals that contain one number each."""
         numbers = np.asarray(values, dtype=np.float64)
         return cls(numbers, numbers)
@@ -79,10 +85,8 @@ class Floats(Many):
 
         Here r is an upper bound of |x − m|, and b one of |x|, for all x in the interval.
         """
-        middle = self.low if self.low is self.high else self.low / 2 + self.high / 2
-        radius = _LEAST
-        if self.low is not self.high:
-            radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
+        middle = self.low / 2 + self.high / 2
+        radius = np.maximum(self.high - middle, middle - self.low) * (1 + _OPERATION) + _TINY
         largest = ((size := np.abs(middle)) + radius) * (1 + _OPERATION)
         return middle, size, radius, largest, (radius + 2.0**-48 * largest) * (1 + _OPERATION)
 
@@ -97,13 +101,9 @@ class Floats(Many):
         pairs = [(cls.of(x), cls.of(y)) for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO]
         found: Any = ZERO
         for begin in range(0, len(pairs), _MOST_SUMMED):
-            (x, y), *others = pairs[begin : begin + _MOST_SUMMED]
-            (m, size, r, *_), (n, _, _, largest, apart) = x._around, y._around
-            value, off = m * n, size * apart + r * largest
-            for x, y in others:
-                (m, size, r, *_), (n, _, _, largest, apart) = x._around, y._around
-                value = value + m * n
-                off = off + size * apart + r * largest
+            some = [(x._around, y._around) for x, y in pairs[begin : begin + _MOST_SUMMED]]
+            value = reduce(add, [m * n for (m, *_), (n, *_) in some])
+            off = reduce(add, [size * apart + r * most for (_, size, r, *_), (*_, most, apart) in some])
             found = _within(value, off) + found
         return found
 
@@ -131,22 +131,18 @@ class Floats(Many):
     def __rsub__(self, other: Any) -> "Floats":
         return self.of(other) - self
 
+    @property
+    def _ends(self) -> tuple[Array, ...]:
+        """Both ends, or one if these are exact numbers, not intervals."""
+        return (self.low,) if self.low is self.high else (self.low, self.high)
+
     def __mul__(self, other: Any) -> "Floats":
-        if other is ONE:
-            return self
-        y = self.of(other)
-        if y.low is y.high:  # exact numbers, not intervals
-            return _hull(self.low * y.low, self.high * y.low)
-        return _hull(self.low * y.low, self.low * y.high, self.high * y.low, self.high * y.high)
+        return self if other is ONE else _hull(*[x * y for x in self._ends for y in self.of(other)._ends])
 
     def __truediv__(self, other: Any) -> "Floats":
         y = self.of(other)
-        known = (y.low > 0) | (y.high < 0)
-        low = np.where(known, y.low, np.nan)
-        if y.low is y.high:
-            return _hull(self.low / low, self.high / low)
-        high = np.where(known, y.high, np.nan)
-        return _hull(self.low / low, self.low / high, self.high / low, self.high / high)
+        ends = [np.where((y.low > 0) | (y.high < 0), end, np.nan) for end in y._ends]
+        return _hull(*[x / end for x in self._ends for end in ends])
 
     def __rtruediv__(self, other: Any) -> "Floats":
         return self.of(other) / self
@@ -156,11 +152,7 @@ class Floats(Many):
 
     def __pow__(self, exponent: int) -> "Floats":
         """Return x^exponent for a whole exponent ≥ 1; even powers are computed from |x|, which is narrower."""
-        base = self if exponent % 2 else abs(self)
-        found: Floats = base
-        for _ in range(exponent - 1):
-            found = found * base
-        return found
+        return reduce(mul, [self if exponent % 2 else abs(self)] * exponent)
 
     def __abs__(self) -> "Floats":
         nearest = np.maximum(np.maximum(self.low, -self.high), 0.0)
@@ -179,12 +171,8 @@ class Floats(Many):
         return self.low >= self.of(other).high
 
     def exp(self) -> "Floats":
-        found = _outwards(np.exp(self.low), np.exp(self.high), _FUNCTION)
+        found = _increasing(np.exp)(self)
         return Floats(np.maximum(found.low, 0.0), found.high)
-
-    def log(self) -> "Floats":
-        """Return the logarithm; NaN if a number may be negative."""
-        return _outwards(np.log(self.low), np.log(self.high), _FUNCTION)
 
     def cos(self) -> "Floats":
         """Return the cosine. It decreases on [0, π], which contains the distance to the nearest multiple of 2π."""
@@ -195,12 +183,7 @@ class Floats(Many):
         low, high = np.cos(np.minimum(angle + off, np.pi)), np.cos(np.maximum(angle - off, 0.0))
         return _outwards(low, high, 2.0**-46, 2.0**-50)
 
-    def sqrt(self) -> "Floats":
-        """Return the square root; NaN if a number may be negative."""
-        return _outwards(np.sqrt(self.low), np.sqrt(self.high), _FUNCTION)
-
-    def atan(self) -> "Floats":
-        return _outwards(np.arctan(self.low), np.arctan(self.high), _FUNCTION)
+    log, sqrt, atan = _increasing(np.log), _increasing(np.sqrt), _increasing(np.arctan)
 
     @classmethod
     def direction(cls, y: Any, x: Any) -> "Floats":
@@ -226,11 +209,8 @@ def _within(value: Array, off: Array) -> Floats:
     return Floats(value - off, value + off)
 
 
-def _hull(first: Array, *others: Array) -> Floats:
-    low = high = first
-    for end in others:
-        low, high = np.minimum(low, end), np.maximum(high, end)
-    return _outwards(low, high)
+def _hull(*ends: Array) -> Floats:
+    return _outwards(reduce(np.minimum, ends), reduce(np.maximum, ends))
 
 
 @lru_cache(maxsize=4096)
@@ -279,37 +259,32 @@ def bernstein_on_box(polynomials: Floats) -> Floats:
 
 def bernstein_on_unit(polynomials: Floats) -> Floats:
     """Return the Bernstein coefficients of B polynomials Σ_k a_k y^k on [0, 1], from coefficients of shape (n, B)."""
-    return _product(_rounded(bernstein(len(polynomials.low))), polynomials)
+    return _product(bernstein(len(polynomials.low)), polynomials)
 
 
-def _product(matrix: Floats, columns: Floats) -> Floats:
-    """Return the product of a matrix (n, n) and B columns, as an array (n, B)."""
-    every = range(len(columns.low))
-    found: Floats = Floats.dot([matrix.at((slice(None), k, None)) for k in every], [columns.at(k) for k in every])
-    return found
+def _product(nearest: Array, columns: Floats) -> Floats:
+    """Return the product of a matrix (m, n), whose entries were rounded to the `nearest` float64, and B columns (n, B).
+
+    With |x_k − m_k| ≤ r_k and |x_k| ≤ b_k for the entries of a column, the sum Σ a_k x_k is within Σ |a_k| r_k of
+    Σ a_k m_k. Rounding of the a_k, of this sum in any order, and of each end adds less than (n + 8) 2⁻⁵² Σ |a_k| b_k.
+    """
+    middle, _, radius, largest, _ = columns._around
+    off = np.abs(nearest) @ (radius + (len(middle) + 8) * 2.0**-52 * largest)
+    # An implementation may leave out products with zeros, but an entry that bounds nothing makes its column NaN.
+    return _within(nearest @ middle + 0 * np.sum(largest, axis=0), off)
 
 
 @cache
-def _of_all_powers(n: int) -> Floats:
-    return _rounded(np.array([[float(_of_power(n, i, k)) for k in range(n)] for i in range(n)]))
+def _of_all_powers(n: int) -> Array:
+    """Return the Bernstein coefficients i of x^k = (2 y − 1)^k in degree n − 1, each rounded once, at [i, k]."""
+    powers = [compose([*[0] * k, 1], -1, 2) for k in range(n)]
+    return np.array([[float(_coefficient(n, i, p)) for p in powers] for i in range(n)])
 
 
-def _rounded(nearest: Array) -> Floats:
-    """Return intervals that contain numbers which were rounded to the nearest float64."""
-    off = np.abs(nearest) * 2.0**-52
-    return Floats(nearest - off, nearest + off)
-
-
-def _of_power(n: int, i: int, k: int) -> Fraction:
-    """Return the Bernstein coefficient i of x^k = (2 y − 1)^k in degree n − 1.
-
-    x^k = Σ_j C(k, j) 2ʲ (−1)^(k − j) yʲ, and yʲ has the coefficients C(i, j)/C(n − 1, j).
-    """
+def _coefficient(n: int, i: int, p: Sequence[int]) -> Fraction:
+    """Return the Bernstein coefficient i of Σ_j p_j yʲ in degree n − 1; yʲ has the coefficients C(i, j)/C(n − 1, j)."""
     tick()
-    return sum(
-        (Fraction(comb(i, j) * comb(k, j) * 2**j * (-1) ** (k - j), comb(n - 1, j)) for j in range(min(i, k) + 1)),
-        Fraction(0),
-    )
+    return exact_sum(Fraction(comb(i, j) * c, comb(n - 1, j)) for j, c in enumerate(p))
 
 
 @cache
@@ -318,10 +293,31 @@ def bernstein(n: int) -> Array:
     return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
 
 
-def stay_between(near: Floats, least: Any, most: Any) -> Mask:
-    """Return which of B polynomials stay between two ends because their Bernstein coefficients do, shape (B,).
+@cache
+def _halves(n: int) -> Array:
+    """Return the matrix that maps n Bernstein coefficients on an interval to those on its halves, by de Casteljau."""
+    left = np.array([[comb(i, j) / 2**i for j in range(n)] for i in range(n)])
+    return np.vstack([left, left[::-1, ::-1]])
 
-    `near` are these coefficients, shape (n, B). Each end is an interval for each polynomial, or one for all of them.
+
+def nowhere_negative(polynomials: Floats) -> Mask:
+    """Return which of B polynomials Σ_k a_k x^k are certainly ≥ 0 for all x ∈ [−1, 1], shape (B,).
+
+    The coefficients have the shape (n, B). A polynomial is nowhere negative where its Bernstein coefficients are all
+    ≥ 0. Their first and last ones are its values at the ends: if one may be negative, the claim is not shown. Otherwise
+    the interval is halved.
     """
-    kept: Mask = np.all(near >= least, axis=0) & np.all(near <= most, axis=0)
-    return kept
+    pieces, n = bernstein_on_box(polynomials), len(polynomials.low)
+    owners = np.arange(polynomials.low.shape[1])
+    shown = np.ones(len(owners), dtype=bool)
+    for _ in range(_HALVINGS):
+        tick()
+        shown[owners[~(np.minimum(pieces.low[0], pieces.low[-1]) >= 0)]] = False
+        left = np.flatnonzero(~(np.min(pieces.low, axis=0) >= 0) & shown[owners])
+        owners = owners[left]
+        if not 0 < len(left) <= _PIECES + len(shown):
+            break
+        both = _product(_halves(n), pieces.at((slice(None), left)))
+        pieces, owners = join([both.at(slice(n)), both.at(slice(n, None))]), np.tile(owners, 2)
+    shown[owners] = False
+    return shown

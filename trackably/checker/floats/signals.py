@@ -13,7 +13,7 @@ over centres: only c_i may be negative.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.floats.intervals import Array, Floats, Mask, join, stack, sums
-from trackably.checker.intervals import ONE, Real, ratio, total
+from trackably.checker.boxes import Box
+from trackably.checker.floats.intervals import Array, Floats, Mask, stack, sums
+from trackably.checker.intervals import ONE, ZERO, Real, ratio, total
 from trackably.checker.kernels import Matern, geometric_rest
 from trackably.checker.models import Model
 from trackably.checker.subject import Signal
@@ -84,8 +85,8 @@ def _move(moments: list[Floats], d: Floats) -> list[Floats]:
     return [fall * total(m * powers[k - j] for j, m in enumerate(moments[: k + 1])) for k in range(len(moments))]
 
 
-_PAIRS = 4096
-"""Pairs of a box and a centre that are enclosed at once, so that they fit the cache."""
+_PAIRS, _KEPT = 4096, 4096
+"""Pairs of a box and a centre that are enclosed at once, so that they fit the cache, and models of boxes to be kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +105,7 @@ class Boxes:
     def moves(self) -> Floats:
         """Intervals that contain the shifts."""
         known = {shift: Floats.of(ratio(shift)) for shift in {*self.shifts}}
-        every = [known[shift] for shift in self.shifts]
-        return Floats(np.array([of.low for of in every]), np.array([of.high for of in every]))
+        return stack([known[shift] for shift in self.shifts], ())
 
     @cached_property
     def middles(self) -> Floats:
@@ -120,13 +120,17 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class ManyCentres:
-    """Σ_i c_i κ(t − t_i), centres in increasing order; those farther than `reach` [s] from a box add at most `far`."""
+    """Σ_i c_i κ(t − t_i), centres in increasing order; those farther than `reach` [s] from a box add at most `far`.
+
+    For a Matérn kernel both are zero, because centres outside of a box are summed by their moments.
+    """
 
     kernel: Any  # a `Kernel`; its formulas accept intervals of mpmath and arrays of intervals alike
     centres: Array
     weights: Array
     reach: float
     far: Real
+    kept: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @staticmethod
     @lru_cache(maxsize=8)
@@ -134,11 +138,28 @@ class ManyCentres:
         """Return z − m for a signal z with mean m, centres sorted. Results are cached, and so are their moments."""
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
-        return ManyCentres(signal.kernel, centres[order], weights[order], signal.reach.distance, signal.far.size)
+        reach, far = (0.0, ZERO) if isinstance(signal.kernel, Matern) else (signal.reach.distance, signal.far.size)
+        return ManyCentres(signal.kernel, centres[order], weights[order], reach, far)
+
+    def models(self, boxes: Sequence[Box], shifts: Sequence[Fraction], n: int) -> Floats:
+        """Return Taylor models with n terms at S shifts in B boxes, (S, n + 1, B); the last rows bound the remainders.
+
+        Models of the last boxes are kept: a search for proofs asks about the boxes that it then writes into a file.
+        """
+        asked = [(n, *box, *shift.as_integer_ratio()) for shift in shifts for box in boxes]
+        if len(self.kept) > _KEPT:
+            self.kept.clear()
+        if new := [of for of in asked if of not in self.kept]:
+            _, *ends, up, down = zip(*new, strict=True)
+            found = self.enclose(Boxes(*map(np.array, ends), [*map(Fraction, up, down)]), n)  # type: ignore[call-arg, arg-type]
+            rows = stack([*found.coefficients, found.missed], (len(new),))
+            self.kept.update(zip(new, np.stack([rows.low.T, rows.high.T], axis=1), strict=True))
+        every = np.array([self.kept[of] for of in asked]).reshape(len(shifts), len(boxes), 2, n + 1)
+        return Floats(*every.transpose(2, 0, 3, 1))
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
-        first, stop = self._inside(boxes) if isinstance(self.kernel, Matern) else self._near(boxes)
+        first, stop = self._near(boxes)
         before = np.concatenate([[0], np.cumsum(stop - first)])  # before[b] pairs (box, centre) are of boxes before b
         ends = np.zeros((2, n + 1, len(first)))
         for begin in range(0, int(before[-1]), _PAIRS):
@@ -149,28 +170,18 @@ class ManyCentres:
             both = Floats(*ends[:, :, some]) + part
             ends[:, :, some] = both.low, both.high
         every: Any = [Floats(low, high) for low, high in zip(*ends, strict=True)]
-        if isinstance(self.kernel, Matern):
-            return Model(every[:n], every[n]) + self._outside(boxes, first, stop, n)
-        return Model(every[:n], every[n] + self.far)
+        found = Model(every[:n], every[n] + self.far)
+        return found + self._outside(boxes, first, stop, n) if isinstance(self.kernel, Matern) else found
 
     def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return, for each box, the index of the first near centre, and of the first centre after all near ones."""
-        shift = boxes.moves.low
-        sizes = np.abs(boxes.starts) + np.abs(boxes.ends) + np.abs(shift)
-        # The reach is enlarged by more than the rounding errors of these sums, so that no near centre is left out.
-        reaches = self.reach * (1 + 2.0**-20) + 2.0**-48 * sizes
-        first = np.searchsorted(self.centres, boxes.starts + shift - reaches)
-        return first, np.searchsorted(self.centres, boxes.ends + shift + reaches, side="right")
+        """Return, for each box, the indices of two centres: the first that is not certainly before the box by `reach`,
+        and the first after it that is certainly after the box by as much.
 
-    def _inside(self, boxes: Boxes) -> tuple[Indices, Indices]:
-        """Return, for each box, the indices of two centres: the first that is not certainly before the box, and the
-        first after it that is certainly after the box.
-
-        Only the centres from the first index to just before the second may be inside the box.
+        Only the centres from the first index to just before the second may be nearer, or inside the box.
         """
         start, end = (Floats.exact(times) + boxes.moves for times in (boxes.starts, boxes.ends))
-        first = np.searchsorted(self.centres, start.low, side="right")
-        return first, np.maximum(np.searchsorted(self.centres, end.high), first)
+        first = np.searchsorted(self.centres, (start - self.reach).low, side="right")
+        return first, np.maximum(np.searchsorted(self.centres, (end + self.reach).high), first)
 
     def _outside(self, boxes: Boxes, first: Indices, stop: Indices, n: int) -> Model:
         """Return models of the sums over all centres before and after each box, for a Matérn kernel.
@@ -196,9 +207,8 @@ class ManyCentres:
         centres, weights, radii = self.centres[which], Floats.exact(self.weights[which]), Floats.exact(boxes.radii)
         r = boxes.middles.at(of_box) - Floats.exact(centres)
         sides = self._sides(boxes, of_box, centres) if self.kernel.has_kink else None
-        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, sides)
-        rows, missed = stack(each.coefficients, of_box.shape) * weights, abs(weights) * each.missed
-        return join([sums(rows, begins), sums(missed, begins).at(None)], axis=0)
+        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, sides).times(weights)
+        return sums(stack([*each.coefficients, each.missed], of_box.shape), begins)
 
     def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
         """Return two masks over pairs of a box and a centre, decided exactly.
@@ -207,8 +217,7 @@ class ManyCentres:
         `of_box` has the index of the box in each pair.
         """
         starts, ends, shifts = boxes.starts[of_box], boxes.ends[of_box], boxes.moves.at(of_box)
-        given = Floats.exact(centres)
-        moved = given.choose((shifts.low == 0) & (shifts.high == 0), given, given - shifts)
+        moved = Floats.exact(centres) - shifts
         before, after = ends <= moved.low, starts >= moved.high
         unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
         for i in np.flatnonzero(unclear).tolist():

@@ -2,12 +2,14 @@
 
 import subprocess
 import sys
+from collections import Counter
 from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from platform import machine
 
+import numpy as np
 import pytest
 
 from tests.project import ROOT
@@ -17,9 +19,14 @@ from tests.trackably.checker.tight import VALID, data_of
 from tests.trackably.exports.c_programs import CC
 from trackably.certificates.form import encode_certificate
 from trackably.checker import Proved, check
-from trackably.checker.boxes import around_instant, stays_inside
+from trackably.checker import boxes as exact_boxes
+from trackably.checker.boxes import Box, around_instant, stays_inside
 from trackably.checker.floats import boxes
-from trackably.checker.floats.intervals import stay_between
+from trackably.checker.floats.intervals import Floats, nowhere_negative
+from trackably.checker.intervals import ZERO
+from trackably.checker.moving import Limit
+from trackably.checker.quantities import Quantity
+from trackably.checker.subject import Pieces
 
 
 @pytest.mark.parametrize("kind", [*VALID, "tank", "pendulum"])
@@ -41,7 +48,7 @@ def test_it_decides_most_boxes(kind, monkeypatch):
 def test_a_broken_bound_is_found_before_later_boxes_are_decided(monkeypatch):
     """A file whose bounds are broken everywhere takes no longer than up to its first box."""
     asked = []
-    monkeypatch.setattr(boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
+    monkeypatch.setattr(exact_boxes, "stays_inside", lambda *of: asked.append(of) or stays_inside(*of))
     assert check(changed(data_of("instants"), "reference.plant.state_set.upper.0", -0.6)).reason.endswith("at step 0")
     assert len(asked) <= 2  # a state and an input
 
@@ -50,8 +57,28 @@ def test_a_first_pass_that_believes_every_box_makes_another_verdict(monkeypatch)
     """So the tests of tampering look at the first pass too."""
     broken = changed(data_of("window"), "reference.plant.state_set.upper.0", 0.1)
     assert check(broken).reason.startswith("box: ")
-    monkeypatch.setattr(boxes, "stay_between", lambda *of: stay_between(*of) | True)
+    monkeypatch.setattr(boxes, "nowhere_negative", lambda *of: nowhere_negative(*of) | True)
     assert isinstance(check(broken), Proved)
+
+
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_an_end_that_moves_is_compared_with_all_of_its_powers_and_pieces(side):
+    """Also with those powers that Taylor models do not have: here they have three, and the end has up to six."""
+    rng, verdicts = np.random.default_rng(0), Counter[tuple[bool, bool]]()
+    sign = 1 if side == "upper" else -1
+    for _ in range(200):
+        coefficients = tuple(tuple(rng.normal(size=7) * 0.4 ** np.arange(7)) for _ in range(2))
+        moving, far = Pieces((0.0, 1.0, 2.0), coefficients, "rest"), Limit(-sign * 100.0, ZERO)
+        ends = {"lower": far, "upper": far, side: Limit(moving, ZERO)}
+        q = Quantity("q", [], {}, ends["lower"], ends["upper"])
+        seen = zip(coefficients, (np.linspace(0.5, 1, 999), np.linspace(0, 0.5, 999)), strict=True)
+        room = np.min([sign * np.polyval(c[::-1], x) for c, x in seen])
+        constant = sign * (room + rng.choice([1e-3, -1e-3, 0.2, -0.2]))
+        every = boxes._margins(q, [Box(0.5, 1.5, 1.0)], Floats.exact(np.array([[constant], [0.0], [0.0]])))
+        shown = all(np.all(nowhere_negative(margin)) for _, margin in every)
+        verdicts[shown, bool(sign * constant <= room)] += 1
+    assert not verdicts[True, False]
+    assert verdicts[True, True] > 20
 
 
 @pytest.mark.parametrize("kind", ["window", "tank"])

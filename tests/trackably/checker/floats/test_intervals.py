@@ -10,7 +10,7 @@ from mpmath import mp
 
 from trackably.checker import intervals as single
 from trackably.checker.floats import intervals
-from trackably.checker.floats.intervals import Floats, bernstein_on_box, stay_between, sums
+from trackably.checker.floats.intervals import Floats, nowhere_negative, sums
 
 COUNT = 400
 OPERATIONS = {
@@ -109,7 +109,7 @@ def test_what_is_not_known_is_never_certain():
             assert not np.any((x > -np.inf) & (x < np.inf))
             assert not np.any((x * 0.0 > -np.inf) & (x * 0.0 < np.inf))
     assert not overflown > 1e308
-    assert not np.any(stay_between(Floats.exact(np.full((4, 3), np.nan)), -np.inf, np.inf))
+    assert not np.any(nowhere_negative(Floats.exact(np.full((4, 3), np.nan))))
 
 
 def extreme(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
@@ -132,26 +132,44 @@ def test_sums_of_products_of_any_sizes_are_contained(seed):
         x, y = extreme(rng, (count, 60)), extreme(rng, (count, 60))
         with np.errstate(all="ignore"):
             found = Floats.dot([x.at(k) for k in range(count)], [y.at(k) for k in range(count)])
+            row = intervals._product(x.low[:, :1].T, y)
         for j in range(60):
             for ends in (("low", "low"), ("low", "high"), ("high", "high")):
                 a, b = (map(Fraction, getattr(of, end)[:, j].tolist()) for of, end in zip((x, y), ends, strict=True))
                 assert is_inside(sum(map(mul, a, b)), found.low[j], found.high[j])
+            for end in (y.low, y.high):
+                true = sum(map(mul, map(Fraction, x.low[:, 0].tolist()), map(Fraction, end[:, j].tolist())))
+                assert is_inside(true, row.low[0, j], row.high[0, j])
 
 
 def kept_below(above: float) -> float:
-    """The part of polynomials, all positive except for a minimum of `above`, whose Bernstein coefficients are positive.
+    """The part of polynomials, all with the minimum `above`, that are shown to be nowhere negative.
 
     Powers fall as in a box of a cover.
     """
     rng, x = np.random.default_rng(0), np.linspace(-1, 1, 5_001)
     moved = rng.normal(size=(12, 200)) * 0.3 ** np.arange(12)[:, None]
     moved[0] += above - np.min(np.polynomial.polynomial.polyval(x, moved), axis=1)
-    return float(np.mean(stay_between(bernstein_on_box(Floats.exact(moved)), 0.0, 100.0)))
+    return float(np.mean(nowhere_negative(Floats.exact(moved))))
 
 
 def test_positive_polynomials_are_found_and_none_that_is_negative_by_a_hair():
     assert kept_below(-1e-9) == 0
-    assert kept_below(0.1) > 0.95
+    assert kept_below(1e-6) == 1
+
+
+FAULTS = {
+    "the right half is the left one": ("_halves", lambda right: lambda n: np.vstack([right(n)[:n]] * 2)),
+    "values at ends are not refined": ("_halves", lambda right: lambda n: np.ones((2 * n, n)) / n),
+    "coefficients off by a millionth": ("bernstein_on_box", lambda right: lambda of: right(of) + Floats.exact(1e-6)),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_planted_faults_believe_polynomials_that_are_negative_somewhere(fault, monkeypatch):
+    name, wrong = FAULTS[fault]
+    monkeypatch.setattr(intervals, name, wrong(getattr(intervals, name)))
+    assert kept_below(-1e-9) > 0
 
 
 def test_a_lost_outward_rounding_is_seen(monkeypatch):

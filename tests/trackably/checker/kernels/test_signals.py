@@ -4,6 +4,7 @@ Planted faults let it escape.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -68,6 +69,33 @@ Enclosed = Callable[[ManyCentres, Boxes], Model]
 def many(of: ManyCentres, boxes: Boxes) -> Model:
     with np.errstate(all="ignore"):
         return of.enclose(boxes, TERMS)
+
+
+@over({"smooth": SquaredExponential(0.7, 0.22), "rough": Matern52(1.0, 1.0)}, "kernel")
+def test_models_that_were_kept_are_those_of_a_first_request(kernel, monkeypatch):
+    """Neither other shifts, radii or numbers of terms nor a full store confuse them."""
+    monkeypatch.setattr(signals, "_KEPT", 7)
+    of = drawn(kernel, np.random.default_rng(0))
+    boxes, moved = (
+        [Box(k / 4, (k + 1) / 4, radius) for k in range(3) for radius in (0.3, 0.4)],
+        [Fraction(0), Fraction(1, 3)],
+    )
+    for some, shifts, n in [
+        (boxes[:2], moved, 5),
+        (boxes, moved[:1], 5),
+        (boxes[::-1], moved[::-1], 5),
+        (boxes, moved, 4),
+    ]:
+        for _ in range(2):
+            found = of.models(some, shifts, n)
+            first = replace(of, kept={}).models(some, shifts, n)
+            assert found.low.shape == (len(shifts), n + 1, len(some))
+            np.testing.assert_allclose([found.low, found.high], [first.low, first.high], rtol=1e-12, atol=1e-14)
+            for s, shift in enumerate(shifts):
+                for b, box in enumerate(some):
+                    alone = replace(of, kept={}).models([box], [shift], n)
+                    assert np.all(alone.low[0, :, 0] <= found.high[s, :, b])
+                    assert np.all(alone.high[0, :, 0] >= found.low[s, :, b])
 
 
 def single(of: ManyCentres, boxes: Boxes) -> Model:
@@ -162,7 +190,7 @@ FAULTS: dict[str, tuple[Enclosed, Kernel, Any, str, Callable[[Any], Any]]] = {
         lambda right: property(lambda of: [*right.func(of)[:-1], right.func(of)[-1] * 0.0]),
     ),
     "a centre inside a box taken for one before it": (
-        many, ROUGH, ManyCentres, "_inside",
+        many, ROUGH, ManyCentres, "_near",
         lambda right: lambda *of: (np.minimum(right(*of)[0] + 1, right(*of)[1] - 1), right(*of)[1]),
     ),
     "kinks overlooked": (many, ROUGH, kernels.Kernel, "_beyond_kink", lambda _: lambda _, r, *others: r * 0.0),
