@@ -26,12 +26,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 
 FEASIBLE = 1e-12  # violations up to this count as none
 _PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's default 3 is too few if bounds nearly coincide
-
-_ONE = np.ones(1)
 
 Indices = npt.NDArray[np.intp]
 
@@ -40,75 +38,70 @@ class QuadraticProgram(NamedTuple):
     """min ½ dᵀ B d + cᵀ d + ρ (s + s²/2) subject to g + J d + s ≥ 0 and s ≥ 0, for a step d (p,) and a slack s.
 
     B is factored once, and the program is solved for several g (m,) and ρ. The step is limited to the box from `lower`
-    to `upper` (p,). `inverse` is the inverse of the Cholesky factor of B, `shift` is the product of this inverse with
-    c, and `newton` is −B⁻¹ c. `reach` (m,) is the largest change of each linearised constraint within the box.
+    to `upper` (p,). `rows` (m + 2p, p) has J and, for the ends of the box, I and −I. `inverse` is the inverse of the
+    Cholesky factor of B, and `shift` is the product of this inverse with c. The flags `active` (m + 2p,) mark rows that
+    are probably active, and then those that are active in the last solution.
     """
 
-    jacobian: Array
+    rows: Array
     lower: Array
     upper: Array
     inverse: Array
     shift: Array
-    newton: Array
-    reach: Array
+    active: Flags
 
     @classmethod
-    def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array) -> Self:
+    def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array, active: Flags) -> Self:
         """Return the program with the positive definite Hessian B = `curvature` and with c = `gradient`."""
         root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
         assert info == 0, "the curvature is positive definite"
         inverse, _ = scipy.linalg.lapack.dtrtri(root, lower=True)
-        shift = inverse.dot(gradient)
-        reach = np.abs(jacobian).dot(np.maximum(-lower, upper))
-        return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
+        ends = np.eye(len(gradient))
+        return cls(np.concatenate([jacobian, ends, -ends]), lower, upper, inverse, inverse.dot(gradient), active)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
         """Return the step d and the constraints' multipliers for g = `slack` and ρ = `penalty`.
 
-        d is Newton's step if this step violates no constraint.
+        The dual has variables for the rows that are probably active. Rows that its solution violates are added until no
+        row is violated.
         """
-        multipliers = np.zeros(len(slack))
-        if self._room(slack, self.newton).min() >= 0:
-            return self.newton, multipliers
-        rows = (slack < self.reach).nonzero()[0]  # no step in the box can violate any other one
-        polyhedron = self._polyhedron(slack, rows, penalty)
-        normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
-        d = (normals.dot(u) - self.shift).dot(self.inverse)
-        multipliers[rows] = u[: len(rows)]
-        if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: d violates constraints only by rounding
-            d = self._correct(d, slack, rows, normals, u > 0)
-        return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
+        m, active = len(slack), self.active[int(penalty >= _LARGEST_PENALTY)]
+        chosen = active.copy()
+        limits, multipliers = np.concatenate([slack, -self.lower, self.upper]), np.zeros(len(chosen))
+        while True:
+            held = chosen.nonzero()[0]
+            polyhedron = self._polyhedron(limits, held, m, penalty)
+            normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
+            d = (normals.dot(u) - self.shift).dot(self.inverse)
+            room = limits + self.rows.dot(d)
+            if u[0] == 0:
+                room[:m] += u[1:][held < m].sum() / penalty - 1.0  # s
+            missed = (room < -FEASIBLE) & ~chosen
+            if not missed.any():
+                break
+            chosen |= missed
+        multipliers[held] = u[1:]
+        np.greater(multipliers, 0, out=active)
+        if u[0] > 0 and room.min() < -FEASIBLE:
+            # s ≥ 0 is active, thus s = 0: rounding errors in flat directions violate rows, whatever the penalty.
+            move, *_ = np.linalg.lstsq(normals[:, 1:][:, u[1:] > 0].T, -room[active])
+            d += move.dot(self.inverse)
+        return np.minimum(np.maximum(d, self.lower), self.upper), multipliers[:m]
 
-    def _room(self, slack: Array, d: Array) -> Array:
-        """Return the slack of each constraint and of each end of the box after the step d, if s = 0."""
-        return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
+    def _polyhedron(self, limits: Array, held: Indices, m: int, penalty: float) -> Array:
+        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b, shape (p + 2, 1 + number of rows held).
 
-    def _polyhedron(self, slack: Array, rows: Indices, penalty: float) -> Array:
-        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b, shape (p + 2, number of inequalities).
-
-        Its columns are the constraints with the indices `rows`, s ≥ 0, and the ends of the box.
+        Its columns are s ≥ 0 and the rows `held`, of which those before `m` are constraints.
         """
-        m, p = len(rows), len(self.shift)
-        found = np.zeros((p + 2, m + 1 + 2 * p))
-        normals, offsets = found[:p], found[-1]
-        normals[:, :m] = self.inverse.dot(self.jacobian[rows].T)
-        normals[:, m + 1 :] = np.concatenate([self.inverse, -self.inverse], axis=1)
-        found[p, : m + 1] = penalty**-0.5
-        np.concatenate([1.0 - slack[rows], _ONE, self.lower, -self.upper], out=offsets)
+        p = len(self.shift)
+        found = np.zeros((p + 2, 1 + len(held)))
+        normals, offsets, is_eased = found[:p], found[-1], held < m
+        normals[:, 1:] = self.inverse.dot(self.rows[held].T)
+        found[p, 0] = penalty**-0.5
+        found[p, 1:] = is_eased * found[p, 0]
+        offsets[0], offsets[1:] = 1.0, is_eased - limits[held]
         offsets += self.shift.dot(normals)
         return found
-
-    def _correct(self, d: Array, slack: Array, rows: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
-        """Return the step d, corrected if rounding errors in flat directions make it violate a constraint.
-
-        A larger penalty would not correct such an error. `held` flags the active columns of N = `normals`.
-        """
-        room, m = self._room(slack, d), len(slack)
-        room = np.concatenate([room[rows], [0.0], room[m:]])
-        if room.min() >= -FEASIBLE:
-            return d
-        move, *_ = np.linalg.lstsq(normals[:, held].T, -room[held])
-        return np.asarray(d + move.dot(self.inverse))
 
 
 def _of_the_shortest(polyhedron: Array) -> Array:
@@ -204,31 +197,35 @@ def minimise(
     precision: float = PRECISION,
     give_up: GiveUp = never,
     most_iterations: int = _MAX_ITERATIONS,
+    stray: float = np.inf,
 ) -> Minimum | None:
     """Return a local minimum found from `start`; None if f is undefined at `start`, or if the search is given up.
 
     `evaluate` returns None where f is undefined. The first step in each variable is no longer than `radius`: with a
     small radius the iteration stays in the basin of a good start. It starts with the `curvature` (p, p) of a similar
     problem if one is given. It ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after
-    `most_iterations`.
+    `most_iterations`. For an objective f ≥ 0, no point on the way violates a constraint by more than twice the
+    violation at the start plus `stray`.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
     curvature = here.curvature if curvature is None else curvature
-    penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
+    penalty = max(_FIRST_PENALTY, here.value / (here.violation + stray))
+    reductions, gained, may_end = 0, np.inf, False
+    active = np.zeros((2, len(here.slack) + 2 * len(x)), dtype=bool)
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
-        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
+        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box, active)
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
         gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
         if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
             if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
-                is_free = size < radius or gain <= precision * (1 + abs(here.value))
+                is_free = size < 0.99 * radius or gain <= precision * (1 + abs(here.value))
                 return Minimum(x, here, is_free, curvature)
             penalty, radius, may_end = 100 * penalty, max(radius, 1e-3), False
             continue
@@ -253,7 +250,7 @@ def minimise(
         agreement, curvature = gained / gain, _update(curvature, d, here, there, multipliers, broken)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
-        enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
+        enough = max(_FIRST_PENALTY, here.value / (here.violation + stray), _ENOUGH * float(multipliers.sum()))
         if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
             penalty, reductions = enough, reductions + 1
     return Minimum(x, here, False, curvature)
