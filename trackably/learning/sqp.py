@@ -14,7 +14,7 @@ B is a quasi-Newton approximation of the Lagrangian's Hessian. If f has an `info
 from it, and returns to it whenever it predicts the last step better.
 
 Each step's program is solved by its dual. With c = ∇f, z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and y = Lᵀ z + L⁻¹
-h it asks for the shortest y in a polyhedron.
+h it asks for the shortest y in a polyhedron. Few rows are active, mostly those of the last program.
 """
 
 from collections.abc import Callable
@@ -29,6 +29,7 @@ import scipy
 from trackably.arrays import Array, Flags
 
 FEASIBLE = 1e-12  # violations up to this count as none
+_AT_ONCE = 20  # most violated rows that join a program at once: of all violated rows, few are active in the end
 _PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's default 3 is too few if bounds nearly coincide
 
 Indices = npt.NDArray[np.intp]
@@ -39,8 +40,9 @@ class QuadraticProgram(NamedTuple):
 
     B is factored once, and the program is solved for several g (m,) and ρ. The step is limited to the box from `lower`
     to `upper` (p,). `rows` (m + 2p, p) has J and, for the ends of the box, I and −I. `inverse` is the inverse of the
-    Cholesky factor of B, and `shift` is the product of this inverse with c. The flags `active` (m + 2p,) mark rows that
-    are probably active, and then those that are active in the last solution.
+    Cholesky factor of B, and `shift` is the product of this inverse with c. The flags `active` (2, m + 2p) mark rows
+    that are probably active, and after each solution those that are active in it: first for usual penalties, and then
+    for the largest one, with which many other rows are active.
     """
 
     rows: Array
@@ -62,8 +64,8 @@ class QuadraticProgram(NamedTuple):
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
         """Return the step d and the constraints' multipliers for g = `slack` and ρ = `penalty`.
 
-        The dual has variables for the rows that are probably active. Rows that its solution violates are added until no
-        row is violated.
+        The dual has variables for the rows that are probably active. The rows that its solution violates most are added
+        until no row is violated.
         """
         m, active = len(slack), self.active[int(penalty >= _LARGEST_PENALTY)]
         chosen = active.copy()
@@ -76,10 +78,10 @@ class QuadraticProgram(NamedTuple):
             room = limits + self.rows.dot(d)
             if u[0] == 0:
                 room[:m] += u[1:][held < m].sum() / penalty - 1.0  # s
-            missed = (room < -FEASIBLE) & ~chosen
-            if not missed.any():
+            missed = ((room < -FEASIBLE) & ~chosen).nonzero()[0]
+            if not len(missed):
                 break
-            chosen |= missed
+            chosen[missed[room[missed].argsort()[:_AT_ONCE]]] = True
         multipliers[held] = u[1:]
         np.greater(multipliers, 0, out=active)
         if u[0] > 0 and room.min() < -FEASIBLE:
