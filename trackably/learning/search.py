@@ -35,8 +35,8 @@ def best_solution(
         )
     exchange = Exchange(problem)
     if can_screen(problem.prior):
-        if free is not None and len(problem.prior.parts) > 1:
-            starts = [*_point(free), *free.others]  # for several signals, screening does not regard bounds
+        if free and len(problem.prior.parts) > 1:  # screening of several signals ignores bounds: it is not repeated
+            starts = [*_point(free), *free.others]
         else:
             starts = screen(problem, max(_FEWEST_BASINS, problem.space.starts))
         exchange.follow([*_point(near), *starts])

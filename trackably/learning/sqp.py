@@ -23,7 +23,6 @@ from functools import cached_property as cached
 from typing import NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from trackably.arrays import Array, Flags
@@ -32,16 +31,14 @@ FEASIBLE = 1e-12  # violations up to this count as none
 _AT_ONCE = 20  # most violated rows that join a program at once: of all violated rows, few are active in the end
 _PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's default 3 is too few if bounds nearly coincide
 
-Indices = npt.NDArray[np.intp]
-
 
 class QuadraticProgram(NamedTuple):
     """min ½ dᵀ B d + cᵀ d + ρ (s + s²/2) subject to g + J d + s ≥ 0 and s ≥ 0, for a step d (p,) and a slack s.
 
     B is factored once, and the program is solved for several g (m,) and ρ. The step is limited to the box from `lower`
-    to `upper` (p,). `rows` (m + 2p, p) has J and, for the ends of the box, I and −I. `inverse` is the inverse of the
-    Cholesky factor of B, and `shift` is the product of this inverse with c. The flags `active` (2, m + 2p) mark rows
-    that are probably active, and after each solution those that are active in it: first for usual penalties, and then
+    to `upper` (p,). `rows` (1 + m + 2p, p) has zeros for s ≥ 0, J, and I and −I for the ends of the box. `inverse` is
+    the inverse of the Cholesky factor of B, and `shift` is its product with c. The flags `active` (2, 1 + m + 2p) mark
+    rows that are probably active, and after each solution those that are active in it: first for usual penalties, then
     for the largest one, with which many other rows are active.
     """
 
@@ -59,7 +56,8 @@ class QuadraticProgram(NamedTuple):
         assert info == 0, "the curvature is positive definite"
         inverse, _ = scipy.linalg.lapack.dtrtri(root, lower=True)
         ends = np.eye(len(gradient))
-        return cls(np.concatenate([jacobian, ends, -ends]), lower, upper, inverse, inverse.dot(gradient), active)
+        rows = np.concatenate([0 * ends[:1], jacobian, ends, -ends])
+        return cls(rows, lower, upper, inverse, inverse.dot(gradient), active)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
         """Return the step d and the constraints' multipliers for g = `slack` and ρ = `penalty`.
@@ -67,43 +65,30 @@ class QuadraticProgram(NamedTuple):
         The dual has variables for the rows that are probably active. The rows that its solution violates most are added
         until no row is violated.
         """
-        m, active = len(slack), self.active[int(penalty >= _LARGEST_PENALTY)]
-        chosen = active.copy()
-        limits, multipliers = np.concatenate([slack, -self.lower, self.upper]), np.zeros(len(chosen))
+        count, active = 1 + len(slack), self.active[int(penalty >= _LARGEST_PENALTY)]  # s is in the first `count` rows
+        limits = np.concatenate([[0.0], slack, -self.lower, self.upper])
+        chosen, multipliers = active.copy(), np.zeros(len(limits))
+        chosen[0] = True
         while True:
             held = chosen.nonzero()[0]
-            polyhedron = self._polyhedron(limits, held, m, penalty)
-            normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
+            has_s, normals = held < count, self.inverse.dot(self.rows[held].T)
+            offsets = has_s - limits[held] + self.shift.dot(normals)
+            u = _of_the_shortest(np.vstack([normals, has_s * penalty**-0.5, offsets]))
             d = (normals.dot(u) - self.shift).dot(self.inverse)
             room = limits + self.rows.dot(d)
             if u[0] == 0:
-                room[:m] += u[1:][held < m].sum() / penalty - 1.0  # s
+                room[:count] += u[has_s].sum() / penalty - 1.0  # s
             missed = ((room < -FEASIBLE) & ~chosen).nonzero()[0]
             if not len(missed):
                 break
             chosen[missed[room[missed].argsort()[:_AT_ONCE]]] = True
-        multipliers[held] = u[1:]
+        multipliers[held] = u
         np.greater(multipliers, 0, out=active)
         if u[0] > 0 and room.min() < -FEASIBLE:
             # s ≥ 0 is active, thus s = 0: rounding errors in flat directions violate rows, whatever the penalty.
-            move, *_ = np.linalg.lstsq(normals[:, 1:][:, u[1:] > 0].T, -room[active])
+            move, *_ = np.linalg.lstsq(normals[:, u > 0].T, -room[active])
             d += move.dot(self.inverse)
-        return np.minimum(np.maximum(d, self.lower), self.upper), multipliers[:m]
-
-    def _polyhedron(self, limits: Array, held: Indices, m: int, penalty: float) -> Array:
-        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b, shape (p + 2, 1 + number of rows held).
-
-        Its columns are s ≥ 0 and the rows `held`, of which those before `m` are constraints.
-        """
-        p = len(self.shift)
-        found = np.zeros((p + 2, 1 + len(held)))
-        normals, offsets, is_eased = found[:p], found[-1], held < m
-        normals[:, 1:] = self.inverse.dot(self.rows[held].T)
-        found[p, 0] = penalty**-0.5
-        found[p, 1:] = is_eased * found[p, 0]
-        offsets[0], offsets[1:] = 1.0, is_eased - limits[held]
-        offsets += self.shift.dot(normals)
-        return found
+        return np.minimum(np.maximum(d, self.lower), self.upper), multipliers[1:count]
 
 
 def _of_the_shortest(polyhedron: Array) -> Array:
@@ -215,7 +200,7 @@ def minimise(
     curvature = here.curvature if curvature is None else curvature
     penalty = max(_FIRST_PENALTY, here.value / (here.violation + stray))
     reductions, gained, may_end = 0, np.inf, False
-    active = np.zeros((2, len(here.slack) + 2 * len(x)), dtype=bool)
+    active = np.zeros((2, 1 + len(here.slack) + 2 * len(x)), dtype=bool)
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(most_iterations):
@@ -279,8 +264,7 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
 
 def _size(d: Array) -> float:
     """Return the largest absolute value of the entries of d."""
-    largest: float = max(map(abs, d.tolist()))
-    return largest
+    return float(np.abs(d).max())
 
 
 def _violation(slack: Array) -> float:

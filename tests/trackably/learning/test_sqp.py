@@ -103,9 +103,9 @@ def test_a_step_does_not_depend_on_the_rows_that_were_assumed_active(seed: int, 
         program = QuadraticProgram.of(root @ root.T + 0.1 * np.eye(4), gradient, jacobian, -end, end, flags)
         return program.solve(slack, penalty)[0]
 
-    expected = step(np.ones(20, dtype=bool))
-    assert step(np.zeros(20, dtype=bool)) == pytest.approx(expected, abs=1e-5)
-    assert step(rng.random(20) < 0.3) == pytest.approx(expected, abs=1e-5)
+    expected = step(np.ones(21, dtype=bool))
+    assert step(np.zeros(21, dtype=bool)) == pytest.approx(expected, abs=1e-5)
+    assert step(rng.random(21) < 0.3) == pytest.approx(expected, abs=1e-5)
 
 
 def above_parabola(x: Array) -> Evaluation:
