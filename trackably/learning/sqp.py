@@ -90,6 +90,15 @@ class QuadraticProgram(NamedTuple):
             d += move.dot(self.inverse)
         return np.minimum(np.maximum(d, self.lower), self.upper), multipliers[1:count]
 
+    def least_violation(self, slack: Array, multipliers: Array) -> float:
+        """Return a lower bound of the violation max(0, −min (g + J d)) after any step d in the box, for g = `slack`.
+
+        It is the least violation of a mean of the constraints, weighted by their `multipliers` ≥ 0 (weak duality).
+        """
+        weights = multipliers / max(multipliers.sum(), 1.0)
+        slope = weights.dot(self.rows[1 : 1 + len(slack)])
+        return max(0.0, -float(weights.dot(slack) + np.maximum(slope * self.lower, slope * self.upper).sum()))
+
 
 def _of_the_shortest(polyhedron: Array) -> Array:
     """Return u ≥ 0 such that y = N u is the shortest y with Nᵀ y ≥ b, from (N; bᵀ). The row bᵀ is overwritten.
@@ -156,10 +165,6 @@ class Evaluation:
         """Return the violation of the linearised constraints at x + d."""
         return _violation(self.slack + self.jacobian.dot(d))
 
-    def predict(self, d: Array, curvature: Array) -> float:
-        """Return f at x + d by the quadratic model."""
-        return self.value + float((self.gradient + curvature.dot(d) / 2).dot(d))
-
 
 @dataclass(frozen=True)
 class Minimum:
@@ -209,11 +214,12 @@ def minimise(
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
-        gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
-        if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
+        predicted = here.value + float((here.gradient + curvature.dot(d) / 2).dot(d))  # f at x + d
+        gain = merit - (predicted + penalty * _price(broken))
+        is_flat = gain <= precision * (1 + abs(here.value))
+        if size < _STEP_TOLERANCE or is_flat:
             if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
-                is_free = size < 0.99 * radius or gain <= precision * (1 + abs(here.value))
-                return Minimum(x, here, is_free, curvature)
+                return Minimum(x, here, is_flat or size < 0.99 * radius, curvature)
             penalty, radius, may_end = 100 * penalty, max(radius, 1e-3), False
             continue
         if may_end and give_up(x, merit, max(gained, gain)):
@@ -251,10 +257,11 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
     at all (Byrd, Nocedal, Waltz: steering).
     """
     d, multipliers = program.solve(here.slack, penalty)
-    if (left := here.linear_violation(d)) <= max(FEASIBLE, (1 - _STEERED) * here.violation):
+    left, least = here.linear_violation(d), program.least_violation(here.slack, multipliers)
+    if left <= here.violation - _STEERED * (here.violation - least) + FEASIBLE:
         return d, multipliers, penalty, left
-    least, _ = program.solve(here.slack, _LARGEST_PENALTY)
-    enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
+    farthest, _ = program.solve(here.slack, _LARGEST_PENALTY)
+    enough = here.violation - _STEERED * (here.violation - here.linear_violation(farthest))
     while left > enough + FEASIBLE and penalty < _LARGEST_PENALTY:
         penalty *= 10
         d, multipliers = program.solve(here.slack, penalty)

@@ -108,6 +108,20 @@ def test_a_step_does_not_depend_on_the_rows_that_were_assumed_active(seed: int, 
     assert step(rng.random(21) < 0.3) == pytest.approx(expected, abs=1e-5)
 
 
+@given(st.integers(0, 10_000), st.sampled_from([1.0, 1e2, 1e9]))
+def test_no_step_in_the_box_violates_constraints_less_than_multipliers_tell(seed: int, penalty: float) -> None:
+    rng = np.random.default_rng(seed)
+    jacobian, slack, end = rng.standard_normal((12, 4)), rng.uniform(-3, 1, 12), np.full(4, rng.uniform(0.01, 1))
+    flags = np.zeros((2, 21), dtype=bool)
+    program = QuadraticProgram.of(np.eye(4), rng.standard_normal(4), jacobian, -end, end, flags)
+    step, multipliers = program.solve(slack, penalty)
+    bound = program.least_violation(slack, multipliers)
+    steps = np.vstack([step, rng.uniform(-end, end, (50, 4))])
+    left = np.maximum(0, -np.min(slack + steps @ jacobian.T, axis=1))
+    assert bound <= np.min(left) + 1e-9
+    assert penalty < 1e9 or bound == pytest.approx(left[0], abs=1e-4)
+
+
 def above_parabola(x: Array) -> Evaluation:
     """A large objective, 1e4 (x² + (y + 1)²), above the curved bound y ≥ x²."""
     off = x + np.array([0.0, 1.0])
