@@ -35,7 +35,11 @@ def best_solution(
         )
     exchange = Exchange(problem)
     if can_screen(problem.prior):
-        exchange.follow([*_point(near), *screen(problem, max(_FEWEST_BASINS, problem.space.starts))])
+        if free and len(problem.prior.parts) > 1:  # screening of several signals ignores bounds: it is not repeated
+            starts = [*_point(free), *free.others]
+        else:
+            starts = screen(problem, max(_FEWEST_BASINS, problem.space.starts))
+        exchange.follow([*_point(near), *starts])
     if exchange.best is None:
         _from_spread_starts(exchange, near, free)
     return exchange.outcome

@@ -14,7 +14,7 @@ B is a quasi-Newton approximation of the Lagrangian's Hessian. If f has an `info
 from it, and returns to it whenever it predicts the last step better.
 
 Each step's program is solved by its dual. With c = ∇f, z = (d, s), H = diag(B, ρ) = L Lᵀ, h = (c, ρ) and y = Lᵀ z + L⁻¹
-h it asks for the shortest y in a polyhedron.
+h it asks for the shortest y in a polyhedron. Few rows are active, mostly those of the last program.
 """
 
 from collections.abc import Callable
@@ -23,92 +23,81 @@ from functools import cached_property as cached
 from typing import NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 
 FEASIBLE = 1e-12  # violations up to this count as none
+_AT_ONCE = 20  # most violated rows that join a program at once: of all violated rows, few are active in the end
 _PIVOTS = 100  # most steps for each row of a quadratic program: SciPy's default 3 is too few if bounds nearly coincide
-
-_ONE = np.ones(1)
-
-Indices = npt.NDArray[np.intp]
 
 
 class QuadraticProgram(NamedTuple):
     """min ½ dᵀ B d + cᵀ d + ρ (s + s²/2) subject to g + J d + s ≥ 0 and s ≥ 0, for a step d (p,) and a slack s.
 
     B is factored once, and the program is solved for several g (m,) and ρ. The step is limited to the box from `lower`
-    to `upper` (p,). `inverse` is the inverse of the Cholesky factor of B, `shift` is the product of this inverse with
-    c, and `newton` is −B⁻¹ c. `reach` (m,) is the largest change of each linearised constraint within the box.
+    to `upper` (p,). `rows` (1 + m + 2p, p) has zeros for s ≥ 0, J, and I and −I for the ends of the box. `inverse` is
+    the inverse of the Cholesky factor of B, and `shift` is its product with c. The flags `active` (2, 1 + m + 2p) mark
+    rows that are probably active, and after each solution those that are active in it: first for usual penalties, then
+    for the largest one, with which many other rows are active.
     """
 
-    jacobian: Array
+    rows: Array
     lower: Array
     upper: Array
     inverse: Array
     shift: Array
-    newton: Array
-    reach: Array
+    active: Flags
 
     @classmethod
-    def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array) -> Self:
+    def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array, active: Flags) -> Self:
         """Return the program with the positive definite Hessian B = `curvature` and with c = `gradient`."""
         root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
         assert info == 0, "the curvature is positive definite"
         inverse, _ = scipy.linalg.lapack.dtrtri(root, lower=True)
-        shift = inverse.dot(gradient)
-        reach = np.abs(jacobian).dot(np.maximum(-lower, upper))
-        return cls(jacobian, lower, upper, inverse, shift, -shift.dot(inverse), reach)
+        ends = np.eye(len(gradient))
+        rows = np.concatenate([0 * ends[:1], jacobian, ends, -ends])
+        return cls(rows, lower, upper, inverse, inverse.dot(gradient), active)
 
     def solve(self, slack: Array, penalty: float) -> tuple[Array, Array]:
         """Return the step d and the constraints' multipliers for g = `slack` and ρ = `penalty`.
 
-        d is Newton's step if this step violates no constraint.
+        The dual has variables for the rows that are probably active. The rows that its solution violates most are added
+        until no row is violated.
         """
-        multipliers = np.zeros(len(slack))
-        if self._room(slack, self.newton).min() >= 0:
-            return self.newton, multipliers
-        rows = (slack < self.reach).nonzero()[0]  # no step in the box can violate any other one
-        polyhedron = self._polyhedron(slack, rows, penalty)
-        normals, u = polyhedron[:-2], _of_the_shortest(polyhedron)
-        d = (normals.dot(u) - self.shift).dot(self.inverse)
-        multipliers[rows] = u[: len(rows)]
-        if u[len(rows)] > 0:  # s ≥ 0 is active, thus s = 0: d violates constraints only by rounding
-            d = self._correct(d, slack, rows, normals, u > 0)
-        return np.minimum(np.maximum(d, self.lower), self.upper), multipliers
+        count, active = 1 + len(slack), self.active[int(penalty >= _LARGEST_PENALTY)]  # s is in the first `count` rows
+        limits = np.concatenate([[0.0], slack, -self.lower, self.upper])
+        chosen, multipliers = active.copy(), np.zeros(len(limits))
+        chosen[0] = True
+        while True:
+            held = chosen.nonzero()[0]
+            has_s, normals = held < count, self.inverse.dot(self.rows[held].T)
+            offsets = has_s - limits[held] + self.shift.dot(normals)
+            u = _of_the_shortest(np.vstack([normals, has_s * penalty**-0.5, offsets]))
+            d = (normals.dot(u) - self.shift).dot(self.inverse)
+            room = limits + self.rows.dot(d)
+            if u[0] == 0:
+                room[:count] += u[has_s].sum() / penalty - 1.0  # s
+            missed = ((room < -FEASIBLE) & ~chosen).nonzero()[0]
+            if not len(missed):
+                break
+            chosen[missed[room[missed].argsort()[:_AT_ONCE]]] = True
+        multipliers[held] = u
+        np.greater(multipliers, 0, out=active)
+        if u[0] > 0 and room.min() < -FEASIBLE:
+            # s ≥ 0 is active, thus s = 0: rounding errors in flat directions violate rows, whatever the penalty.
+            move, *_ = np.linalg.lstsq(normals[:, u > 0].T, -room[active])
+            d += move.dot(self.inverse)
+        return np.minimum(np.maximum(d, self.lower), self.upper), multipliers[1:count]
 
-    def _room(self, slack: Array, d: Array) -> Array:
-        """Return the slack of each constraint and of each end of the box after the step d, if s = 0."""
-        return np.concatenate([slack + self.jacobian.dot(d), d - self.lower, self.upper - d])
+    def least_violation(self, slack: Array, multipliers: Array) -> float:
+        """Return a lower bound of the violation max(0, −min (g + J d)) after any step d in the box, for g = `slack`.
 
-    def _polyhedron(self, slack: Array, rows: Indices, penalty: float) -> Array:
-        """Return (N; bᵀ) of the polyhedron Nᵀ y ≥ b, shape (p + 2, number of inequalities).
-
-        Its columns are the constraints with the indices `rows`, s ≥ 0, and the ends of the box.
+        It is the least violation of a mean of the constraints, weighted by their `multipliers` ≥ 0 (weak duality).
         """
-        m, p = len(rows), len(self.shift)
-        found = np.zeros((p + 2, m + 1 + 2 * p))
-        normals, offsets = found[:p], found[-1]
-        normals[:, :m] = self.inverse.dot(self.jacobian[rows].T)
-        normals[:, m + 1 :] = np.concatenate([self.inverse, -self.inverse], axis=1)
-        found[p, : m + 1] = penalty**-0.5
-        np.concatenate([1.0 - slack[rows], _ONE, self.lower, -self.upper], out=offsets)
-        offsets += self.shift.dot(normals)
-        return found
-
-    def _correct(self, d: Array, slack: Array, rows: Indices, normals: Array, held: npt.NDArray[np.bool_]) -> Array:
-        """Return the step d, corrected if rounding errors in flat directions make it violate a constraint.
-
-        A larger penalty would not correct such an error. `held` flags the active columns of N = `normals`.
-        """
-        room, m = self._room(slack, d), len(slack)
-        room = np.concatenate([room[rows], [0.0], room[m:]])
-        if room.min() >= -FEASIBLE:
-            return d
-        move, *_ = np.linalg.lstsq(normals[:, held].T, -room[held])
-        return np.asarray(d + move.dot(self.inverse))
+        weights = multipliers / max(multipliers.sum(), 1.0)
+        slope = weights.dot(self.rows[1 : 1 + len(slack)])
+        return max(0.0, -float(weights.dot(slack) + np.maximum(slope * self.lower, slope * self.upper).sum()))
 
 
 def _of_the_shortest(polyhedron: Array) -> Array:
@@ -176,10 +165,6 @@ class Evaluation:
         """Return the violation of the linearised constraints at x + d."""
         return _violation(self.slack + self.jacobian.dot(d))
 
-    def predict(self, d: Array, curvature: Array) -> float:
-        """Return f at x + d by the quadratic model."""
-        return self.value + float((self.gradient + curvature.dot(d) / 2).dot(d))
-
 
 @dataclass(frozen=True)
 class Minimum:
@@ -204,32 +189,37 @@ def minimise(
     precision: float = PRECISION,
     give_up: GiveUp = never,
     most_iterations: int = _MAX_ITERATIONS,
+    stray: float = np.inf,
 ) -> Minimum | None:
     """Return a local minimum found from `start`; None if f is undefined at `start`, or if the search is given up.
 
     `evaluate` returns None where f is undefined. The first step in each variable is no longer than `radius`: with a
     small radius the iteration stays in the basin of a good start. It starts with the `curvature` (p, p) of a similar
     problem if one is given. It ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after
-    `most_iterations`.
+    `most_iterations`. For an objective f ≥ 0, no point on the way violates a constraint by more than twice the
+    violation at the start plus `stray`.
     """
     x = np.clip(start, lower, upper)
     if (here := evaluate(x)) is None:
         return None
     curvature = here.curvature if curvature is None else curvature
-    penalty, reductions, gained, may_end = _FIRST_PENALTY, 0, np.inf, False
+    penalty = max(_FIRST_PENALTY, here.value / (here.violation + stray))
+    reductions, gained, may_end = 0, np.inf, False
+    active = np.zeros((2, 1 + len(here.slack) + 2 * len(x)), dtype=bool)
     if not len(x):
         return Minimum(x, here, True, curvature)
     for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
-        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box)
+        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box, active)
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
-        gain = merit - (here.predict(d, curvature) + penalty * _price(broken))
-        if size < _STEP_TOLERANCE or gain <= precision * (1 + abs(here.value)):
+        predicted = here.value + float((here.gradient + curvature.dot(d) / 2).dot(d))  # f at x + d
+        gain = merit - (predicted + penalty * _price(broken))
+        is_flat = gain <= precision * (1 + abs(here.value))
+        if size < _STEP_TOLERANCE or is_flat:
             if here.violation <= FEASIBLE or penalty >= _LARGEST_PENALTY:
-                is_free = size < radius or gain <= precision * (1 + abs(here.value))
-                return Minimum(x, here, is_free, curvature)
+                return Minimum(x, here, is_flat or size < 0.99 * radius, curvature)
             penalty, radius, may_end = 100 * penalty, max(radius, 1e-3), False
             continue
         if may_end and give_up(x, merit, max(gained, gain)):
@@ -253,7 +243,7 @@ def minimise(
         agreement, curvature = gained / gain, _update(curvature, d, here, there, multipliers, broken)
         radius = min(2 * radius, _LARGEST_RADIUS) if agreement > 0.5 else radius / 2 if agreement < 0.1 else radius
         x, here = x + d, there
-        enough = max(_FIRST_PENALTY, _ENOUGH * float(multipliers.sum()))
+        enough = max(_FIRST_PENALTY, here.value / (here.violation + stray), _ENOUGH * float(multipliers.sum()))
         if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
             penalty, reductions = enough, reductions + 1
     return Minimum(x, here, False, curvature)
@@ -267,10 +257,11 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
     at all (Byrd, Nocedal, Waltz: steering).
     """
     d, multipliers = program.solve(here.slack, penalty)
-    if (left := here.linear_violation(d)) <= max(FEASIBLE, (1 - _STEERED) * here.violation):
+    left, least = here.linear_violation(d), program.least_violation(here.slack, multipliers)
+    if left <= here.violation - _STEERED * (here.violation - least) + FEASIBLE:
         return d, multipliers, penalty, left
-    least, _ = program.solve(here.slack, _LARGEST_PENALTY)
-    enough = here.violation - _STEERED * (here.violation - here.linear_violation(least))
+    farthest, _ = program.solve(here.slack, _LARGEST_PENALTY)
+    enough = here.violation - _STEERED * (here.violation - here.linear_violation(farthest))
     while left > enough + FEASIBLE and penalty < _LARGEST_PENALTY:
         penalty *= 10
         d, multipliers = program.solve(here.slack, penalty)
@@ -280,8 +271,7 @@ def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -
 
 def _size(d: Array) -> float:
     """Return the largest absolute value of the entries of d."""
-    largest: float = max(map(abs, d.tolist()))
-    return largest
+    return float(np.abs(d).max())
 
 
 def _violation(slack: Array) -> float:

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls, rosen, rosen_der
 
 from tests.trackably.gp.instances import over
-from trackably.arrays import Array
-from trackably.learning.sqp import Evaluation, minimise
+from trackably.arrays import Array, Flags
+from trackably.learning.sqp import Evaluation, QuadraticProgram, minimise
 
 WIDE = np.full(2, -50.0), np.full(2, 50.0)
 
@@ -89,3 +89,51 @@ def test_linear_programs_with_curvature_against_their_conditions(seed: int) -> N
     active = normals[found.at.slack < 1e-6]
     missed = nnls(active.T, found.at.gradient)[1] if len(active) else np.linalg.norm(found.at.gradient)
     assert missed < 1e-4
+
+
+@given(st.integers(0, 10_000), st.sampled_from([1e-2, 1.0, 1e2, 1e9]))
+def test_a_step_does_not_depend_on_the_rows_that_were_assumed_active(seed: int, penalty: float) -> None:
+    """The penalties let few and many rows be active; with the largest, s is the least violation that the box allows."""
+    rng = np.random.default_rng(seed)
+    root, jacobian, slack = rng.standard_normal((4, 4)), rng.standard_normal((12, 4)), rng.uniform(-0.5, 1, 12)
+    gradient, end = 3 * rng.standard_normal(4), np.full(4, 0.7)
+
+    def step(active: Flags) -> Array:
+        flags = np.array([active, active])
+        program = QuadraticProgram.of(root @ root.T + 0.1 * np.eye(4), gradient, jacobian, -end, end, flags)
+        return program.solve(slack, penalty)[0]
+
+    expected = step(np.ones(21, dtype=bool))
+    assert step(np.zeros(21, dtype=bool)) == pytest.approx(expected, abs=1e-5)
+    assert step(rng.random(21) < 0.3) == pytest.approx(expected, abs=1e-5)
+
+
+@given(st.integers(0, 10_000), st.sampled_from([1.0, 1e2, 1e9]))
+def test_no_step_in_the_box_violates_constraints_less_than_multipliers_tell(seed: int, penalty: float) -> None:
+    rng = np.random.default_rng(seed)
+    jacobian, slack, end = rng.standard_normal((12, 4)), rng.uniform(-3, 1, 12), np.full(4, rng.uniform(0.01, 1))
+    flags = np.zeros((2, 21), dtype=bool)
+    program = QuadraticProgram.of(np.eye(4), rng.standard_normal(4), jacobian, -end, end, flags)
+    step, multipliers = program.solve(slack, penalty)
+    bound = program.least_violation(slack, multipliers)
+    steps = np.vstack([step, rng.uniform(-end, end, (50, 4))])
+    left = np.maximum(0, -np.min(slack + steps @ jacobian.T, axis=1))
+    assert bound <= np.min(left) + 1e-9
+    assert penalty < 1e9 or bound == pytest.approx(left[0], abs=1e-4)
+
+
+def above_parabola(x: Array) -> Evaluation:
+    """A large objective, 1e4 (x² + (y + 1)²), above the curved bound y ≥ x²."""
+    off = x + np.array([0.0, 1.0])
+    return Evaluation(1e4 * float(off @ off), 2e4 * off, np.array([x[1] - x[0] ** 2]), np.array([[-2 * x[0], 1.0]]))
+
+
+@pytest.mark.parametrize("start", [(-3.0, 9.5), (1.5, 2.0), (4.0, 15.0)])
+def test_a_search_does_not_stray_from_its_constraints_however_large_the_objective(start: tuple[float, float]) -> None:
+    def after(steps: int, stray: float) -> Evaluation:
+        return minimise(above_parabola, np.array(start), *WIDE, radius=2.0, most_iterations=steps, stray=stray).at
+
+    allowed = 2 * above_parabola(np.array(start)).violation + 0.1
+    assert max(after(steps, 0.1).violation for steps in range(1, 12)) <= allowed
+    assert max(after(steps, np.inf).violation for steps in range(1, 12)) > 0.1
+    assert after(1000, 0.1).value == pytest.approx(1e4)

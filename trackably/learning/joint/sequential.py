@@ -41,6 +41,7 @@ _FILTERED = 1e-6
 _PRECISION = 1e-7  # relative to 1 + |ξ|²: a search ends when a step promises to lower |ξ|² by less
 _RADIUS = 2.0  # the largest first step in each component of ξ
 _MOST_STEPS = 60  # most steps of a search
+_STRAY = 0.1  # part of a bound's width: a search near a function that keeps its bounds stays this close to them
 _BROKEN = 1e-3  # part of a bound's width: a search that did not converge is accepted up to this violation
 
 
@@ -102,7 +103,14 @@ class FormulaProgram:
         xi = (self.root / (powers + _FILTERED * np.max(powers, initial=0.0))).T @ start
         free = np.full(len(xi), np.inf)
         found = sqp.minimise(
-            self._evaluate, xi, -free, free, _RADIUS, precision=_PRECISION, most_iterations=_MOST_STEPS
+            self._evaluate,
+            xi,
+            -free,
+            free,
+            _RADIUS,
+            precision=_PRECISION,
+            most_iterations=_MOST_STEPS,
+            stray=_STRAY,
         )
         if found is None or not (found.converged or found.at.violation <= _BROKEN):
             return None
