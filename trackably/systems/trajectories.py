@@ -240,18 +240,13 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> 
 
 def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
     """Return the functionals z_c(t + j T_s) by name, for all c, and j up to one step later than the formulas use."""
-    longest = 2 + max(form.orders)
-    return {
-        shifted_name(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
-        for c in range(form.outputs)
-        for j in range(longest)
-    }
-
-
-def one_of(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time: float) -> Functional:
-    """Return the functional Σ_j `weights`[j] z(t + j T_s) of one signal z among `count` signals."""
-    zero = tuple(Fraction(0) for _ in weights)
-    return Functional(Fraction(0), tuple(weights if c == signal else zero for c in range(count)), sampling_time)
+    found = {}
+    for c in range(form.outputs):
+        weights = [(Fraction(0),)] * form.outputs
+        for j in range(2 + max(form.orders)):
+            weights[c] = (*[Fraction(0)] * j, Fraction(1))
+            found[shifted_name(c, j)] = Functional(Fraction(0), tuple(weights), sampling_time)
+    return found
 
 
 # A bounded quantity of a reference: a state, an input, or a weighted sum of either.
