@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -19,6 +18,7 @@ from trackably.control.search import solve_by_linearisation
 from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
@@ -40,36 +40,27 @@ class Controller:
 
     plant: ConstrainedSystem
     horizon: int
-    Q: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
-    R: Array = None  # type: ignore[assignment]
+    Q: Array
+    R: Array
 
-    if TYPE_CHECKING:
-
-        def __init__(
-            self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        instance(
-            "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
-        )
-        if self.plant.moves and not isinstance(self.plant.system, LinearSystem):
+    def __init__(
+        self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+    ) -> None:
+        instance("controller: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
+        if plant.moves and not isinstance(plant.system, LinearSystem):
             raise ValueError(
                 "controller: bounds that move in time are possible for linear systems only, but f is nonlinear"
             )
-        for name, bounded, least, kind in (
-            ("Q", self.plant.state_set, -_ZERO, "semidefinite and not zero"),
-            ("R", self.plant.input_set, _ZERO, "definite"),
-        ):
-            weight = getattr(self, name)
-            weight = weight_in_widths(bounded) if weight is None else weight
-            object.__setattr__(self, name, _require_weight(name, weight, bounded.dimension, least, kind))
-        object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
-        if self.horizon < (fewest := shortest_horizon(self.plant)):
+        weights = {
+            "Q": _require_weight("Q", Q, plant.state_set, -_ZERO, "semidefinite and not zero"),
+            "R": _require_weight("R", R, plant.input_set, _ZERO, "definite"),
+        }
+        if whole("controller: horizon", horizon) < (fewest := shortest_horizon(plant)):
             raise ValueError(
                 f"controller: from a state off the reference it takes {fewest} steps to return to it, so that with a "
-                f"terminal equality the horizon must be at least {fewest}, got {self.horizon}"
+                f"terminal equality the horizon must be at least {fewest}, got {horizon}"
             )
+        vars(self).update(plant=plant, horizon=int(horizon), **weights)
 
     def __repr__(self) -> str:
         return f"Controller({described(self.plant, self.horizon)})"
@@ -104,13 +95,14 @@ class Controller:
         return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set)
 
 
-def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
-    """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
+def _require_weight(name: str, given: ArrayLike | None, bounded: Polytope, least: float, kind: str) -> Array:
+    """Return a weight of the cost, by default that of errors relative to the widths of the set.
 
-    Its smallest eigenvalue is at least `least` times the largest, after the coordinates are scaled to a diagonal of
-    ones, so that units do not matter.
+    ValueError: it is not symmetric, or not positive `kind`. Its smallest eigenvalue is at least `least` times the
+    largest, after the coordinates are scaled to a diagonal of ones, so that units do not matter.
     """
-    weight = array(f"controller: {name}", given, size, size)
+    n = bounded.dimension
+    weight = array(f"controller: {name}", weight_in_widths(bounded) if given is None else given, n, n)
     if not np.array_equal(weight, weight.T):
         raise ValueError(f"controller: {name} must be symmetric, got {weight.tolist()}")
     unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -175,22 +174,15 @@ class TubeController:
 
     tightening: Tightening
     horizon: int
-    Q: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
-    R: Array = None  # type: ignore[assignment]
+    Q: Array
+    R: Array
 
-    if TYPE_CHECKING:
-
-        def __init__(
-            self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        instance(
-            "tube: tightening", self.tightening, Tightening, "the tightening of a reference, or tightening(plant, W)"
-        )
-        nominal = Controller(self.tightening.plant, self.horizon, self.Q, self.R)
-        for name in ("horizon", "Q", "R"):
-            object.__setattr__(self, name, getattr(nominal, name))
+    def __init__(
+        self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+    ) -> None:
+        instance("tube: tightening", tightening, Tightening, "the tightening of a reference, or tightening(plant, W)")
+        nominal = Controller(tightening.plant, horizon, Q, R)
+        vars(self).update(tightening=tightening, horizon=nominal.horizon, Q=nominal.Q, R=nominal.R)
         _ = self.errors  # computed here, so that a missing disturbance set is refused now
 
     def __repr__(self) -> str:

@@ -242,7 +242,7 @@ def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functiona
     """Return the functionals z_c(t + j T_s) by name, for all c, and j up to one step later than the formulas use."""
     found = {}
     for c in range(form.outputs):
-        weights = [(Fraction(0),)] * form.outputs
+        weights: list[tuple[Fraction, ...]] = [(Fraction(0),)] * form.outputs
         for j in range(2 + max(form.orders)):
             weights[c] = (*[Fraction(0)] * j, Fraction(1))
             found[shifted_name(c, j)] = Functional(Fraction(0), tuple(weights), sampling_time)
