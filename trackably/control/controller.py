@@ -13,9 +13,9 @@ from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import bounds_text
 from trackably.control.bounds import weight_in_widths
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.references import TrackedReference, unwrap_near
+from trackably.control.references import unwrap_near
 from trackably.control.search import solve_by_linearisation
-from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
+from trackably.control.stepping import Infeasible, Plan, SteppedController
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -28,7 +28,7 @@ _ZERO = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Controller:
+class Controller(SteppedController):
     """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
 
     N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. By default they
@@ -64,25 +64,6 @@ class Controller:
 
     def __repr__(self) -> str:
         return f"Controller({described(self.plant, self.horizon)})"
-
-    def step(
-        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
-    ) -> StepResult:
-        """Return the optimal plan at step `k` from `state` (n,), or the reason why there is none.
-
-        For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
-        reference. If this finds no plan, a few other trajectories are tried. The last plan, shifted by a step, is a
-        good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
-        state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
-
-        - `Plan`: an optimal plan, for a nonlinear system a local optimum.
-        - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
-        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
-          without an explanation, or a formula of the system or of the reference is undefined.
-        - ValueError: the state is not n finite numbers, the guess is not (N, m), the reference is of another system, or
-          it does not reach from step k to step k + N.
-        """
-        return answer_step(self, self._solve, k, state, reference, initial_guess)
 
     def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
         if self.formulation.is_linear:
