@@ -98,7 +98,7 @@ class ErrorSet:
             found.append(head if i < Z.head else tail)
             head, tail = head @ Z.closed_loop.T, tail @ Z.closed_loop.T
         stacked = np.vstack(found)
-        return np.asarray(stacked[np.any(stacked != 0, axis=1)])
+        return stacked[np.any(stacked != 0, axis=1)]
 
     @cached_property
     def hulls(self) -> Array:
@@ -180,23 +180,20 @@ class TubeController(SteppedController):
     horizon: int
     Q: Array
     R: Array
+    plant: ConstrainedSystem  # with its given sets, in which states and inputs stay
 
     def __init__(
         self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
     ) -> None:
         instance("tube: tightening", tightening, Tightening, "the tightening of a reference, or tightening(plant, W)")
         nominal = Controller(tightening.plant, horizon, Q, R)
-        vars(self).update(tightening=tightening, horizon=nominal.horizon, Q=nominal.Q, R=nominal.R)
+        vars(self).update(tightening=tightening, plant=tightening.given)
+        vars(self).update(horizon=nominal.horizon, Q=nominal.Q, R=nominal.R)
         _ = self.errors  # computed here, so that a missing disturbance set is refused now
 
     def __repr__(self) -> str:
         tightened = bounds_text(self.tightening.plant.given_constraints)
         return f"TubeController({described(self.plant, self.horizon)}; plans keep {tightened})"
-
-    @cached_property
-    def plant(self) -> ConstrainedSystem:
-        """The system with its given sets, in which states and inputs stay."""
-        return self.tightening.given
 
     @property
     def invariant(self) -> InvariantSet:

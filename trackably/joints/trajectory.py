@@ -154,7 +154,7 @@ class JointTrajectory:
         found = curve(np.clip(np.asarray(t, dtype=float), *self.span), order)
         if order and self.rests:
             found = np.where(np.asarray(t)[..., None] >= self.span[1], 0.0, found)
-        return np.asarray(found)
+        return found
 
     def state(self, t: ArrayLike, orders: int) -> Array:
         """Return positions and their derivatives below order `orders` at t [s]: shape (orders, *t.shape, J)."""

@@ -179,7 +179,7 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Return a random point (n,) of the set, up to rounding."""
-        return np.asarray(rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix)
+        return rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix
 
     def scaled(self, factor: Fraction) -> Self:
         """Return factor · W."""

@@ -319,4 +319,4 @@ def unit_scales(bounded: Polytope) -> Array:
 def squares_in_widths(bounded: Polytope) -> Array:
     """Return the matrix (n, n) of Σ (row · e / width)², a cost of errors e relative to the widths of all rows."""
     rows = bounded.rows / bounded.widths[:, None]
-    return np.asarray(rows.T @ rows)
+    return rows.T @ rows
