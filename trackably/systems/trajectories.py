@@ -1,6 +1,6 @@
 """States and inputs of a reference as functions of time, and the bounded quantities that they form."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -73,9 +73,10 @@ class Functionals:
     def __call__(self, signals: Signals, t: Array) -> Array:
         """Return all F functionals at t [s]; the result has shape (F, *t.shape)."""
         found = self._offsets.reshape(-1, *(1,) * t.ndim) + np.zeros(t.shape)
-        for weights, shifted in self._shifted(signals, t):
-            summed = weights @ shifted.reshape(len(shifted), -1)
-            found = found + summed.reshape(len(weights), *shifted.shape[1:])
+        for c, shifts, weights in self._weights:
+            step = self.functionals[0].sampling_time
+            shifted = signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
+            found = found + (weights @ shifted.reshape(len(shifts), -1)).reshape(found.shape)
         return found
 
     def combined(self, gains: Array) -> list[tuple[int, Array]]:
@@ -104,12 +105,6 @@ class Functionals:
             (shifts,) = np.nonzero(np.any(weights, axis=0))
             found.append((c, shifts, weights[:, shifts]))
         return found
-
-    def _shifted(self, signals: Signals, t: Array) -> Iterator[tuple[Array, Array]]:
-        """Yield, for each signal, the weights (F, J) of its J shifts that are needed, and its values (J, *t.shape)."""
-        for c, shifts, weights in self._weights:
-            step = self.functionals[0].sampling_time
-            yield weights, signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
 
 
 # States and inputs of a reference as functions of time: formulas of functionals of the learned signals.
