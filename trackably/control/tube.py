@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -180,7 +180,7 @@ class TubeController(SteppedController):
     horizon: int
     Q: Array
     R: Array
-    plant: ConstrainedSystem  # with its given sets, in which states and inputs stay
+    plant: ConstrainedSystem = field(init=False)  # with its given sets, in which states and inputs stay
 
     def __init__(
         self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
