@@ -66,7 +66,7 @@ def weight_in_widths(bounded: Polytope) -> Array:
     rows = bounded.rows / bounded.widths[:, None]
     free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
     weight = squares_in_widths(bounded) + np.where(np.abs(free) > 1e-9, free, 0.0)
-    return np.asarray((weight + weight.T) / 2)
+    return (weight + weight.T) / 2
 
 
 def _gains(plant: ConstrainedSystem) -> Array:
@@ -127,11 +127,11 @@ class Inequalities:
 
     def slack(self, points: Array) -> Array:
         """Return the slacks of points (…, n) relative to the widths; the result has shape (…, 2r)."""
-        return np.asarray((self.bounds - points @ self.rows.T) / self.widths)
+        return (self.bounds - points @ self.rows.T) / self.widths
 
     def in_widths(self, scales: Array) -> Array:
         """Return the rows (2r, n) divided by their widths, for points in units of `scales` (n,)."""
-        return np.asarray(self.rows * scales / self.widths[:, None])
+        return self.rows * scales / self.widths[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,4 +186,4 @@ def pull_inside(bounded: Polytope, u: Array) -> Array:
     outward, slack = rows @ (u - bounded.centre), bounds - rows @ bounded.centre
     crossed = outward > slack
     part = np.min(slack[crossed] / outward[crossed], initial=1.0)  # 1 if `crossed` is empty, due to rounding
-    return np.asarray(bounded.centre + _SHRINK * part * (u - bounded.centre))
+    return bounded.centre + _SHRINK * part * (u - bounded.centre)

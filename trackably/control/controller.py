@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -14,11 +13,12 @@ from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import bounds_text
 from trackably.control.bounds import weight_in_widths
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.references import TrackedReference, unwrap_near
+from trackably.control.references import unwrap_near
 from trackably.control.search import solve_by_linearisation
-from trackably.control.stepping import Infeasible, Plan, StepResult, answer_step
+from trackably.control.stepping import Infeasible, Plan, SteppedController
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
@@ -28,7 +28,7 @@ _ZERO = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Controller:
+class Controller(SteppedController):
     """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
 
     N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. By default they
@@ -40,58 +40,30 @@ class Controller:
 
     plant: ConstrainedSystem
     horizon: int
-    Q: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
-    R: Array = None  # type: ignore[assignment]
+    Q: Array
+    R: Array
 
-    if TYPE_CHECKING:
-
-        def __init__(
-            self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        instance(
-            "controller: plant", self.plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)"
-        )
-        if self.plant.moves and not isinstance(self.plant.system, LinearSystem):
+    def __init__(
+        self, plant: ConstrainedSystem, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+    ) -> None:
+        instance("controller: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
+        if plant.moves and not isinstance(plant.system, LinearSystem):
             raise ValueError(
                 "controller: bounds that move in time are possible for linear systems only, but f is nonlinear"
             )
-        for name, bounded, least, kind in (
-            ("Q", self.plant.state_set, -_ZERO, "semidefinite and not zero"),
-            ("R", self.plant.input_set, _ZERO, "definite"),
-        ):
-            weight = getattr(self, name)
-            weight = weight_in_widths(bounded) if weight is None else weight
-            object.__setattr__(self, name, _require_weight(name, weight, bounded.dimension, least, kind))
-        object.__setattr__(self, "horizon", whole("controller: horizon", self.horizon))
-        if self.horizon < (fewest := shortest_horizon(self.plant)):
+        weights = {
+            "Q": _require_weight("Q", Q, plant.state_set, -_ZERO, "semidefinite and not zero"),
+            "R": _require_weight("R", R, plant.input_set, _ZERO, "definite"),
+        }
+        if whole("controller: horizon", horizon) < (fewest := shortest_horizon(plant)):
             raise ValueError(
                 f"controller: from a state off the reference it takes {fewest} steps to return to it, so that with a "
-                f"terminal equality the horizon must be at least {fewest}, got {self.horizon}"
+                f"terminal equality the horizon must be at least {fewest}, got {horizon}"
             )
+        vars(self).update(plant=plant, horizon=int(horizon), **weights)
 
     def __repr__(self) -> str:
         return f"Controller({described(self.plant, self.horizon)})"
-
-    def step(
-        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
-    ) -> StepResult:
-        """Return the optimal plan at step `k` from `state` (n,), or the reason why there is none.
-
-        For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
-        reference. If this finds no plan, a few other trajectories are tried. The last plan, shifted by a step, is a
-        good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
-        state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
-
-        - `Plan`: an optimal plan, for a nonlinear system a local optimum.
-        - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
-        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
-          without an explanation, or a formula of the system or of the reference is undefined.
-        - ValueError: the state is not n finite numbers, the guess is not (N, m), the reference is of another system, or
-          it does not reach from step k to step k + N.
-        """
-        return answer_step(self, self._solve, k, state, reference, initial_guess)
 
     def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
         if self.formulation.is_linear:
@@ -104,13 +76,14 @@ class Controller:
         return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set)
 
 
-def _require_weight(name: str, given: ArrayLike, size: int, least: float, kind: str) -> Array:
-    """Return a weight (size, size) of the cost. ValueError: it is not symmetric, or not positive `kind`.
+def _require_weight(name: str, given: ArrayLike | None, bounded: Polytope, least: float, kind: str) -> Array:
+    """Return a weight of the cost, by default that of errors relative to the widths of the set.
 
-    Its smallest eigenvalue is at least `least` times the largest, after the coordinates are scaled to a diagonal of
-    ones, so that units do not matter.
+    ValueError: it is not symmetric, or not positive `kind`. Its smallest eigenvalue is at least `least` times the
+    largest, after the coordinates are scaled to a diagonal of ones, so that units do not matter.
     """
-    weight = array(f"controller: {name}", given, size, size)
+    n = bounded.dimension
+    weight = array(f"controller: {name}", weight_in_widths(bounded) if given is None else given, n, n)
     if not np.array_equal(weight, weight.T):
         raise ValueError(f"controller: {name} must be symmetric, got {weight.tolist()}")
     unit = np.sqrt(np.where(np.diag(weight) == 0, 1.0, np.abs(np.diag(weight))))

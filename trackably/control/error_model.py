@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy
 
 from trackably.arrays import Array
 from trackably.control.bounds import Scales
@@ -46,17 +45,11 @@ class ErrorModel:
         of_states[i, :, i], of_states[i, :, i + 1], of_inputs[i, :, i] = self.A, -np.eye(n), self.B
         return np.hstack([of_states.reshape(N * n, (N + 1) * n), of_inputs.reshape(N * n, N * m)])
 
-    @cached_property
-    def response(self) -> Array:
-        """The matrix (N n, N n) from defects to errors e(1), …, e(N): block (i, j) is A_i … A_(j+1)."""
-        N, n, _ = self.B.shape
-        steps = -self.dynamics[:, n : (N + 1) * n]
-        return np.asarray(scipy.linalg.solve_triangular(steps, np.eye(N * n), lower=True, check_finite=False))
-
     def predict(self, z: Array, defects: Array) -> Array:
         """Return z with its e(1), …, e(N) replaced by those that follow from its e(0), its v and the defects (N n,)."""
-        N, n, _ = self.B.shape
+        N, n, m = self.B.shape
         found = z.copy()
-        found[n : (N + 1) * n] = 0.0
-        found[n : (N + 1) * n] = self.response @ (self.dynamics @ found + defects)
+        e, v = found[: (N + 1) * n].reshape(-1, n), found[(N + 1) * n :].reshape(-1, m)
+        for i, d in enumerate(defects.reshape(N, n)):
+            e[i + 1] = self.A[i] @ e[i] + self.B[i] @ v[i] + d
         return found

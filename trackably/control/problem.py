@@ -54,7 +54,7 @@ class Formulation:
     def defects(self, trajectory: Window) -> Array:
         """Return f(x(i), u(i)) − x(i+1), in the states' scales (N, n): how far a trajectory violates the dynamics."""
         successors = self.plant.system.successor(trajectory.states[:-1], trajectory.inputs)
-        return np.asarray((successors - trajectory.states[1:]) / self.scales.states)
+        return (successors - trajectory.states[1:]) / self.scales.states
 
     def model(self, nominal: Window) -> ErrorModel:
         """Return the model of the errors e and v, divided by their scales, linearised along a trajectory."""

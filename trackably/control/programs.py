@@ -171,7 +171,7 @@ class StepPrograms:
         widening = np.repeat([0.0, -1.0], [equations + 2 * q, bounds])[:, None]
         columns = [np.vstack(of_errors), np.vstack([*of_start, np.zeros((bounds, q))]), widening]
         return Program(
-            _diagonal(P, np.zeros((q + widens, q + widens))),
+            scipy.linalg.block_diag(P, np.zeros((q + widens, q + widens))),
             np.append(np.zeros(count + q), np.ones(int(widens))),
             np.hstack(columns[: 2 + widens]),
             equations,
@@ -182,13 +182,13 @@ class StepPrograms:
         """The rows of X for e(`first_bounded`), …, e(N), and the rows of U for v."""
         N = self.model.horizon
         from_first = np.eye(N + 1)[self.start.first_bounded :]
-        return _diagonal(np.kron(from_first, self.state_rows), np.kron(np.eye(N), self.input_rows))
+        return scipy.linalg.block_diag(np.kron(from_first, self.state_rows), np.kron(np.eye(N), self.input_rows))
 
     @cached_property
     def weights(self) -> Array:
         """The matrix M of the cost V = zᵀ M z of all errors z = (e, v)."""
         N = self.model.horizon
-        return _diagonal(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
+        return scipy.linalg.block_diag(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
 
     @cached_property
     def _is_end(self) -> npt.NDArray[np.bool_]:
@@ -200,8 +200,3 @@ class StepPrograms:
     def moves(self) -> npt.NDArray[np.bool_]:
         """Flags of the variables that a search may move: all but e(0) and e(N)."""
         return ~self._is_end & (np.arange(len(self._is_end)) >= len(self.Q))
-
-
-def _diagonal(a: npt.ArrayLike, b: npt.ArrayLike) -> Array:
-    (rows, columns), (more_rows, more_columns) = np.shape(a), np.shape(b)
-    return np.block([[np.asarray(a), np.zeros((rows, more_columns))], [np.zeros((more_rows, columns)), np.asarray(b)]])

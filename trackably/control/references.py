@@ -36,7 +36,7 @@ def nearest_turns(plant: ConstrainedSystem, states: Array, near: Array) -> Array
 
 def _turns(difference: Array) -> Array:
     """Return the multiple of 2π [rad] that is nearest to a difference."""
-    return np.asarray(2 * np.pi * np.round(difference / (2 * np.pi)))
+    return 2 * np.pi * np.round(difference / (2 * np.pi))
 
 
 _DRAWS, _ROUNDING = 8, 1e-9  # states drawn to compare systems; relative tolerance between their successors

@@ -109,7 +109,7 @@ class ClosedLoop:
         The plan of step k, shifted by a step and continued with the reference's own input, is admissible at step k + 1
         and costs V(k) − ℓ(k) there. The optimum costs no more. NaN if either step has no plan.
         """
-        return np.asarray(np.diff(self.costs) + self.stage_costs[:-1])
+        return np.diff(self.costs) + self.stage_costs[:-1]
 
 
 InfeasibilityPolicy = Callable[[Infeasible | Unsolved], Array | None]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -15,8 +14,7 @@ from trackably.certificates.certificate import bounds_text
 from trackably.control.controller import Controller, described
 from trackably.control.problem import Formulation, StepProblem
 from trackably.control.programs import StartSet
-from trackably.control.references import TrackedReference
-from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, StepResult, answer_step
+from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status, SteppedController
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.reference import Window
@@ -100,7 +98,7 @@ class ErrorSet:
             found.append(head if i < Z.head else tail)
             head, tail = head @ Z.closed_loop.T, tail @ Z.closed_loop.T
         stacked = np.vstack(found)
-        return np.asarray(stacked[np.any(stacked != 0, axis=1)])
+        return stacked[np.any(stacked != 0, axis=1)]
 
     @cached_property
     def hulls(self) -> Array:
@@ -157,7 +155,7 @@ class TubeProblem(StepProblem):
 
 
 @dataclass(frozen=True, eq=False)
-class TubeController:
+class TubeController(SteppedController):
     """min Σ_(i<N) ‖z(i) − x_r(k+i)‖²_Q + ‖v(i) − u_r(k+i)‖²_R with x ∈ z(0) ⊕ Z, z(N) = x_r(k+N) and tightened bounds.
 
     The nominal z(i+1) = A z(i) + B v(i) + c stays in the sets of `tightening.plant`, z(0) is free in x ⊖ Z, and the
@@ -169,38 +167,33 @@ class TubeController:
       own input, is a plan for the next state, because x⁺ − z(1) = (A + B K) (x − z(0)) + w ∈ Z.
     - So V(k+1) ≤ V(k) − ℓ(k), and the nominal state tends to the reference: x is led into x_r ⊕ Z, where V = 0.
 
+    The `states` and `inputs` of a `Plan` are nominal, and so are its cost and slack; its `input` is the one to apply,
+    inside the given input set. It is optimal up to the accuracy of the interior-point method. `Infeasible` tells by how
+    much the tightened sets would have to be widened, and how close to the reference a plan within them can end; its
+    fallback is the first input of that plan.
+
     By default, weights are those of `Controller` for the tightened sets. Raises ValueError and TypeError as
     `Controller`, and ValueError without a disturbance.
     """
 
     tightening: Tightening
     horizon: int
-    Q: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
-    R: Array = None  # type: ignore[assignment]
+    Q: Array
+    R: Array
+    plant: ConstrainedSystem = field(init=False)  # with its given sets, in which states and inputs stay
 
-    if TYPE_CHECKING:
-
-        def __init__(
-            self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        instance(
-            "tube: tightening", self.tightening, Tightening, "the tightening of a reference, or tightening(plant, W)"
-        )
-        nominal = Controller(self.tightening.plant, self.horizon, self.Q, self.R)
-        for name in ("horizon", "Q", "R"):
-            object.__setattr__(self, name, getattr(nominal, name))
+    def __init__(
+        self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None
+    ) -> None:
+        instance("tube: tightening", tightening, Tightening, "the tightening of a reference, or tightening(plant, W)")
+        nominal = Controller(tightening.plant, horizon, Q, R)
+        vars(self).update(tightening=tightening, plant=tightening.given)
+        vars(self).update(horizon=nominal.horizon, Q=nominal.Q, R=nominal.R)
         _ = self.errors  # computed here, so that a missing disturbance set is refused now
 
     def __repr__(self) -> str:
         tightened = bounds_text(self.tightening.plant.given_constraints)
         return f"TubeController({described(self.plant, self.horizon)}; plans keep {tightened})"
-
-    @property
-    def plant(self) -> ConstrainedSystem:
-        """The system with its given sets, in which states and inputs stay."""
-        return self.tightening.given
 
     @property
     def invariant(self) -> InvariantSet:
@@ -213,21 +206,6 @@ class TubeController:
     def errors(self) -> ErrorSet:
         """The invariant set Z in float64."""
         return ErrorSet(self.invariant)
-
-    def step(
-        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
-    ) -> StepResult:
-        """Return the optimal plan at step `k` from the measured `state` (n,), or the reason why there is none.
-
-        The `states` and `inputs` of a `Plan` are nominal, and so are its cost and slack; its `input` is the one to
-        apply, inside the given input set. `Infeasible` tells by how much the tightened sets would have to be widened,
-        and how close to the reference a plan within them can end; its fallback is the first input of that plan.
-
-        A plan is optimal up to the accuracy of the interior-point method.
-
-        The optimum needs no `initial_guess` (N, m). Raises ValueError as `Controller.step`.
-        """
-        return answer_step(self, self._solve, k, state, reference, initial_guess)
 
     def _solve(self, k: int, state: Array, window: Window, _: Array | None) -> Plan | Infeasible:
         return TubeProblem.of(self.formulation, k, state, window).answer

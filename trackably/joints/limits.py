@@ -63,10 +63,8 @@ class Joints:
         turning = frozenset(known if continuous is True else continuous or ())
         if unknown := sorted(turning - {*known}):
             raise ValueError(f"joints: continuous: there is no joint {unknown[0]!r}, only {', '.join(known)}")
-        for order in ORDERS:
-            object.__setattr__(self, order, _limits(order, given[order], known))
-        object.__setattr__(self, "names", known)
-        object.__setattr__(self, "continuous", turning)
+        limits = {order: _limits(order, given[order], known) for order in ORDERS}
+        vars(self).update(limits, names=known, continuous=turning)
         if not np.any(np.isfinite(self.limits)):
             raise ValueError("joints: give at least one limit of position, velocity, acceleration, jerk or snap")
         for name in known:

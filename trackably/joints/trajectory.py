@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder
@@ -40,21 +40,16 @@ class JointTrajectory:
     names: tuple[str, ...]
     breakpoints: Array
     coefficients: Array
-    rests: bool = True
+    rests: bool
 
-    if TYPE_CHECKING:  # arguments may be whatever NumPy converts to arrays
-
-        def __init__(
-            self, names: Sequence[str], breakpoints: ArrayLike, coefficients: ArrayLike, rests: bool = True
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        known, ends = different_names("trajectory: names", self.names), _rising(self.breakpoints)
-        c = array("trajectory: coefficients", self.coefficients, len(known), len(ends) - 1, None)
-        if not isinstance(self.rests, bool):
-            raise TypeError(f"trajectory: rests: expected True or False, got {self.rests!r}")
-        for name, given in (("names", known), ("breakpoints", ends), ("coefficients", c)):
-            object.__setattr__(self, name, given)
+    def __init__(
+        self, names: Sequence[str], breakpoints: ArrayLike, coefficients: ArrayLike, rests: bool = True
+    ) -> None:
+        known, ends = different_names("trajectory: names", names), _rising(breakpoints)
+        c = array("trajectory: coefficients", coefficients, len(known), len(ends) - 1, None)
+        if not isinstance(rests, bool):
+            raise TypeError(f"trajectory: rests: expected True or False, got {rests!r}")
+        vars(self).update(names=known, breakpoints=ends, coefficients=c, rests=rests)
 
     @classmethod
     def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
@@ -159,7 +154,7 @@ class JointTrajectory:
         found = curve(np.clip(np.asarray(t, dtype=float), *self.span), order)
         if order and self.rests:
             found = np.where(np.asarray(t)[..., None] >= self.span[1], 0.0, found)
-        return np.asarray(found)
+        return found
 
     def state(self, t: ArrayLike, orders: int) -> Array:
         """Return positions and their derivatives below order `orders` at t [s]: shape (orders, *t.shape, J)."""

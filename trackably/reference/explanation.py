@@ -112,7 +112,19 @@ def leaves_last_samples(fit: Fit) -> Iterator[str]:
     A reference that is proved for all times comes to rest at its prior mean, which differs from this level. Only names
     whose mean was learned are examined.
     """
-    yield from filter(None, (_leaves(fit, i) for i, name in enumerate(fit.prior.names) if name in fit.free))
+    for name, samples, prior in zip(fit.prior.names, fit.samples, fit.prior.parts, strict=True):
+        if name not in fit.free:
+            continue
+        of = samples.of_level
+        last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
+        values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
+        level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0: no −0
+        apart = abs(level - float(of.stencil.at_rest(prior.mean)))
+        if np.all(np.abs(values - level) <= _STAYS * noise) and apart > _STAYS * np.max(noise):
+            yield (
+                f"{name} comes to rest at its mean, {apart:.3g} away from its last samples, which stay at {level:.6g}: "
+                "give this as mean, if the system can rest there, or claim a window, which ends with the samples"
+            )
 
 
 def noise_questions(fit: Fit) -> Iterator[str]:
@@ -133,7 +145,22 @@ def outlying(misfits: Iterable[Misfit]) -> Iterator[str]:
 
     A single outlier is enough to raise the learned noise, and so to pull the reference away from all other samples.
     """
-    yield from filter(None, map(_outliers, misfits))
+    for misfit in misfits:
+        if len(misfit.samples) < _FEWEST:
+            continue
+        samples, off = misfit.samples, np.abs(misfit.unconstrained) / misfit.samples.relative_noise
+        typical = float(np.median(off)) / _NORMAL
+        is_far = off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained)
+        far = np.flatnonzero(is_far & (beyond_neighbours(samples.values) > _BEYOND * np.abs(misfit.unconstrained)))
+        if typical and 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
+            i = int(far[np.argmax(off[far])])
+            others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
+            harm = " It raises the noise that is learned" if misfit.is_learned else ""
+            yield (
+                f"samples: {misfit.name} is {samples.values[i]:.6g} at {samples.times[i]:.6g} s, "
+                f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far "
+                f"as most{others}: is it an outlier to be left out?{harm}"
+            )
 
 
 def costs(fit: Fit) -> str:
@@ -161,40 +188,7 @@ def costs(fit: Fit) -> str:
     return "; ".join(said)
 
 
-def _leaves(fit: Fit, i: int) -> str:
-    name, of, prior = fit.prior.names[i], fit.samples[i].of_level, fit.prior.parts[i]
-    last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
-    values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
-    level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0 turns -0 into 0
-    rest = float(of.stencil.at_rest(prior.mean))
-    if np.any(np.abs(values - level) > _STAYS * noise) or abs(level - rest) <= _STAYS * np.max(noise):
-        return ""
-    return (
-        f"{name} comes to rest at its mean, {abs(level - rest):.3g} away from its last samples, which stay at "
-        f"{level:.6g}: give this as mean, if the system can rest there, or claim a window, which ends with the samples"
-    )
-
-
 def _help(fit: Fit) -> str:
     dearest = f"{fit.contacts[0]}: " if fit.contacts else ""
     values = ", other given values" if fit.pinned else ""
     return f"{dearest}wider bounds{values}, a longer sampling time or another prior mean may help"
-
-
-def _outliers(misfit: Misfit) -> str:
-    if len(misfit.samples) < _FEWEST:
-        return ""
-    off = np.abs(misfit.unconstrained) / misfit.samples.relative_noise
-    typical = float(np.median(off)) / _NORMAL
-    is_far = off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained)
-    far = np.flatnonzero(is_far & (beyond_neighbours(misfit.samples.values) > _BEYOND * np.abs(misfit.unconstrained)))
-    if not typical or not 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
-        return ""
-    i = int(far[np.argmax(off[far])])
-    others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
-    harm = " It raises the noise that is learned" if misfit.is_learned else ""
-    return (
-        f"samples: {misfit.name} is {misfit.samples.values[i]:.6g} at {misfit.samples.times[i]:.6g} s, "
-        f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far as most"
-        f"{others}: is it an outlier to be left out?{harm}"
-    )

@@ -26,6 +26,7 @@ from trackably.checker.moving import ends_at
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
+from trackably.systems.polytopes import unit_scales
 from trackably.systems.tightening import Tightening
 
 _scipy: Any = scipy  # SciPy's annotations refuse some arguments that it takes
@@ -86,10 +87,8 @@ class Steps:
 
     @cached_property
     def scales(self) -> Array:
-        """The width of the bounds of each state and input, 1 if it has none: (n + m,)."""
-        hulls = self.plant.state_set.hull, self.plant.input_set.hull
-        extents = [hull.extent(i) for hull in hulls for i in range(hull.dimension)]
-        return np.array([of.width if of else 1.0 for of in extents])
+        """How far each state and input may move within the bounds, 1 if it has none: (n + m,)."""
+        return np.append(unit_scales(self.plant.state_set), unit_scales(self.plant.input_set))
 
     @property
     def widths(self) -> Array:

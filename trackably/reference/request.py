@@ -305,6 +305,6 @@ def check_rest(
             left = "; these bounds are tightened for disturbance, noise and margin" if tightening else ""
             raise ValueError(
                 f"mean: must be an admissible equilibrium, but at rest there the {quantity.name} is "
-                f"{bounds.shown(level)}, {place} {bounds}: {why}; give a mean for which it is inside, by a millionth "
+                f"{level + 0.0:.9g}, {place} {bounds}: {why}; give a mean for which it is inside, by a millionth "
                 f"of the width at least, or a pair between which it is learned{or_else and f', or {or_else}'}{left}"
             )

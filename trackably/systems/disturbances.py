@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, product
 from reprlib import repr as short
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import Any, Self, cast
 
 import numpy as np
 import scipy
@@ -71,23 +71,16 @@ class Zonotope(checker.Zonotope, _ExactSet):
     """
 
     centre: Vector
-    generators: tuple[Vector, ...] = field(default=())
+    generators: tuple[Vector, ...]
 
-    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to rationals
-
-        def __init__(
-            self,
-            centre: ArrayLike | Sequence[Fraction],
-            generators: ArrayLike | Sequence[Sequence[Fraction]] = (),
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        centre = tuple(_exactly("disturbance: centre", self.centre, None))
-        generators: Any = ()
-        if len(self.generators):
-            generators = _exactly("disturbance: generators", self.generators, None, len(centre))
-        object.__setattr__(self, "centre", centre)
-        object.__setattr__(self, "generators", tuple(map(tuple, generators)))
+    def __init__(
+        self, centre: ArrayLike | Sequence[Fraction], generators: ArrayLike | Sequence[Sequence[Fraction]] = ()
+    ) -> None:
+        middle = tuple(_exactly("disturbance: centre", centre, None))
+        found = generators
+        if len(cast(Sequence[Any], generators)):
+            found = _exactly("disturbance: generators", generators, None, len(middle))
+        vars(self).update(centre=middle, generators=tuple(map(tuple, cast(Sequence[Any], found))))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
@@ -157,13 +150,8 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     vertices: tuple[Vector, ...]
 
-    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to rationals
-
-        def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None: ...
-
-    def __post_init__(self) -> None:
-        vertices = _exactly("disturbance: vertices", self.vertices, None, None)
-        object.__setattr__(self, "vertices", tuple(map(tuple, vertices)))
+    def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None:
+        vars(self).update(vertices=tuple(map(tuple, _exactly("disturbance: vertices", vertices, None, None))))
 
     @classmethod
     def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
@@ -191,7 +179,7 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     def draw(self, rng: np.random.Generator) -> Array:
         """Return a random point (n,) of the set, up to rounding."""
-        return np.asarray(rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix)
+        return rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix
 
     def scaled(self, factor: Fraction) -> Self:
         """Return factor · W."""

@@ -145,15 +145,6 @@ class Interval:
         ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
         return f"[{', '.join(ends)}]"
 
-    def shown(self, value: float) -> str:
-        """Format a value with enough digits to distinguish it from both bounds, unless it equals one of them."""
-        value += 0.0  # −0 is shown as 0
-        for digits in range(_digits(self.lower, self.upper), 17):
-            text = f"{value:.{digits}g}"
-            if float(text) == value or float(text) not in {self.lower, self.upper}:
-                return text
-        return repr(value)
-
     def shrunk(self, by: float) -> Self:
         return type(self)(self.lower + by, self.upper - by)
 
@@ -184,8 +175,7 @@ class Corridor(Interval):
     high: End
 
     def __init__(self, low: End, high: End) -> None:
-        object.__setattr__(self, "low", low)
-        object.__setattr__(self, "high", high)
+        vars(self).update(low=low, high=high)
         if any(end.beyond == "end" for end in self.moving):
             raise ValueError(
                 'set: a bound that moves must be known at all times: expected pieces with beyond="rest" or "period", '

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 import scipy
@@ -160,40 +160,35 @@ class LinearSystem:
 
     A: Array
     B: Array
-    c: Array = None  # type: ignore[assignment]  # __post_init__ replaces it by an array
-    states: tuple[str, ...] = ()
-    inputs: tuple[str, ...] = ()
-    sampling_time: float = field(kw_only=True, default=None)  # type: ignore[assignment]
+    c: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
 
-    if TYPE_CHECKING:
-
-        def __init__(
-            self,
-            A: ArrayLike,
-            B: ArrayLike,
-            c: ArrayLike | None = None,
-            states: Sequence[str] = (),
-            inputs: Sequence[str] = (),
-            *,
-            sampling_time: float | None = None,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        given: tuple[Any, Any] = self.c, self.sampling_time
-        c, T = (None, self.c) if given[1] is None and is_number(given[0]) else given
+    def __init__(
+        self,
+        A: ArrayLike,
+        B: ArrayLike,
+        c: ArrayLike | None = None,
+        states: Sequence[str] = (),
+        inputs: Sequence[str] = (),
+        *,
+        sampling_time: float | None = None,
+    ) -> None:
+        c, T = (None, c) if sampling_time is None and is_number(c) else (c, sampling_time)
         if T is None:
             raise TypeError(
                 "system: sampling_time: expected a number, as in LinearSystem(A, B, sampling_time=0.1), got None"
             )
-        A = numbers("system: A", self.A)
+        A = numbers("system: A", A)
         if A.ndim != 2 or len(A) != A.shape[1]:
             raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
         A = array("system: A", A, None, None)
-        B = array("system: B", self.B, len(A), None)
+        B = array("system: B", B, len(A), None)
         n, m = B.shape
         alone = (n, m) == (1, 1)
-        states = names("system: states", self.states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
-        inputs = names("system: inputs", self.inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
+        states = names("system: states", states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))
+        inputs = names("system: inputs", inputs) or (("input",) if alone else tuple(f"u{i + 1}" for i in range(m)))
         require_names((*states, *inputs))
         if len(states) != n or len(inputs) != m or len({*states, *inputs}) != n + m:
             raise ValueError(
@@ -201,10 +196,7 @@ class LinearSystem:
                 f"{inputs}"
             )
         c, T = array("system: c", np.zeros(n) if c is None else c, n), positive("system: sampling_time", T)
-        for name, value in zip(
-            ("A", "B", "c", "states", "inputs", "sampling_time"), (A, B, c, states, inputs, T), strict=True
-        ):
-            object.__setattr__(self, name, value)
+        vars(self).update(A=A, B=B, c=c, states=states, inputs=inputs, sampling_time=T)
 
     @classmethod
     def scalar(cls, a: float, b: float, c: float = 0.0, *, sampling_time: float) -> Self:

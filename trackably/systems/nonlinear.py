@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property
 from typing import Self
 
@@ -11,16 +10,16 @@ import numpy as np
 from trackably.arguments import names, positive
 from trackably.arrays import Array
 from trackably.checker import subject
-from trackably.checker.formulas import Formula, Name, Operation, parts, text
+from trackably.checker.formulas import Formula, Operation, parts, text
 from trackably.checker.formulas import names as names_in
-from trackably.checker.inverse import UnsolvableError, inputs_of
+from trackably.checker.inverse import UnsolvableError, solved
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import derivative, evaluate_floats, plain_text, size_and_depth
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.tracing import Dynamics, require_same_values, trace
-from trackably.systems.trajectories import Functional, Trajectory, one_of, shifted_outputs
+from trackably.systems.trajectories import Trajectory, shifted_outputs
 
 MAX_SIZE = 1000
 """A formula is refused if it has more operations, names and numbers than this, when it is written out."""
@@ -58,7 +57,7 @@ class NonlinearSystem(subject.NonlinearSystem):
                 "a flat form, which is found automatically for short chains only (give flat=FlatForm.of(…)); got "
                 f"{len(self.inputs)} inputs ({', '.join(self.inputs)}) for {n} states ({', '.join(self.states)})"
             )
-        for node in (part for formula in self.solution.values() for part in parts(formula)):
+        for node in (part for formula in self._solved.inputs for part in parts(formula)):
             match node:
                 case Operation("/", _, pivot) if not names_in(pivot):
                     if not 0 < abs(float(evaluate_floats(pivot, {}))) < np.inf:
@@ -147,15 +146,16 @@ class NonlinearSystem(subject.NonlinearSystem):
         return system
 
     @cached_property
-    def solution(self) -> Mapping[str, Formula]:
-        """The inputs u = G(x)⁻¹ (x⁺ − f0(x)) by name, as formulas of the states x and their `successors` x⁺.
+    def _solved(self) -> FlatForm:
+        """The flat form with the states as flat outputs, in which u = G(x)⁻¹ (x⁺ − f0(x)).
 
         ValueError: f cannot be solved for the inputs.
         """
         try:
-            return inputs_of(self.f, self.successors, self.inputs)
+            found = solved(self)
         except UnsolvableError as error:
             raise ValueError(f"system: f must be solvable for its inputs, x⁺ = f0(x) + G(x) u, but {error}") from None
+        return FlatForm(found.states, found.inputs)
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m), with shape (…, n); NaN or infinite where f is undefined."""
@@ -184,13 +184,7 @@ class NonlinearSystem(subject.NonlinearSystem):
 
         Without a flat form, the states are the flat outputs.
         """
-        n, functionals = len(self.states), dict[str, Functional]()
-        if (form := self.flat) is not None:
-            formulas, functionals = (*form.states, *form.inputs), shifted_outputs(form, self.sampling_time)
-        else:
-            formulas = (*map(Name, self.states), *(self.solution[name] for name in self.inputs))
-            for i, (now, later) in enumerate(zip(self.states, self.successors, strict=True)):
-                functionals[now] = one_of(i, n, (Fraction(1),), self.sampling_time)
-                functionals[later] = functionals[now].later
-        found = tuple(Trajectory.of_formula(formula, functionals) for formula in formulas)
-        return Flatness(found[:n], found[n:], (1,) * n if form is None else form.orders)
+        form = self.flat or self._solved
+        functionals = shifted_outputs(form, self.sampling_time)
+        found = tuple(Trajectory.of_formula(formula, functionals) for formula in (*form.states, *form.inputs))
+        return Flatness(found[: len(form.states)], found[len(form.states) :], form.orders)

@@ -170,25 +170,20 @@ class PolynomialPieces:
 
     breakpoints: Array
     coefficients: Array
-    beyond: Beyond = "rest"
+    beyond: Beyond
 
-    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to arrays
-
-        def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None: ...
-
-    def __post_init__(self) -> None:
-        ends = numbers("pieces: breakpoints", self.breakpoints)
+    def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None:
+        ends = numbers("pieces: breakpoints", breakpoints)
         if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
             raise ValueError(
                 "pieces: breakpoints must be two finite numbers at least, each larger than the one before, got "
                 f"{short(ends.tolist())}"
             )
-        c, ends.flags.writeable = array("pieces: coefficients", self.coefficients, len(ends) - 1, None), False
-        if self.beyond not in get_args(Beyond):
-            raise ValueError(f"pieces: beyond must be one of {', '.join(get_args(Beyond))}, got {self.beyond!r}")
-        object.__setattr__(self, "breakpoints", ends)
-        object.__setattr__(self, "coefficients", c)
-        if self.beyond == "period" and Fraction(self.period) != Fraction(ends[-1]) - Fraction(ends[0]):
+        c, ends.flags.writeable = array("pieces: coefficients", coefficients, len(ends) - 1, None), False
+        if beyond not in get_args(Beyond):
+            raise ValueError(f"pieces: beyond must be one of {', '.join(get_args(Beyond))}, got {beyond!r}")
+        vars(self).update(breakpoints=ends, coefficients=c, beyond=beyond)
+        if beyond == "period" and Fraction(self.period) != Fraction(ends[-1]) - Fraction(ends[0]):
             raise ValueError(
                 f"pieces: the period, from {ends[0]!r} s to {ends[-1]!r} s, must be exact in float64, but is rounded; "
                 "let the first breakpoint be 0"

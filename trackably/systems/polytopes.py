@@ -39,25 +39,12 @@ class Polytope:
     rows: Array
     lower: Array
     upper: Array
-    dimension: int = 0
+    dimension: int
 
-    if TYPE_CHECKING:  # the constructor takes more types than the fields: __post_init__ converts to arrays
-
-        def __init__(
-            self,
-            rows: ArrayLike,
-            lower: Ends,
-            upper: Ends,
-            dimension: int = 0,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        dimension = self.dimension or None
-        unbounded = dimension and not np.size(self.rows)
-        rows = np.empty((0, self.dimension)) if unbounded else array("set: rows", self.rows, None, dimension)
-        object.__setattr__(self, "rows", rows)
-        object.__setattr__(self, "dimension", rows.shape[1])
-        lower, upper = (_ends(f"set: {name}", getattr(self, name)) for name in ("lower", "upper"))
+    def __init__(self, rows: ArrayLike, lower: Ends, upper: Ends, dimension: int = 0) -> None:
+        unbounded = dimension and not np.size(rows)
+        rows = np.empty((0, dimension)) if unbounded else array("set: rows", rows, None, dimension or None)
+        lower, upper = _ends("set: lower", lower), _ends("set: upper", upper)
         r, shapes = len(rows), [np.shape(of) for of in (lower, upper)]
         if shapes != [(r,), (r,)]:
             raise ValueError(
@@ -71,16 +58,15 @@ class Polytope:
                     f"set: row {i} needs entries other than zero, and finite bounds, lower ≤ upper, got {row.tolist()} "
                     f"in [{low + 0.0}, {high + 0.0}]; if one side does not matter, give a bound that is never reached"
                 )
-        object.__setattr__(self, "_intervals", list(zip(rows, map(interval, lower, upper), strict=True)))
+        intervals = list(zip(rows, map(interval, lower, upper), strict=True))
+        vars(self).update(rows=rows, dimension=rows.shape[1], _intervals=intervals)
         if self.moves:
-            for name in ("lower", "upper"):
-                object.__delattr__(self, name)
             for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
                 self.at(t)  # raises ValueError if it has no interior
             return
-        for name, of in (("lower", lower), ("upper", upper)):
-            object.__setattr__(self, name, np.array(of, dtype=float))
-            getattr(self, name).flags.writeable = False
+        constant = np.array([lower, upper], dtype=float)
+        constant.flags.writeable = False
+        vars(self).update(lower=constant[0], upper=constant[1])
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
@@ -333,4 +319,4 @@ def unit_scales(bounded: Polytope) -> Array:
 def squares_in_widths(bounded: Polytope) -> Array:
     """Return the matrix (n, n) of Σ (row · e / width)², a cost of errors e relative to the widths of all rows."""
     rows = bounded.rows / bounded.widths[:, None]
-    return np.asarray(rows.T @ rows)
+    return rows.T @ rows

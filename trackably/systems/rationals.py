@@ -22,7 +22,7 @@ def exact(numbers: npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fracti
 
 def to_floats(matrix: Rationals) -> Array:
     """Return each entry as the nearest float64."""
-    return np.asarray(matrix.astype(float))
+    return matrix.astype(float)
 
 
 def row_echelon(matrix: Rationals) -> tuple[Rationals, list[int]]:

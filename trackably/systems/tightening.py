@@ -41,7 +41,7 @@ class NoInvariantSetError(ValueError):
 
 def closed_loop(system: LinearSystem, feedback: Array) -> Array:
     """Return A_K = A + B K in float64, shape (n, n)."""
-    return np.asarray(system.A + system.B @ feedback)
+    return system.A + system.B @ feedback
 
 
 def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
@@ -145,7 +145,7 @@ def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array
     rows = error_rows(plant, K)
     both = np.vstack([rows, -rows])
     up, down = np.split(errors_reach(closed_loop(plant.linear, K), disturbance, both, unit_scales(plant.state_set)), 2)
-    return np.asarray(up + down)
+    return up + down
 
 
 def error_rows(plant: ConstrainedSystem, K: Array) -> Array:
@@ -161,7 +161,7 @@ def bound_widths(plant: ConstrainedSystem) -> Array:
 def set_weight(bounded: Polytope) -> Array:
     """Return the matrix (n, n) of Σ (row · e / width)², made definite by a small multiple of the scaled identity."""
     weight = squares_in_widths(bounded) + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
-    return np.asarray((weight + weight.T) / 2)
+    return (weight + weight.T) / 2
 
 
 # A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.

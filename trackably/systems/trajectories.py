@@ -1,6 +1,6 @@
 """States and inputs of a reference as functions of time, and the bounded quantities that they form."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -73,9 +73,10 @@ class Functionals:
     def __call__(self, signals: Signals, t: Array) -> Array:
         """Return all F functionals at t [s]; the result has shape (F, *t.shape)."""
         found = self._offsets.reshape(-1, *(1,) * t.ndim) + np.zeros(t.shape)
-        for weights, shifted in self._shifted(signals, t):
-            summed = weights @ shifted.reshape(len(shifted), -1)
-            found = found + summed.reshape(len(weights), *shifted.shape[1:])
+        for c, shifts, weights in self._weights:
+            step = self.functionals[0].sampling_time
+            shifted = signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
+            found = found + (weights @ shifted.reshape(len(shifts), -1)).reshape(found.shape)
         return found
 
     def combined(self, gains: Array) -> list[tuple[int, Array]]:
@@ -104,12 +105,6 @@ class Functionals:
             (shifts,) = np.nonzero(np.any(weights, axis=0))
             found.append((c, shifts, weights[:, shifts]))
         return found
-
-    def _shifted(self, signals: Signals, t: Array) -> Iterator[tuple[Array, Array]]:
-        """Yield, for each signal, the weights (F, J) of its J shifts that are needed, and its values (J, *t.shape)."""
-        for c, shifts, weights in self._weights:
-            step = self.functionals[0].sampling_time
-            yield weights, signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
 
 
 # States and inputs of a reference as functions of time: formulas of functionals of the learned signals.
@@ -240,18 +235,13 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> 
 
 def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
     """Return the functionals z_c(t + j T_s) by name, for all c, and j up to one step later than the formulas use."""
-    longest = 2 + max(form.orders)
-    return {
-        shifted_name(c, j): one_of(c, form.outputs, tuple(Fraction(int(i == j)) for i in range(longest)), sampling_time)
-        for c in range(form.outputs)
-        for j in range(longest)
-    }
-
-
-def one_of(signal: int, count: int, weights: tuple[Fraction, ...], sampling_time: float) -> Functional:
-    """Return the functional Σ_j `weights`[j] z(t + j T_s) of one signal z among `count` signals."""
-    zero = tuple(Fraction(0) for _ in weights)
-    return Functional(Fraction(0), tuple(weights if c == signal else zero for c in range(count)), sampling_time)
+    found = {}
+    for c in range(form.outputs):
+        weights: list[tuple[Fraction, ...]] = [(Fraction(0),)] * form.outputs
+        for j in range(2 + max(form.orders)):
+            weights[c] = (*[Fraction(0)] * j, Fraction(1))
+            found[shifted_name(c, j)] = Functional(Fraction(0), tuple(weights), sampling_time)
+    return found
 
 
 # A bounded quantity of a reference: a state, an input, or a weighted sum of either.
@@ -276,8 +266,7 @@ class Quantity:
 
     def margin(self, signals: Signals, t: Array) -> Array:
         """Return the distance to the nearer bound at t [s]; negative outside, −∞ where the value is undefined."""
-        margin = self.bounds.margin(self(signals, t), t)
-        return np.asarray(np.where(np.isnan(margin), -np.inf, margin))
+        return np.asarray(Quantities((self,), signals).margins(np.asarray(t))[0])
 
     def at_rest(self, levels: Sequence[float]) -> float:
         """Return the value if every signal c is constant at `levels[c]`."""
@@ -298,9 +287,6 @@ class Quantities:
     quantities: tuple[Quantity, ...]
     signals: Signals
 
-    def __len__(self) -> int:
-        return len(self.quantities)
-
     def values(self, t: Array) -> Array:
         """Return all quantities at t [s]; the result has shape (Q, *t.shape)."""
         arguments = self._arguments
@@ -310,35 +296,26 @@ class Quantities:
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
-        return np.asarray(np.take_along_axis(self.values(t), np.broadcast_to(which, t.shape)[None], axis=0)[0])
+        return _chosen(self.values(t), which)
 
     def margins(self, t: Array) -> Array:
-        """Return the margins of all quantities at t [s], as `Quantity.margin` does; shape (Q, *t.shape)."""
-        every = np.arange(len(self)).reshape(-1, *(1,) * t.ndim)
-        return self._margins(every, self.values(t), np.broadcast_to(t, (len(self), *t.shape)))
+        """Return the distances to the nearer bounds at t [s]; the result has shape (Q, *t.shape).
+
+        They are negative outside, and −∞ where a value is undefined.
+        """
+        pairs = zip(self.quantities, self.values(t), strict=True)
+        margins = np.stack([quantity.bounds.margin(values, t) for quantity, values in pairs])
+        return np.where(np.isnan(margins), -np.inf, margins)
 
     def margins_of(self, which: Indices, t: Array) -> Array:
         """Return the margin of quantity `which[i]` at t[..., i] [s]; an array of the same shape as t."""
-        return self._margins(which, self.values_of(which, t), t)
-
-    def _margins(self, which: Indices, values: Array, t: Array) -> Array:
-        lower, upper = self.ends_of(which, t)
-        margins = np.minimum(values - lower, upper - values)
-        return np.where(np.isnan(margins), -np.inf, margins)
+        return _chosen(self.margins(t), which)
 
     def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
         """Return the bounds of quantity `which[i]` at t[..., i] [s], each of the shape of t."""
-        lower, upper = np.moveaxis(np.broadcast_to(self._ends[which], (*t.shape, 2)), -1, 0).copy()
-        for q, quantity in enumerate(self.quantities):
-            if quantity.bounds.moving:
-                here = np.broadcast_to(which == q, t.shape)
-                lower[here], upper[here] = quantity.bounds.ends(t[here])
-        return lower, upper
-
-    @cached_property
-    def _ends(self) -> Array:
-        """The lower and the upper bound of each quantity at t = 0, shape (Q, 2)."""
-        return np.array([quantity.bounds.ends(np.zeros(())) for quantity in self.quantities]).reshape(-1, 2)
+        each = [np.broadcast_to(end, t.shape) for quantity in self.quantities for end in quantity.bounds.ends(t)]
+        lower, upper = np.array(each[::2]), np.array(each[1::2])
+        return _chosen(lower, which), _chosen(upper, which)
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times between `start` and `end` [s] at which some bound may jump or have a kink."""
@@ -355,3 +332,8 @@ class Quantities:
         """The functionals on which the quantities depend; each appears once, however many quantities use it."""
         every = {id(of): of for quantity in self.quantities for _, of in quantity.trajectory.arguments}
         return Functionals(tuple(every.values()))
+
+
+def _chosen(values: Array, which: Indices) -> Array:
+    """Return values[which[i], ..., i] for `values` (Q, …, m): an array of the shape (…, m)."""
+    return np.asarray(np.take_along_axis(values, np.broadcast_to(which, values.shape[1:])[None], axis=0)[0])
