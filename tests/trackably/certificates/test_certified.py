@@ -2,17 +2,26 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.certificates.goal import for_all_times
+from trackably.certificates.goal import for_all_times, goal_for
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import Window
+from trackably.gp.joint import JointPrior
+from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
 from trackably.learning.problem import NothingFactored, NothingFeasible
+from trackably.learning.space import SearchSpace
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
 
 SAMPLES, PRIOR, PLANT, SPACE = PROBLEMS["example1"]
 GOAL, BOUNDS = for_all_times(SAMPLES, PRIOR, PLANT), PLANT.quantities[0].bounds
@@ -75,3 +84,27 @@ def test_constraints_are_extended_to_where_a_proof_failed_before_them():
         learn_certified(moved, PRIOR, PLANT, SPACE, replace(goal, prove=prove), learner=learner), Certified
     )
     assert windows == [Window(0.0, goal.times.end)]
+
+
+def test_bounds_that_hardly_cost_leave_room_for_large_errors_of_evaluation():
+    """A crane whose swing is limited to half of what its samples need; float64 evaluates its input to 3 % only.
+
+    With shorter length scales, at which float64 evaluates it better, J is a hundred times as large.
+    """
+    g, length, step = 9.81, 2.0, 0.015
+    A = np.array([[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -g / length, 0]])
+    B = np.array([[0], [1], [0], [-1 / length]])
+    system = LinearSystem.discretised(A, B, step, states=["x", "v", "phi", "w"], inputs=["a"])
+    states = Polytope.box([-1, -1.5, -0.05, -0.5], [6, 1.5, 0.05, 0.5])
+    plant = ConstrainedSystem(system, states, Polytope.box([-1.0], [1.0]))
+    t = np.arange(0, 5.01, 0.1)
+    s = np.clip((t - 1) / 3, 0, 1)
+    noise = 0.02 * np.random.default_rng(0).standard_normal(t.size)
+    samples = (Samples(t, 1.25 * (10 * s**3 - 15 * s**4 + 6 * s**5) + noise),)
+    prior = JointPrior((Prior(SquaredExponential(), 0.0147, mean=0.62),))
+    window = Window(0.0, 5.0)
+    space = SearchSpace.around(samples, prior)
+    found = learn_certified(samples, prior, plant, space, goal_for(window, samples, prior, plant), learner=JOINT)
+    assert isinstance(found, Certified)
+    assert found.solution.objective < 450
+    assert found.backoff > 0.1
