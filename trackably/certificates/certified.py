@@ -50,7 +50,7 @@ _ROOM, _ROUGH_ROOM = 4.0, 8.0
 # If errors need more than _LARGEST_BACKOFF, a quantity's own back-off may be up to _LARGEST_OWN, provided that all of
 # these raise J by at most _CHEAP times the allowed gap, to first order. Bounds of an input that are hardly active cost
 # next to nothing, while shorter length scales, the other way to small errors, may raise J by a hundred times as much.
-_LARGEST_OWN, _CHEAP = 0.2, 10.0
+_LARGEST_OWN, _CHEAP = 0.2, 30.0
 # The fallback is not tried if the objective J is lower than that of hyperparameters alone by more than this part of
 # 1 + |J|, because a smaller back-off gains less than this.
 _NEARLY = 1e-3
@@ -226,17 +226,13 @@ class _Learning:
                 return Certified(solution, reference, outcome, largest, self.space)
             if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
-            room, most = _ROUGH_ROOM if found.is_rough else _ROOM, _LARGEST_BACKOFF
-            if max(error, self.rounding.get(outcome.quantity, 0.0)) >= most:
-                if self._is_cheap(errors, room, found):
-                    most = _LARGEST_OWN
-                elif self._shortened(found, error):
-                    backoff, self.rounding = learner.first_backoff, {}
-                    found = learner.solve(self._problem(goal, backoff))
-                    continue
-                else:
-                    return outcome
-            if backoff >= _LARGEST_BACKOFF:
+            room = _ROUGH_ROOM if found.is_rough else _ROOM
+            most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
+            if most is None and self._shortened(found, error):
+                backoff, self.rounding = learner.first_backoff, {}
+                found = learner.solve(self._problem(goal, backoff))
+                continue
+            if most is None or backoff >= _LARGEST_BACKOFF:
                 return outcome
             if not self._leave_room_for(errors, backoff, room, most):
                 own = self.rounding.get(outcome.quantity, 0.0)
@@ -249,18 +245,21 @@ class _Learning:
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
-    def _is_cheap(self, errors: dict[str, float], room: float, found: Solution) -> bool:
-        """Whether own back-offs of `room` times the errors, or those that are now larger, raise J by little.
+    def _largest_own(self, needed: float, errors: dict[str, float], room: float, found: Solution) -> float | None:
+        """Return the largest size that own back-offs may have now; None if they would not help, or raise J too much.
 
-        To first order, J may rise by ten times the allowed gap. The largest own back-off has to be twice each error,
-        and larger than all own back-offs so far.
+        A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs of `room`
+        times the errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first order.
+        They help if 0.2 is more than twice each error, and more than each own back-off so far.
         """
+        if needed < _LARGEST_BACKOFF:
+            return _LARGEST_BACKOFF
         known = self.rounding
         if max([2 * max(errors.values()), *known.values()]) >= _LARGEST_OWN:
-            return False
-        own = {name: max(room * error, known.get(name, 0.0)) for name, error in errors.items()}
-        rise = sum(min(own[q.name], _LARGEST_OWN) * found.rise([q]) for q in self.plant.quantities)
-        return rise <= _CHEAP * found.allowed_gap
+            return None
+        own = {name: min(max(room * error, known.get(name, 0.0)), _LARGEST_OWN) for name, error in errors.items()}
+        rise = sum(own[q.name] * found.rise([q]) for q in self.plant.quantities)
+        return _LARGEST_OWN if rise <= _CHEAP * found.allowed_gap else None
 
     def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float, most: float) -> bool:
         """Raise each quantity's own back-off to `room` times its relative error; to `most` at most.
