@@ -250,12 +250,12 @@ class _Learning:
 
         A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs of `room`
         times the errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first order.
-        They help if 0.2 is more than twice each error, and more than each own back-off so far.
+        They help if 0.2 is more than each error and than each own back-off so far.
         """
         if needed < _LARGEST_BACKOFF:
             return _LARGEST_BACKOFF
         known = self.rounding
-        if max([2 * max(errors.values()), *known.values()]) >= _LARGEST_OWN:
+        if max(*errors.values(), *known.values(), 0.0) >= _LARGEST_OWN:
             return None
         own = {name: min(max(room * error, known.get(name, 0.0)), _LARGEST_OWN) for name, error in errors.items()}
         rise = sum(own[q.name] * found.rise([q]) for q in self.plant.quantities)
