@@ -2,8 +2,8 @@
 
 The back-off tightens bounds during learning, by a part of their width, so that a proof has room. Long length scales
 come with large amplitudes and with weights that cancel. The input of a chain of integrators is a difference of such
-signals, which float64 may not evaluate accurately. If a proof fails for this reason, shorter length scales are
-searched.
+signals, which float64 may not evaluate accurately. If a proof fails for this reason, the bounds of that quantity are
+tightened by more than others, as long as this costs little. Otherwise shorter length scales are searched.
 
 A learner of functions learns hyperparameters and the function together; its fallback learns hyperparameters alone. J is
 the objective of a learner: l (minus twice the logarithm of the marginal likelihood) plus the price of the bounds, which
@@ -47,6 +47,10 @@ _SAME_VALUE = 1e-6
 # After a failed proof, a quantity's back-off is at least its error of float64 evaluation times the first factor, or the
 # second one for rough functions (kinks and many active bounds). With a smaller back-off, the proof takes more boxes.
 _ROOM, _ROUGH_ROOM = 4.0, 8.0
+# If errors need more than _LARGEST_BACKOFF, a quantity's own back-off may be up to _LARGEST_OWN, provided that all of
+# these raise J by at most _CHEAP times the allowed gap, to first order. Bounds of an input that are hardly active cost
+# next to nothing, while shorter length scales, the other way to small errors, may raise J by a hundred times as much.
+_LARGEST_OWN, _CHEAP = 0.2, 30.0
 # The fallback is not tried if the objective J is lower than that of hyperparameters alone by more than this part of
 # 1 + |J|, because a smaller back-off gains less than this.
 _NEARLY = 1e-3
@@ -222,17 +226,18 @@ class _Learning:
                 return Certified(solution, reference, outcome, largest, self.space)
             if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
-            largest = max(error, self.rounding.get(outcome.quantity, 0.0))
-            if largest >= _LARGEST_BACKOFF and self._shortened(found, error):
+            room = _ROUGH_ROOM if found.is_rough else _ROOM
+            most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
+            if most is None and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
                 found = learner.solve(self._problem(goal, backoff))
                 continue
-            if max(backoff, largest) >= _LARGEST_BACKOFF:
+            if most is None or backoff >= _LARGEST_BACKOFF:
                 return outcome
-            if not self._leave_room_for(errors, backoff, _ROUGH_ROOM if found.is_rough else _ROOM):
+            if not self._leave_room_for(errors, backoff, room, most):
                 own = self.rounding.get(outcome.quantity, 0.0)
                 if own > backoff:  # this quantity has a larger back-off of its own: raise it alone
-                    self.rounding[outcome.quantity] = min(2 * own, _LARGEST_BACKOFF)
+                    self.rounding[outcome.quantity] = min(2 * own, most)
                 else:
                     backoff = self._larger(backoff, found)
             if isinstance(outcome, Counterexample):  # twice the violation, as back-offs are halved (`_problem`)
@@ -240,14 +245,30 @@ class _Learning:
             found = learner.continued(found, self._problem(goal, backoff))
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
-    def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float) -> bool:
-        """Raise each quantity's own back-off to `room` times its relative error; 0.01 at most.
+    def _largest_own(self, needed: float, errors: dict[str, float], room: float, found: Solution) -> float | None:
+        """Return the largest size that own back-offs may have now; None if they would not help, or raise J too much.
+
+        A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs of `room`
+        times the errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first order.
+        They help if 0.2 is more than each error and than each own back-off so far.
+        """
+        if needed < _LARGEST_BACKOFF:
+            return _LARGEST_BACKOFF
+        known = self.rounding
+        if max(*errors.values(), *known.values(), 0.0) >= _LARGEST_OWN:
+            return None
+        own = {name: min(max(room * error, known.get(name, 0.0)), _LARGEST_OWN) for name, error in errors.items()}
+        rise = sum(own[q.name] * found.rise([q]) for q in self.plant.quantities)
+        return _LARGEST_OWN if rise <= _CHEAP * found.allowed_gap else None
+
+    def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float, most: float) -> bool:
+        """Raise each quantity's own back-off to `room` times its relative error; to `most` at most.
 
         Return whether this tightens any bound more than before, when each quantity had the larger of `backoff` and its
         own back-off.
         """
         known = self.rounding
-        needed = {name: min(room * error, _LARGEST_BACKOFF) for name, error in errors.items()}
+        needed = {name: min(room * error, most) for name, error in errors.items()}
         self.rounding = {name: max(least, known.get(name, 0.0)) for name, least in needed.items()}
         return any(least > max(backoff, known.get(name, 0.0)) for name, least in self.rounding.items())
 

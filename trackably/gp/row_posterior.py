@@ -39,6 +39,15 @@ class RowPosterior:
             total += (own + own.T) / 2
         return total
 
+    @cached
+    def rounding(self) -> Array:
+        """The rounding errors of the variances of the rows: about ε (Σ |w|)² κ(0) for a row with weights w."""
+        total, eps = np.zeros(len(self.rows)), np.finfo(float).eps
+        for part, terms in zip(self.posterior.parts, self.rows.terms, strict=True):
+            sizes = np.bincount(terms.of_row, np.abs(terms.weights), len(self.rows))
+            total += eps * part.prior.kernel(np.zeros(())) * sizes**2
+        return total
+
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for `multipliers` ν (n,) of rows L_a."""
         return tuple(

@@ -18,7 +18,7 @@ from trackably.learning.space import SearchSpace
 from trackably.systems.trajectories import Quantity, Trajectory
 from trackably.work import done
 
-MANY_CONTACTS = 100  # a function whose kernels have kinks is rough if it has more active bounds than this
+MANY_CONTACTS = 100  # with more active bounds, small violations are left to a larger back-off (tightening of bounds)
 # J = l + D may exceed its least value by LEAST_GAP, or by _RELATIVE_GAP times the price D, whichever is larger.
 LEAST_GAP, _RELATIVE_GAP = 0.01, 1e-3
 

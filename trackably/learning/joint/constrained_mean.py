@@ -173,7 +173,7 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
         multipliers = interior_multipliers(given.system, gap)
         if multipliers is not None:
             return ConstrainedMean(given, demanded, multipliers, float(multipliers @ gap), contradicts=False)
-    dual = solve_dual(given.covariance, gap, demanded.is_equation, likely)
+    dual = solve_dual(given.covariance, gap, demanded.is_equation, likely, given.rounding)
     if dual is None:
         return None
     return ConstrainedMean(given, demanded, dual.multipliers, dual.value, dual.contradicts)

@@ -73,7 +73,8 @@ def _by_single_steps(G: Array, b: Array) -> Array:
 
 # Bounds at neighbouring times have nearly dependent rows: this part of a row's variance is added to the diagonal of K.
 _JITTER = 1e-12
-_LARGEST_JITTER = 1e-4  # if K has no Cholesky factor even with this part added, the program counts as not solvable
+# If K has no Cholesky factor, the part is 100 times as large, up to 1e-4; the program counts as not solvable then.
+_JITTER_STEPS = 5
 _WEAK = 1e-9  # relative to the largest eigenvalue: eigenvectors with smaller eigenvalues count as the null space
 # If rows contradict each other, the dual value is about the squared residual divided by the jitter. Rows count as
 # contradicting if a jitter that is _LARGER times as large lowers the dual value to less than _CHEAPER times the value.
@@ -96,22 +97,25 @@ class DualSolution:
 
 
 def solve_dual(
-    covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None
+    covariance: Array, demand: Array, is_equation: Flags, likely: Flags | None = None, rounding: Array | None = None
 ) -> DualSolution | None:
     """Return the λ that maximise 2 λᵀ d − λᵀ K λ, for the covariance K (r, r) of the rows and d = `demand` (r,).
 
     λ ≥ 0 except where `is_equation` holds. None if K is not positive semidefinite up to rounding. The search starts
-    with the rows whose multipliers are `likely` to be positive. Flags have shape (r,).
+    with the rows whose multipliers are `likely` to be positive. Flags have shape (r,). `rounding` (r,) has rounding
+    errors of the variances, which differ between rows: if K has no Cholesky factor, they are added to its diagonal
+    before a common jitter is, because this would soften exact rows as much as inexact ones.
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale
-    jitter = _JITTER
-    while jitter <= _LARGEST_JITTER:
-        if (found := _solve(scaled + jitter * np.eye(len(scaled)), wanted, is_equation, likely)) is not None:
+    of_rows = [] if rounding is None else [_JITTER + rounding / scale**2]
+    larger = np.arange(_JITTER_STEPS)
+    for jitter in (_JITTER, *of_rows, *(_JITTER * _LARGER ** larger[1:])):
+        diagonal = np.broadcast_to(jitter, wanted.shape)
+        if (found := _solve(scaled + np.diag(diagonal), wanted, is_equation, likely)) is not None:
             value = float(found @ wanted)
-            contradicts = _contradicts(scaled, wanted, is_equation, jitter, found)
+            contradicts = _contradicts(scaled, wanted, is_equation, diagonal, found)
             return DualSolution(found / scale, value, contradicts)
-        jitter *= _LARGER
     return None
 
 
@@ -134,12 +138,12 @@ def _norms(covariance: Array) -> Array:
     return np.where(norms > 0, norms, 1.0)
 
 
-def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: float, found: Array) -> bool:
-    """Whether the dual value for the multipliers `found` with this `jitter` shows that rows contradict each other."""
+def _contradicts(K: Array, d: Array, is_equation: Flags, jitter: Array, found: Array) -> bool:
+    """Whether the dual value for the multipliers `found` with this `jitter` (r,) shows that rows contradict."""
     value = float(found @ d)
-    if jitter * np.max(np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
+    if np.max(jitter * np.abs(found), initial=0.0) <= _MISSED * np.sqrt(max(value, 0.0)):
         return False
-    coarser = _solve(K + _LARGER * jitter * np.eye(len(K)), d, is_equation, found > 0)
+    coarser = _solve(K + _LARGER * np.diag(jitter), d, is_equation, found > 0)
     return coarser is not None and float(coarser @ d) < _CHEAPER * value
 
 

@@ -4,6 +4,7 @@ Solve with bounds at few places (a place is a time and a side), add the places w
 repeat.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,6 +88,8 @@ def exchange_bounds(
         minima = seen.closest(places)
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_convex else 0.0
+        if is_convex and not is_rough:
+            same = same_time(posterior.signals, max(removed, tolerance))
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # Violations between kinks are searched only in the last rounds: earlier there would be thousands of them. No
         # exchange ends with small violations before this search, because those between kinks may be large.
@@ -124,10 +127,11 @@ def exchange_bounds(
 
 
 def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
-    """Return the violation, as a part of a width, that a later, larger back-off removes for a function with kinks.
+    """Return the violation, as a part of a width, that a later, larger back-off removes.
 
     If many bounds are active, they are later tightened by the largest back-off that raises the objective J by no more
-    than `gap_allowed`, because the proof is then short. Rounds that remove only violations which this back-off removes
+    than `gap_allowed`: for functions with kinks because the proof is then short, for smooth functions because of the
+    violations that are left. Rounds that remove only violations which this back-off removes
     anyway would be wasted. The result is 0 if no larger back-off follows.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
@@ -178,9 +182,13 @@ def is_smooth(problem: ConstrainedProblem) -> bool:
     return all(part.kernel.is_analytic for part in problem.prior.parts)
 
 
-def same_time(signals: tuple[KernelSum, ...]) -> float:
-    """Return the distance [s] below which two times of bounds count as equal: 3e-4 of the least correlation time."""
-    return _SAME_TIME * min(signal.kernel.correlation_time for signal in signals)
+def same_time(signals: tuple[KernelSum, ...], violation: float = 0.0) -> float:
+    """Return the distance [s] below which two times of bounds count as equal: 3e-4 of the least correlation time.
+
+    If a `violation` v (a part of a width) is allowed between two times, it is √v of the correlation time: a smooth
+    function that touches its bound at two times h apart violates it between them by about h² in these units.
+    """
+    return max(_SAME_TIME, math.sqrt(violation)) * min(signal.kernel.correlation_time for signal in signals)
 
 
 def no_places(problem: ConstrainedProblem) -> Places:

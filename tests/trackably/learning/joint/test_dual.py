@@ -34,3 +34,17 @@ def test_a_row_that_no_vector_moves_keeps_its_bounds_or_contradicts_them():
     kept = solve_dual(covariance, np.array([-0.5, 2.0]), flags)
     assert (kept.value, kept.contradicts) == (pytest.approx(4.0), False)
     assert solve_dual(covariance, np.array([0.5, 2.0]), flags).contradicts
+
+
+def test_an_inexact_row_does_not_soften_exact_ones():
+    """Row 9 is row 0 again, but rounding made its variance too small: K has no Cholesky factor.
+
+    A common part added to the diagonal, large enough for this row, would lower the value by 9e-5 of itself.
+    """
+    t, free = np.linspace(0, 1, 9), np.zeros(10, dtype=bool)
+    exact, demand = np.exp(-0.5 * (t[:, None] - t) ** 2 / 0.4**2), 1 + 0.3 * np.sin(9 * t)
+    inexact = np.block([[exact, exact[:, :1]], [exact[:1], np.array([[1 - 5e-5]])]])
+    rounding = np.append(np.zeros(9), 1e-4)
+    alone = solve_dual(exact, demand, free[:9])
+    found = solve_dual(inexact, np.append(demand, demand[0]), free, rounding=rounding)
+    assert found.value == pytest.approx(alone.value, rel=1e-9)
