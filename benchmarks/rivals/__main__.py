@@ -3,7 +3,6 @@
 `python -m benchmarks.rivals page` writes the page again, from what was measured; `joints` shows motions of joints.
 """
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,8 +15,8 @@ from benchmarks.rivals import joints, page, pendulum, table
 from benchmarks.rivals.adapters import fine_grid, ours, splines, tightened, truncated
 from benchmarks.rivals.model import Answer, Problem, Rival
 from benchmarks.rivals.page import RIVALS
-from benchmarks.rivals.problems import ROOT, problem, problems
-from benchmarks.rivals.tables import read, write
+from benchmarks.rivals.problems import problem, problems
+from benchmarks.rivals.tables import write
 
 POINTS = (13, 25, 50, 100, 200, 400, 800)
 ON_GRIDS: tuple[tuple[Rival, Callable[[Problem, int], Answer], str], ...] = (
@@ -40,9 +39,8 @@ def sweep(name: str = "axis") -> Iterator[table.Row]:
 
 def main(names: list[str]) -> None:
     """Measure row by row; each is written as soon as it is there."""
-    os.chdir(ROOT)  # where params.yaml finds its recordings
     if names == ["page"]:
-        page.write(read(table.Row, page.RESULTS), read(pendulum.Row, page.PENDULUM), read(table.Row, page.SWEEP))
+        page.write()
         return
     if names == ["joints"]:
         print(joints.page(list(joints.rows())))
@@ -60,12 +58,10 @@ def main(names: list[str]) -> None:
     if names:
         print(table.page(rows))
     else:
-        swings = list(pendulum.rows())
-        write(swings, page.PENDULUM)
-        finer = list(sweep())
-        write(finer, page.SWEEP)
+        write(pendulum.rows(), page.PENDULUM)
+        write(sweep(), page.SWEEP)
         write(joints.rows(), page.JOINTS)
-        page.write(rows, swings, finer)
+        page.write()
 
 
 def row(problem: Problem, rival: Rival) -> table.Row:

@@ -12,7 +12,7 @@ from pipeline.published.ground_truth import GroundTruth
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
-from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
 
@@ -21,13 +21,11 @@ class Problem:
     """Samples, a system, its sets and a claim, as an experiment has them.
 
     `continuous` are A and B of ẋ = A x + B u where the system is one that is sampled: rivals that know no sampled
-    systems take it. Likelihoods are maximised by `search`. A problem of a `family` has its place there on the abscissa
-    `tightness`.
+    systems take it. A problem of a `family` has its place there on the abscissa `tightness`.
     """
 
     experiment: Experiment
     continuous: tuple[Array, Array] | None = None
-    search: Callable[[ConstrainedProblem], Solution | NoSolution] = best_solution
     family: str = ""
     tightness: float | None = None
 
@@ -52,7 +50,7 @@ class Problem:
 
         ArithmeticError: no minimum is found.
         """
-        found = self.search(ConstrainedProblem(self.task.samples, self.task.prior, self.task.space))
+        found = best_solution(ConstrainedProblem(self.task.samples, self.task.prior, self.task.space))
         if not isinstance(found, Solution):
             raise ArithmeticError(found.explanation)
         return found

@@ -42,7 +42,7 @@ def solve(problem: Problem) -> Answer:
     )
     breaks = np.linspace(start, end, _PIECES + 1)
     says = "from the first state to rest; it takes no samples"
-    curve = moving(lambda t: trajectory.eval(np.array([max(t - start, 0.0)]))[0][:, 0], breaks, _DEGREE, problem)
+    curve = moving(lambda t: trajectory.eval(np.array([max(t - start, 0.0)]))[0][:m, 0], breaks, _DEGREE, problem)
     return Found(curve, None, "", _TIMES, says=says, ignores_samples=True, last=end)
 
 

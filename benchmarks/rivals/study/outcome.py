@@ -7,10 +7,9 @@ from functools import partial
 import numpy as np
 
 from benchmarks.harness import root_mean_square
-from benchmarks.rivals.adapters import fine_grid, governor, splines, tightened, truncated
+from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem
-from benchmarks.rivals.study import learners
 from benchmarks.rivals.study.draws import Run
 
 _POINTS = 100
@@ -29,8 +28,8 @@ SOLVERS: dict[str, Callable[[Problem], Answer]] = {
     "hat functions, mode": partial(truncated.solve, of="mode"),
     "spline on 100": partial(splines.solve, points=_POINTS),
     "governor": governor.solve,
-    "ours, θ alone": learners.solve_alone,
-    "ours, joint": learners.solve_jointly,
+    "ours, θ alone": ours.HYPERPARAMETERS.solve,
+    "ours, joint": ours.JOINT.solve,
 }
 
 
