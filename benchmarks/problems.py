@@ -15,9 +15,11 @@ from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import goal_for
 from trackably.checker.certificate import Claim
 from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.learner import JOINT, Learner
@@ -67,6 +69,11 @@ def integrator(position: float, velocity: float, acceleration: float, step: floa
     return ConstrainedSystem(system, box([position, velocity]), box([acceleration]))
 
 
+def posterior_mean(kernel: Kernel, noise_std: float, samples: Samples) -> tuple[KernelSum, ...]:
+    """Return the posterior mean of a process with mean zero, as the only signal of a plant."""
+    return JointPosterior(JointPrior((Prior(kernel, noise_std),)), (samples,)).signals
+
+
 @dataclass(frozen=True)
 class Task:
     """The arguments for learning a certified reference, of an experiment or of a problem of the benchmarks."""
@@ -101,16 +108,14 @@ class Task:
         """Return the same task with the hyperparameters of a prior, all known."""
         return replace(self, prior=prior.as_known())
 
-    def with_upper_state_bound(self, bound: float) -> "Task":
-        """Return the same task of a scalar system with another upper bound of its state."""
-        lower = state_and_input(self.plant)[0].bounds.lower
-        return replace(self, plant=replace(self.plant, state_set=Polytope.box([lower], [bound])))
-
 
 @cache
-def task(name: str) -> Task:
-    """Return the task of an experiment of params.yaml, or of the rivals' problem of this name."""
-    of = experiment(name)
+def task(name: str, upper: float | None = None) -> Task:
+    """Return the task of an experiment of params.yaml, or of the rivals' problem of this name.
+
+    With `upper`, its only state has another upper bound.
+    """
+    of = experiment(name) if upper is None else experiment(name).with_upper_bound(upper)
     return Task(sampled_by(of).samples, of.learned_prior, of.plant, of.claim, of.search.starts)
 
 
@@ -119,9 +124,9 @@ def last_step(name: str) -> int:
     return experiment(name).verified(task(name).samples).last_step
 
 
-def misfit(found: Certified, samples: tuple[Samples, ...]) -> float:
+def misfit(found: Certified) -> float:
     """Return the root mean square distance of a reference from all samples."""
-    pairs = zip(samples, found.solution.signals, strict=True)
+    pairs = zip(found.solution.posterior.samples, found.solution.signals, strict=True)
     return root_mean_square(np.concatenate([of.stencil.measured(signal, of.times) - of.values for of, signal in pairs]))
 
 
