@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import Disagreement, Row, agree, duel, grouped, in_new_process, kept, part_of, within
-from benchmarks.problems import PRIOR, integrator, irregular, likelihood, regular, task
+from benchmarks.problems import PRIOR, integrator, regular, task
 from pipeline.published.scalar import scalar
 from trackably import Samples, SquaredExponential, learn_many, learn_reference
 from trackably.arrays import Array
@@ -27,8 +27,7 @@ from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds from the first constraint time to the last
-_FEW, _MANY = 1_000, (10_000, 100_000)
-_LARGE, _LARGE_TIMES = 10_000, 100_000
+_FEW, _LARGE, _LARGE_TIMES = 1_000, 10_000, 100_000
 _KERNELS = {"squared exponential": SquaredExponential(), "Matérn 5/2": Matern52()}
 _BUDGETS = {"squared exponential": {_FEW: 4.0, _LARGE: 60.0}, "Matérn 5/2": {_FEW: 10.0, _LARGE: 120.0}}  # seconds
 _RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
@@ -42,7 +41,7 @@ _FLEET, _SECONDS, _JITTER, _LEFT = 200, 6.0, 0.02, 0.9  # recordings; the part o
 
 
 def rows() -> Iterator[Row]:
-    """Yield rows for many constraint times, samples of a likelihood, both, and one or two hundred recordings."""
+    """Yield rows for many constraint times, many samples, both, and one or two hundred recordings."""
 
     def fit(count: int) -> float:
         return kept(best_solution(task("example1").at_instants(count, _SPAN / count)), Solution).objective
@@ -57,16 +56,6 @@ def rows() -> Iterator[Row]:
             target=1.5,
             at_most=True,
             check=lambda count=count: agree(f"{count} times", fit(count), fit(_FEWEST), 1e-6),
-        )
-    for n in _MANY:
-        yield duel(
-            "growth with n: likelihood and gradient",
-            f"n = {grouped(n)} at random times",
-            f"own with n = {grouped(_FEW)}",
-            partial(likelihood, irregular(n)),
-            partial(likelihood, irregular(_FEW)),
-            rounds=3,
-            at_most=True,
         )
     yield from _large()
     for kernel in _KERNELS:

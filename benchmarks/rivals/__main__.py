@@ -1,6 +1,6 @@
 """`python -m benchmarks.rivals`: everything, written to this folder; with names of problems only those, and shown.
 
-`python -m benchmarks.rivals page` writes the page again, from what was measured; `joints` shows motions of joints.
+`python -m benchmarks.rivals page` writes the page again, from what was measured.
 """
 
 import sys
@@ -41,9 +41,6 @@ def main(names: list[str]) -> None:
     """Measure row by row; each is written as soon as it is there."""
     if names == ["page"]:
         page.write()
-        return
-    if names == ["joints"]:
-        print(joints.page(list(joints.rows())))
         return
     wanted = [problem for problem in problems() if not names or problem.name in names]
     if unknown := set(names) - {problem.name for problem in wanted}:
