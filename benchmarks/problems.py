@@ -138,32 +138,3 @@ def tracked(start: float = 0.0) -> Samples:
     """Return half a minute of a tracker's recording [mm], from `start` [s] on."""
     layout = CsvLayout(separator=";", decimal=",")
     return read_csv(BREATHING, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
-
-
-_FINE, _SMOOTH = 0.05, 3.0  # seconds: time step of the drive cycle, and width of its moving average
-
-
-def drive_cycle(count: int) -> Samples:
-    """Return noisy samples of the speed [m/s] of a car at every second: stops, accelerations, cruising, braking.
-
-    The car stands still for a quarter of the time. Its accelerations are at most 2 m/s²: corners of the trace are
-    rounded by a moving average over 3 s.
-    """
-    draw = np.random.default_rng(0)
-    corners, speeds = [0.0], [0.0]
-
-    def drive(speed: float, then: float) -> None:
-        """Change to a `speed` by up to 2 m/s², and hold it for some time."""
-        reached = corners[-1] + abs(speed - speeds[-1]) / draw.uniform(0.6, 2.0)
-        corners.extend([reached, reached + then])
-        speeds.extend([speed, speed])
-
-    while corners[-1] < count:
-        drive(0.0, draw.uniform(10, 40))
-        for _ in range(draw.integers(1, 4)):
-            drive(draw.uniform(5, 30), draw.uniform(5, 40))
-    fine = np.arange(-_SMOOTH, count + _SMOOTH, _FINE)
-    window = round(_SMOOTH / _FINE)
-    smooth = np.convolve(np.interp(fine, corners, speeds), np.ones(window) / window, "same")
-    times = np.arange(float(count))
-    return Samples(times, np.interp(times, fine, smooth) + NOISE * draw.standard_normal(count))

@@ -21,7 +21,7 @@ import numpy.typing as npt
 import scipy
 
 from benchmarks.harness import ROOT, Row, attempted, duel, part_of, root_mean_square, timed, within
-from benchmarks.problems import BREATHING, NOISE, Task, box, drive_cycle, irregular, misfit, task, tracked
+from benchmarks.problems import BREATHING, NOISE, Task, box, irregular, misfit, task, tracked
 from benchmarks.programs import likeliest, smoothed
 from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
 from trackably import Periodic, TrackableReference, learn_reference
@@ -142,11 +142,10 @@ _ON_BOUNDS = 0.7  # part of the time at which the speed is on its bounds
 
 
 def problems() -> Iterator[Recording]:
-    """Return drive cycles, breathing with less speed than recorded, and signals whose input is on its bounds."""
+    """Return a drive cycle, breathing with less speed than recorded, and signals whose input is on its bounds."""
     table = np.loadtxt(ROOT / "benchmarks" / "rivals" / "data" / "udds.csv", delimiter=",", skiprows=1)
-    urban, cycle = Samples(table[:, 0], 0.44704 * table[:, 1]), drive_cycle(1800)
+    urban = Samples(table[:, 0], 0.44704 * table[:, 1])
     yield Recording("UDDS", urban, (Interval(-0.05, 26.0), around(1.5)), 0.2, mean=8.7)
-    yield Recording("drive cycle", cycle, (Interval(0.0, 40.0), around(1.2)), 0.1, mean=15.0)
     for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):
         yield Recording(f"breathing, |v| ≤ {speed:g}", _breathing(count), (around(20.0), around(speed)), 0.01)
     yield from map(on_bounds, (100, 300, 1000, 3000))
