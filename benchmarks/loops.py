@@ -9,6 +9,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from scipy.optimize import bisect
 
 from benchmarks.harness import Row, agree, burst, duel, kept, within
 from benchmarks.problems import box, integrator, posterior_mean
@@ -197,13 +198,10 @@ def _steps(case: Case) -> Iterator[tuple[str, list[Status], list[float]]]:
 
 def _edge(tube: TubeController, direction: Array) -> Array:
     """Return the error on the boundary of the invariant set Z in a direction."""
-    inside, outside = 0.0, 1.0
+    outside = 1.0
     while tube.errors.contains(outside * direction):
         outside *= 2
-    while outside - inside > 1e-3 * outside:
-        middle = (inside + outside) / 2
-        inside, outside = (middle, outside) if tube.errors.contains(middle * direction) else (inside, middle)
-    return inside * direction
+    return direction * bisect(lambda part: tube.errors.contains(part * direction) - 0.5, 0.0, outside, rtol=1e-3)
 
 
 _WINDOWS, _COUNT = 100, 30
@@ -255,5 +253,5 @@ def _check(name: str, kernel: Kernel, count: int, rate: float) -> Row:
         rounds=3,
         target=5.0,
         at_most=True,
-        check=lambda: agree("a verdict", float(isinstance(check(data), Proved)), 1.0, 0.0),
+        check=lambda: kept(check(data), Proved),
     )

@@ -49,7 +49,10 @@ def main(names: list[str]) -> None:
         import_module(package)  # loading is no part of a rival's time
     rows = []
     for each in wanted:
-        rows += [row(each, rival) for rival in RIVALS]
+        for rival in RIVALS:
+            rows.append(found := table.measured(each, rival))
+            least = "" if found.least is None else f", violation {found.least:.3g}"
+            print(f"{each.name}: {rival.name}: {found.answer}{least}", flush=True)
         if not names:
             write(rows, page.RESULTS)
     if names:
@@ -59,14 +62,6 @@ def main(names: list[str]) -> None:
         write(sweep(), page.SWEEP)
         write(joints.rows(), page.JOINTS)
         page.write()
-
-
-def row(problem: Problem, rival: Rival) -> table.Row:
-    """Measure one row, and say it."""
-    found = table.measured(problem, rival)
-    least = "" if found.least is None else f", violation {found.least:.3g}"
-    print(f"{problem.name}: {rival.name}: {found.answer}{least}", flush=True)
-    return found
 
 
 if __name__ == "__main__":

@@ -61,12 +61,12 @@ def outcomes(index: int) -> list[Outcome]:
         except (ArithmeticError, np.linalg.LinAlgError) as why:
             found.append(Outcome(index, name, f"failed: {why}"))
             continue
-        least = found[0].misfit if found else None
+        least = (found and found[0].misfit) or np.inf
         found.append(_outcome(run, problem, name, answer, least))
     return found
 
 
-def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float | None) -> Outcome:
+def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float) -> Outcome:
     if not isinstance(answer, Found):
         return Outcome(run.index, name, answer.kind)
     (samples,), (truth,) = problem.task.samples, problem.truths
@@ -76,6 +76,5 @@ def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float
     misfit = root_mean_square(answer.curve.sampled(0, samples.times) - samples.values) / spread
     error = root_mean_square(answer.curve.sampled(0, times) - truth(times)) / spread
     violation = answer.curve.violation_seen(problem.window).least
-    limit = max(3 * (least if least is not None else misfit), run.noise * run.case.spread / spread, 0.1)
-    collapsed = least is not None and misfit > limit
+    collapsed = misfit > max(3 * least, run.noise * run.case.spread / spread, 0.1)
     return Outcome(run.index, name, "found", misfit, error, violation if violation > _SOLVED else 0.0, collapsed)

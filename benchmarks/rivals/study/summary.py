@@ -1,7 +1,7 @@
 """What a study says: counts, and errors with confidence bands, for each system and rival."""
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, astuple, dataclass
 from functools import partial
 from itertools import zip_longest
@@ -117,15 +117,12 @@ def _is_same(one: Entry, other: Entry) -> bool:
 
 
 def page(entries: Sequence[Entry]) -> str:
-    """Return the summary as Markdown: a table for each system, and what each tightness does to it."""
+    """Return the summary of all runs as Markdown, a table for each system; a figure shows each tightness."""
     head, lines = ("", "infeasible", "failed", "collapsed", "violated", "worst", "median error", "95 % band"), []
-    tight = ("collapsed / violated / median error", *LEVELS)
     for system in dict.fromkeys(entry.system for entry in entries):
-        shown = [entry for entry in entries if entry.system == system]
-        whole = [entry for entry in shown if entry.factor == ALL]
+        whole = [entry for entry in entries if (entry.system, entry.factor) == (system, ALL)]
         title = f"#### {system}: {whole[0].runs} runs, errors of {whole[0].compared} in which all found a curve"
-        by_level = markdown(tight, "l" * len(tight), _by_tightness(shown))
-        lines += [title, "", markdown(head, "lrrrrrrl", map(_cells, whole)), "", by_level, ""]
+        lines += [title, "", markdown(head, "lrrrrrrl", map(_cells, whole)), ""]
     return "\n".join(lines)
 
 
@@ -134,20 +131,6 @@ def _cells(entry: Entry) -> list[str]:
     worst = f"{100 * entry.worst:.2g} %" if entry.violated else ""
     band = "" if entry.lower is None or entry.upper is None else f"{100 * entry.lower:.2f} … {_percent(entry.upper)}"
     return [entry.rival, *map(str, counts), worst, _percent(entry.error), band]
-
-
-def _by_tightness(entries: Sequence[Entry]) -> Iterator[list[str]]:
-    """Yield, for each rival and tightness, collapsed / violated / median error."""
-    for rival in dict.fromkeys(entry.rival for entry in entries):
-        at = {e.level: e for e in entries if e.factor == TIGHTNESS and e.rival == rival}
-        yield [rival, *(_cell(at[level]) if level in at else "" for level in LEVELS)]
-
-
-def _cell(entry: Entry) -> str:
-    if entry.infeasible + entry.failed == entry.runs:
-        return "no curve"
-    parts = [f"{100 * n / entry.runs:.3g} %" if n else "0" for n in (entry.collapsed, entry.violated)]
-    return " / ".join([*parts, _percent(entry.error) or "–"])
 
 
 def _percent(value: float | None) -> str:
