@@ -15,7 +15,8 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from benchmarks.harness import Disagreement, Row, duel, kept, no_worse, timed, within
-from benchmarks.problems import Task, last_step, task
+from benchmarks.problems import Task, task
+from benchmarks.rivals.problems import experiment
 from pipeline.published.algorithm1 import AS_PUBLISHED, algorithm1, tail
 from pipeline.published.periodic import all_phases
 from pipeline.published.scalar import coefficients, growth_rates, interval_sets
@@ -218,7 +219,7 @@ def _slsqp_algorithm1(of: Task, every_start: bool) -> tuple[float, str]:
 
 
 def _example2() -> Iterator[Row]:
-    of, last = task("example2"), last_step("example2")
+    of, last = task("example2"), experiment("example2").verified(task("example2").samples).last_step
     starts = screen(ConstrainedProblem(of.samples, of.prior, of.space, all_phases(of.plant)), of.space.starts)
     yield from _fits("example2", last, starts, _GIFT, 2, 1)
     proved = of.learned(HYPERPARAMETERS).solution.objective

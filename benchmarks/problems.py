@@ -119,11 +119,6 @@ def task(name: str, upper: float | None = None) -> Task:
     return Task(sampled_by(of).samples, of.learned_prior, of.plant, of.claim, of.search.starts)
 
 
-def last_step(name: str) -> int:
-    """Return the last step at which the margins of the experiment of this name are computed."""
-    return experiment(name).verified(task(name).samples).last_step
-
-
 def misfit(found: Certified) -> float:
     """Return the root mean square distance of a reference from all samples."""
     pairs = zip(found.solution.posterior.samples, found.solution.signals, strict=True)
@@ -131,7 +126,7 @@ def misfit(found: Certified) -> float:
 
 
 REPAIRS = ["drop_zero_rows", "drop_rows_out_of_order", "average_repeated"]
-BREATHING = ROOT / "data" / "recordings" / "breathing.csv"
+BREATHING = ROOT / "data/recordings/breathing.csv"
 
 
 def tracked(start: float = 0.0) -> Samples:

@@ -143,7 +143,7 @@ _ON_BOUNDS = 0.7  # part of the time at which the speed is on its bounds
 
 def problems() -> Iterator[Recording]:
     """Return a drive cycle, breathing with less speed than recorded, and signals whose input is on its bounds."""
-    table = np.loadtxt(ROOT / "benchmarks" / "rivals" / "data" / "udds.csv", delimiter=",", skiprows=1)
+    table = np.loadtxt(ROOT / "benchmarks/rivals/data/udds.csv", delimiter=",", skiprows=1)
     urban = Samples(table[:, 0], 0.44704 * table[:, 1])
     yield Recording("UDDS", urban, (Interval(-0.05, 26.0), around(1.5)), 0.2, mean=8.7)
     for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):

@@ -41,7 +41,6 @@ def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
     """Write the JSON, the table and the figure."""
     write_rows(rows, machine)
     TABLE.write_text(table(rows, machine), "utf-8")
-    FIGURE.parent.mkdir(exist_ok=True)
     save(figure([row for row in rows if not (row.at_most or row.failure)]), FIGURE)
 
 

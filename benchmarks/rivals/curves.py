@@ -26,12 +26,11 @@ def curve_of(signals: Sequence[Signal], problem: Problem) -> Curve:
 
 
 def is_driven_by_accelerations(problem: Problem) -> bool:
-    """Whether the system is ṗ = v, v̇ = u with as many inputs as positions."""
-    if problem.continuous is None:
+    """Whether the sampled system is ṗ = v, v̇ = u with as many inputs as positions."""
+    written, m = problem.experiment.system.fields, problem.task.plant.signal_count
+    if not written.get("continuous", False):
         return False
-    A, B = problem.continuous
-    m = B.shape[1]
-    return np.array_equal(A, np.eye(2 * m, k=m)) and np.array_equal(B, np.eye(2 * m, m, k=-m))
+    return np.array_equal(written["A"], np.eye(2 * m, k=m)) and np.array_equal(written["B"], np.eye(2 * m, m, k=-m))
 
 
 def moving(position: Callable[[float], Array], breaks: Array, degree: int, problem: Problem) -> Curve:

@@ -6,6 +6,7 @@ The library's checker judges sums of kernels and piecewise polynomials alike.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from operator import attrgetter
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class Curve:
             if isinstance(outcome, Certificate):
                 return replace(found, most=most)
             if isinstance(outcome, Counterexample):
-                found = max(found, self._at(outcome.quantity, outcome.time, window), key=_least)
+                found = max(found, self._at(outcome.quantity, outcome.time, window), key=attrgetter("least"))
         return found
 
     def violation_seen(self, window: tuple[float, float]) -> Violation:
@@ -76,7 +77,9 @@ class Curve:
         It takes a small part of the time that `violation` takes, and is never larger.
         """
         drawn = zip(self.reference.quantities, sketches(self.reference, *window), strict=True)
-        return max((self._at(quantity.name, of.worst_times[0], window) for quantity, of in drawn), key=_least)
+        return max(
+            (self._at(quantity.name, of.worst_times[0], window) for quantity, of in drawn), key=attrgetter("least")
+        )
 
     def _at(self, name: str, time: float, window: tuple[float, float]) -> Violation:
         """Return by how much the bound is certainly broken at `time` [s]; zero if it is not."""
@@ -88,10 +91,6 @@ class Curve:
         width = exactly(bounds.upper) - exactly(bounds.lower)
         broken = max(float(((bounds.lower - value) / width).a), float(((value - bounds.upper) / width).a))
         return Violation(max(float(np.nextafter(broken, -np.inf)), 0.0), None, name, time)
-
-
-def _least(violation: Violation) -> float:
-    return violation.least
 
 
 def widened(reference: Reference, by: float) -> Reference:

@@ -10,7 +10,6 @@ from pipeline.generate import sampled_by
 from pipeline.methods import Task
 from pipeline.published.ground_truth import GroundTruth
 from pipeline.storage.archive import Sampled
-from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
@@ -20,13 +19,10 @@ from trackably.learning.search import best_solution
 class Problem:
     """Samples, a system, its sets and a claim, as an experiment has them.
 
-    `continuous` are A and B of ẋ = A x + B u where the system is one that is sampled: rivals that know no sampled
-    systems take it. A problem of a `family` has its place there on the abscissa `tightness`.
+    With `tightness`, it is one of several whose bound is tightened: its place on the abscissa.
     """
 
     experiment: Experiment
-    continuous: tuple[Array, Array] | None = None
-    family: str = ""
     tightness: float | None = None
 
     @property

@@ -210,7 +210,6 @@ one does; the unconstrained mean has less of it, and breaks the bound.
 def write() -> None:
     """Write the page and its figures from what was measured."""
     rows, drawn = read(table.Row, RESULTS), study.read(STUDY)[-1]
-    FIGURES.mkdir(exist_ok=True)
     save(violations(read(table.Row, SWEEP)), FIGURES / "violations.svg")
     save(tightness(rows), FIGURES / "tightness.svg")
     save(errors(drawn), FIGURES / "study.svg")
