@@ -13,7 +13,7 @@
 # make paper    write paper/paper.md with the numbers of the results, and paper.pdf (pandoc, pdflatex, rsvg-convert)
 # make bench    measure against other software, in an environment of its own (minutes; on a machine that is idle)
 # make rivals   side by side with everything else that hands out trajectories, in an environment of its own (minutes)
-# make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (up to an hour)
+# make study    10,000 drawn problems for all rivals, into .study; goes on where it was stopped (hours)
 # make theorem  Coq proves its checker sound, and with NAME=example1 (or all) certificates, for the record; needs Coq
 # make extracted  the same checker as a program, theorem/extracted/check, for files that are written for Coq; needs OCaml
 # make lock     pin the newest versions that pyproject.toml allows, with hashes

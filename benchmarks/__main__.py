@@ -8,20 +8,16 @@ from itertools import chain
 from threadpoolctl import threadpool_limits
 
 from benchmarks import report
-from benchmarks.harness import FAILURES, Row, described, load
+from benchmarks.harness import Row, attempted, described, load
 
 _ALL = ("likelihood", "constrained", "recordings", "growth", "loops")
 
 
 def measured(name: str) -> Iterator[Row]:
     """Yield and print the rows of one module of comparisons; if the module fails, the last row says why."""
-    try:
-        for row in import_module(f"benchmarks.{name}").rows():
-            print(f"{row.topic}, {row.problem}, beside {row.rival}: {row.failure or f'{row.ratio:.3g} {row.verdict}'}")
-            yield row
-    except FAILURES as why:
-        print(f"{name}: {why}")
-        yield Row.failed(name, "all that follows", "whatever is next", why)
+    for row in attempted(name, "all that follows", "whatever is next", import_module(f"benchmarks.{name}").rows):
+        print(f"{row.topic}, {row.problem}, beside {row.rival}: {row.failure or f'{row.ratio:.3g} {row.verdict}'}")
+        yield row
 
 
 if __name__ == "__main__":

@@ -16,20 +16,18 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import Disagreement, Row, agree, duel, grouped, in_new_process, kept, part_of, within
-from benchmarks.problems import PRIOR, integrator, irregular, likelihood, regular, task
+from benchmarks.problems import PRIOR, integrator, regular, task
 from pipeline.published.scalar import scalar
 from trackably import Samples, SquaredExponential, learn_many, learn_reference
 from trackably.arrays import Array
 from trackably.gp.kernels.matern import Matern52
 from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution
-from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
 _SPAN = 2.0  # seconds from the first constraint time to the last
-_FEW, _MANY = 1_000, (10_000, 100_000)
-_LARGE, _LARGE_TIMES = 10_000, 100_000
+_FEW, _LARGE, _LARGE_TIMES = 1_000, 10_000, 100_000
 _KERNELS = {"squared exponential": SquaredExponential(), "Matérn 5/2": Matern52()}
 _BUDGETS = {"squared exponential": {_FEW: 4.0, _LARGE: 60.0}, "Matérn 5/2": {_FEW: 10.0, _LARGE: 120.0}}  # seconds
 _RATE, _PERIOD, _NOISE = 10.0, 5.0, 0.05  # of the recording: samples a second, seconds, unit of the position
@@ -37,12 +35,13 @@ _WITHIN, _BEYOND = 1.0, 1.3  # amplitudes: the position is bounded by 1.2
 _GROWTH = 15.0  # target: most factor of the time for ten times as many samples
 _ODD, _OTHERS, _SLOWER = 1_245, 2, 1.5
 _THREADS = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"
+_PLANT = integrator(1.2, 2.0, 3.0, 1 / _RATE)
 _RECORDED = "recordings learned and proved"
 _FLEET, _SECONDS, _JITTER, _LEFT = 200, 6.0, 0.02, 0.9  # recordings; the part of the samples that is not lost
 
 
 def rows() -> Iterator[Row]:
-    """Yield rows for many constraint times, samples of a likelihood, both, and one or two hundred recordings."""
+    """Yield rows for many constraint times, many samples, both, and one or two hundred recordings."""
 
     def fit(count: int) -> float:
         return kept(best_solution(task("example1").at_instants(count, _SPAN / count)), Solution).objective
@@ -57,16 +56,6 @@ def rows() -> Iterator[Row]:
             target=1.5,
             at_most=True,
             check=lambda count=count: agree(f"{count} times", fit(count), fit(_FEWEST), 1e-6),
-        )
-    for n in _MANY:
-        yield duel(
-            "growth with n: likelihood and gradient",
-            f"n = {grouped(n)} at random times",
-            f"own with n = {grouped(_FEW)}",
-            partial(likelihood, irregular(n)),
-            partial(likelihood, irregular(_FEW)),
-            rounds=3,
-            at_most=True,
         )
     yield from _large()
     for kernel in _KERNELS:
@@ -152,17 +141,13 @@ def learn_sine(kernel: str, count: int, amplitude: float) -> tuple[float, int]:
     """Learn from a noisy sine, which keeps its bounds only with the smaller amplitude; return objective and count."""
     times = np.arange(count) / _RATE
     samples = _noisy(times, amplitude, _PERIOD, np.random.default_rng(0))
-    found = learn_reference(samples, _plant(), _KERNELS[kernel], (0.0, float(times[-1])), progress=False)
+    found = learn_reference(samples, _PLANT, _KERNELS[kernel], (0.0, float(times[-1])), progress=False)
     return found.objective, len(found.active_bounds)
 
 
 def _noisy(times: Array, amplitude: float, period: float, draw: np.random.Generator) -> Samples:
     """Return samples of a sine with noise."""
     return Samples(times, amplitude * np.sin(2 * np.pi * times / period) + _NOISE * draw.standard_normal(len(times)))
-
-
-def _plant() -> ConstrainedSystem:
-    return integrator(1.2, 2.0, 3.0, 1 / _RATE)
 
 
 def constrained_fit(count: int, times: int) -> tuple[float, int]:
@@ -193,7 +178,7 @@ def _two_workers() -> Row:
 def learn_fleet(folder: str, workers: int) -> tuple[float, int]:
     """Learn from noisy sines of several amplitudes and periods, with jitter and gaps; some break the bounds."""
     recordings = {f"run {i:03}": _recording(np.random.default_rng(i)) for i in range(_FLEET)}
-    given = recordings, _plant(), SquaredExponential(), "recorded"
+    given = recordings, _PLANT, SquaredExponential(), "recorded"
     return 0.0, len(learn_many(*given, folder=Path(folder), workers=workers).proved)
 
 

@@ -11,6 +11,7 @@ from math import nan
 from pathlib import Path
 from statistics import median
 from time import process_time
+from timeit import timeit
 from typing import TypeVar
 
 import numpy as np
@@ -96,10 +97,9 @@ def within(
     topic: str, problem: str, taken: float | list[float], budget: float, note: str = "", target: float | None = 1.0
 ) -> Row:
     """Return a row with the part of a budget [s] that was `taken` [s]: one time, or the median of several."""
-    times = np.atleast_1d(taken)
     rival = f"{budget:g} s" if budget >= 0.1 else f"{1e3 * budget:g} ms"
-    parts = [float(part) / budget for part in (np.median(times), times.min(), times.max())]
-    return Row(topic, problem, rival, parts[0] * budget, budget, *parts, target, at_most=True, note=note)
+    row = part_of(topic, problem, rival, float(np.median(taken)), budget, target, note, in_seconds=True)
+    return replace(row, lowest=float(np.min(taken)) / budget, highest=float(np.max(taken)) / budget)
 
 
 def timed(run: Callable[[], T]) -> tuple[T, float]:
@@ -130,15 +130,14 @@ def duel(
     """
     try:
         check()
-        calls = [_calls(ours), _calls(theirs)]
-        times = [(burst(ours, calls[0]), burst(theirs, calls[1])) for _ in range(rounds)]
+        both = [(way, _calls(way)) for way in (ours, theirs)]
+        times = [[burst(*each) for each in both] for _ in range(rounds)]
         said = note if isinstance(note, str) else note()
     except FAILURES as why:
         return Row.failed(topic, problem, rival, why)
     ratios = [a / b if at_most else b / a for a, b in times]
     own, other = (median(column) for column in zip(*times, strict=True))
-    row = Row(topic, problem, rival, own, other, median(ratios), min(ratios), max(ratios), note=said)
-    return replace(row, target=target, at_most=at_most)
+    return Row(topic, problem, rival, own, other, median(ratios), min(ratios), max(ratios), target, at_most, said)
 
 
 def agree(what: str, ours: float, theirs: float, tolerance: float) -> None:
@@ -180,18 +179,14 @@ def in_new_process(*arguments: str, environment: dict[str, str] | None = None) -
 
 def _calls(question: Callable[[], object]) -> int:
     """Return how many calls fill a burst; the first call, which loads and compiles, is not counted."""
-    taken = burst(question, 1)
-    if taken < _BURST:
+    if (taken := burst(question, 1)) < _BURST:
         taken = burst(question, 3)
-    return max(1, min(_MOST_CALLS, int(_BURST / max(taken, 1e-9))))
+    return int(np.clip(_BURST / max(taken, 1e-9), 1, _MOST_CALLS))
 
 
 def burst(question: Callable[[], object], calls: int) -> float:
     """Return the mean processor time [s] of a number of `calls`."""
-    before = process_time()
-    for _ in range(calls):
-        question()
-    return (process_time() - before) / calls
+    return timeit(question, timer=process_time, number=calls) / calls
 
 
 def load() -> float:

@@ -15,9 +15,11 @@ from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import goal_for
 from trackably.checker.certificate import Claim
 from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.learner import JOINT, Learner
@@ -67,6 +69,11 @@ def integrator(position: float, velocity: float, acceleration: float, step: floa
     return ConstrainedSystem(system, box([position, velocity]), box([acceleration]))
 
 
+def posterior_mean(kernel: Kernel, noise_std: float, samples: Samples) -> tuple[KernelSum, ...]:
+    """Return the posterior mean of a process with mean zero, as the only signal of a plant."""
+    return JointPosterior(JointPrior((Prior(kernel, noise_std),)), (samples,)).signals
+
+
 @dataclass(frozen=True)
 class Task:
     """The arguments for learning a certified reference, of an experiment or of a problem of the benchmarks."""
@@ -101,64 +108,28 @@ class Task:
         """Return the same task with the hyperparameters of a prior, all known."""
         return replace(self, prior=prior.as_known())
 
-    def with_upper_state_bound(self, bound: float) -> "Task":
-        """Return the same task of a scalar system with another upper bound of its state."""
-        lower = state_and_input(self.plant)[0].bounds.lower
-        return replace(self, plant=replace(self.plant, state_set=Polytope.box([lower], [bound])))
-
 
 @cache
-def task(name: str) -> Task:
-    """Return the task of an experiment of params.yaml, or of the rivals' problem of this name."""
-    of = experiment(name)
+def task(name: str, upper: float | None = None) -> Task:
+    """Return the task of an experiment of params.yaml, or of the rivals' problem of this name.
+
+    With `upper`, its only state has another upper bound.
+    """
+    of = experiment(name) if upper is None else experiment(name).with_upper_bound(upper)
     return Task(sampled_by(of).samples, of.learned_prior, of.plant, of.claim, of.search.starts)
 
 
-def last_step(name: str) -> int:
-    """Return the last step at which the margins of the experiment of this name are computed."""
-    return experiment(name).verified(task(name).samples).last_step
-
-
-def misfit(found: Certified, samples: tuple[Samples, ...]) -> float:
+def misfit(found: Certified) -> float:
     """Return the root mean square distance of a reference from all samples."""
-    pairs = zip(samples, found.solution.signals, strict=True)
+    pairs = zip(found.solution.posterior.samples, found.solution.signals, strict=True)
     return root_mean_square(np.concatenate([of.stencil.measured(signal, of.times) - of.values for of, signal in pairs]))
 
 
 REPAIRS = ["drop_zero_rows", "drop_rows_out_of_order", "average_repeated"]
-BREATHING = ROOT / "data" / "recordings" / "breathing.csv"
+BREATHING = ROOT / "data/recordings/breathing.csv"
 
 
 def tracked(start: float = 0.0) -> Samples:
     """Return half a minute of a tracker's recording [mm], from `start` [s] on."""
     layout = CsvLayout(separator=";", decimal=",")
     return read_csv(BREATHING, "Timestamp", "ms", {"z": "z"}, layout, REPAIRS).select(start, start + 30.0)["z"]
-
-
-_FINE, _SMOOTH = 0.05, 3.0  # seconds: time step of the drive cycle, and width of its moving average
-
-
-def drive_cycle(count: int) -> Samples:
-    """Return noisy samples of the speed [m/s] of a car at every second: stops, accelerations, cruising, braking.
-
-    The car stands still for a quarter of the time. Its accelerations are at most 2 m/s²: corners of the trace are
-    rounded by a moving average over 3 s.
-    """
-    draw = np.random.default_rng(0)
-    corners, speeds = [0.0], [0.0]
-
-    def drive(speed: float, then: float) -> None:
-        """Change to a `speed` by up to 2 m/s², and hold it for some time."""
-        reached = corners[-1] + abs(speed - speeds[-1]) / draw.uniform(0.6, 2.0)
-        corners.extend([reached, reached + then])
-        speeds.extend([speed, speed])
-
-    while corners[-1] < count:
-        drive(0.0, draw.uniform(10, 40))
-        for _ in range(draw.integers(1, 4)):
-            drive(draw.uniform(5, 30), draw.uniform(5, 40))
-    fine = np.arange(-_SMOOTH, count + _SMOOTH, _FINE)
-    window = round(_SMOOTH / _FINE)
-    smooth = np.convolve(np.interp(fine, corners, speeds), np.ones(window) / window, "same")
-    times = np.arange(float(count))
-    return Samples(times, np.interp(times, fine, smooth) + NOISE * draw.standard_normal(count))

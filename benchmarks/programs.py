@@ -28,15 +28,12 @@ Bounds = Sequence[Interval]
 """Bounds of a function and of its derivatives, by the order of the derivative."""
 
 
-def _within(x: Any, step: float, level: float, bounds: Bounds, backoff: float = 0.0) -> list[Any]:
-    """Return constraints that keep x + level, at times `step` [s] apart, and its differences within bounds.
-
-    Bounds are tightened by the part `backoff` of their widths.
-    """
+def _within(x: Any, step: float, level: float, bounds: Bounds) -> list[Any]:
+    """Return constraints that keep x + level, at times `step` [s] apart, and its differences within bounds."""
     found = []
     for order, each in enumerate(bounds):
-        of, inside = cp.diff(x, order) / step**order if order else x + level, backoff * each.width
-        found += [of >= each.lower + inside, of <= each.upper - inside]
+        of = cp.diff(x, order) / step**order if order else x + level
+        found += [of >= each.lower, of <= each.upper]
     return found
 
 
@@ -64,8 +61,8 @@ class Minimiser:
     seconds: float
 
 
-def likeliest(samples: Samples, prior: Prior, bounds: Bounds, backoff: float = 0.0) -> Minimiser:
-    """Find the likeliest function for these hyperparameters whose bounds are tightened by a part of their widths.
+def likeliest(samples: Samples, prior: Prior, bounds: Bounds) -> Minimiser:
+    """Find the likeliest function for these hyperparameters within bounds.
 
     There are ten points between samples. For Matérn kernels, the program has the sparse state-space form: unknowns are
     the process and its derivatives at all points, and the cost is the squared difference of each step from its
@@ -77,7 +74,7 @@ def likeliest(samples: Samples, prior: Prior, bounds: Bounds, backoff: float = 0
     process, price = _process(prior, int(at[-1]) + 1, step)
     off = process[at] + prior.mean - samples.values
     cost = cp.sum_squares(off / float(prior.noise_std)) + price
-    program = cp.Problem(cp.Minimize(cost), _within(process, step, prior.mean, bounds, backoff))
+    program = cp.Problem(cp.Minimize(cost), _within(process, step, prior.mean, bounds))
     program.solve(solver="CLARABEL")
     assert process.value is not None, program.status
     return Minimiser(root_mean_square(off.value), float(program.value), float(program.solver_stats.solve_time))

@@ -21,7 +21,7 @@ import numpy.typing as npt
 import scipy
 
 from benchmarks.harness import ROOT, Row, attempted, duel, part_of, root_mean_square, timed, within
-from benchmarks.problems import BREATHING, NOISE, Task, box, drive_cycle, irregular, misfit, task, tracked
+from benchmarks.problems import BREATHING, NOISE, Task, box, irregular, misfit, task, tracked
 from benchmarks.programs import likeliest, smoothed
 from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
 from trackably import Periodic, TrackableReference, learn_reference
@@ -58,7 +58,9 @@ def rows() -> Iterator[Row]:
     yield from _bending()
     yield from _jointly()
     for recording in recordings():
-        yield from _defaults(recording)
+        best = recording.held_out_by_programs()
+        for kernel in KERNELS:
+            yield from _defaults(recording, kernel, best)
 
 
 def around(size: float) -> Interval:
@@ -68,7 +70,6 @@ def around(size: float) -> Interval:
 
 _FOLDS = 5
 _DECADES = 0.1, 1.0, 10.0
-Chosen = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,42 +111,41 @@ class Recording:
         return Task((self.samples,), prior, self.plant, self.claim, starts=4)
 
     @property
-    def seen(self) -> Chosen:
+    def seen(self) -> npt.NDArray[np.bool_]:
         """Flags of the samples that are learned from: all except the middle one of every five."""
         return np.asarray(np.arange(len(self.samples)) % _FOLDS != _FOLDS // 2)
 
-    def learned(self, kernel: Kernel, seen: Chosen | None = None, **options: Any) -> TrackableReference:
-        """Return a reference learned from the samples `seen`, by default from all."""
-        of = self.samples
-        part = of if seen is None else Samples(of.times[seen], of.values[seen])
+    @property
+    def parts(self) -> tuple[Samples, Samples]:
+        """The samples that are learned from, and those left out."""
+        of, seen = self.samples, self.seen
+        return Samples(of.times[seen], of.values[seen]), Samples(of.times[~seen], of.values[~seen])
+
+    def learned(self, samples: Samples, kernel: Kernel, **options: Any) -> TrackableReference:
+        """Return a reference learned from all samples, or from a part of them."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return learn_reference(part, self.plant, kernel, self.claim, progress=False, **options)
-
-    def misfit(self, found: TrackableReference, at: Chosen | None = None) -> float:
-        """Return the root mean square of reference minus samples, at the samples `at`, by default at all."""
-        off = found.reference.state_at(self.samples.times)[:, 0] - self.samples.values
-        return root_mean_square(off if at is None else off[at])
-
-    def held_out(self, kernel: Kernel) -> float:
-        """Return the error of a reference at the samples that it was not learned from."""
-        return self.misfit(self.learned(kernel, self.seen), ~self.seen)
+            return learn_reference(samples, self.plant, kernel, self.claim, progress=False, **options)
 
     def held_out_by_programs(self) -> float:
-        """Return the error at the same samples of the best of three quadratic programs."""
+        """Return the error at the samples left out of the best of three quadratic programs."""
         found = (smoothed(self.samples, self.bounds, self.step, by * self.weight, self.seen) for by in _DECADES)
         return min(root_mean_square((values - self.samples.values)[~self.seen]) for values in found)
+
+
+def distance(found: TrackableReference, samples: Samples) -> float:
+    """Return the root mean square of reference minus samples."""
+    return root_mean_square(found.reference.state_at(samples.times)[:, 0] - samples.values)
 
 
 _ON_BOUNDS = 0.7  # part of the time at which the speed is on its bounds
 
 
 def problems() -> Iterator[Recording]:
-    """Return drive cycles, breathing with less speed than recorded, and signals whose input is on its bounds."""
-    table = np.loadtxt(ROOT / "benchmarks" / "rivals" / "data" / "udds.csv", delimiter=",", skiprows=1)
-    urban, cycle = Samples(table[:, 0], 0.44704 * table[:, 1]), drive_cycle(1800)
+    """Return a drive cycle, breathing with less speed than recorded, and signals whose input is on its bounds."""
+    table = np.loadtxt(ROOT / "benchmarks/rivals/data/udds.csv", delimiter=",", skiprows=1)
+    urban = Samples(table[:, 0], 0.44704 * table[:, 1])
     yield Recording("UDDS", urban, (Interval(-0.05, 26.0), around(1.5)), 0.2, mean=8.7)
-    yield Recording("drive cycle", cycle, (Interval(0.0, 40.0), around(1.2)), 0.1, mean=15.0)
     for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):
         yield Recording(f"breathing, |v| ≤ {speed:g}", _breathing(count), (around(20.0), around(speed)), 0.01)
     yield from map(on_bounds, (100, 300, 1000, 3000))
@@ -188,7 +188,7 @@ def _beside_program(recording: Recording, kernel: str, name: str) -> Iterator[Ro
     joint, taken = timed(partial(task.learned, JOINT))
     known = task.with_known(joint.solution.posterior.prior)
     given, taken_given = timed(partial(known.learned, FUNCTION))
-    own, active = misfit(given, task.samples), len(given.solution.active_bounds)
+    own, active = misfit(given), len(given.solution.active_bounds)
     beside = likeliest(recording.samples, known.prior.parts[0], recording.bounds)
     told = f"J = {joint.solution.objective:.6g}, back-off {joint.backoff:.1g}, {active} bounds active"
     for what, seconds, target in (("θ learned", taken, _LEARNED), ("θ given", taken_given, _GIVEN)):
@@ -267,17 +267,16 @@ def _jointly() -> Iterator[Row]:
     many = irregular(1000)
     prior, window = JointPrior((Prior(SquaredExponential(), NOISE),)), Window(0.0, float(many.times[-1]))
     found, taken = timed(Task((many,), prior, cut, window, starts=4).learned)
-    note = f"{len(found.solution.active_bounds)} bounds active; {_told(found, (many,))}"
+    note = f"{len(found.solution.active_bounds)} bounds active; {_told(found)}"
     yield within(_TIME, "n = 1 000 at random times", taken, 10.0, note)
     for name, of, target in (
         ("guide's axis", task("axis"), 0.5),
         ("Example 2", task("example2"), 0.5),
         ("tank", task("tank"), None),
     ):
-        yield _compared(_OFF, name, of, target, lambda found, of=of: misfit(found, of.samples))
-    tight = task("example1").with_upper_state_bound(0.002)
+        yield _compared(_OFF, name, of, target, misfit)
     for name, of, process, truth, last, target in (
-        ("Example 1, x ≤ 0.002", tight, 0, setpoint_change, 200, 0.2),
+        ("Example 1, x ≤ 0.002", task("example1", 0.002), 0, setpoint_change, 200, 0.2),
         ("vehicle, y", task("vehicle"), 1, docking_y, 240, 0.4),
     ):
         yield _compared(_ERROR, name, of, target, partial(_error, of, process, truth, last))
@@ -288,7 +287,7 @@ def _compared(topic: str, name: str, of: Task, target: float | None, off: Callab
     """Return a row that compares the distance `off` of joint learning and of θ alone; its note has J and the price."""
     both = [of.learned(learner) for learner in (JOINT, HYPERPARAMETERS)]
     joint, alone = map(off, both)
-    note = " beside ".join(f"{off(found):.3g}, {_told(found, of.samples)}" for found in both)
+    note = " beside ".join(f"{off(found):.3g}, {_told(found)}" for found in both)
     return part_of(topic, name, ALONE, joint, alone, target, note)
 
 
@@ -304,12 +303,10 @@ def _collapsed() -> Row:
 
     The note counts the draws whose misfit is more than five times σ_n.
     """
-    of = task("example1").with_upper_state_bound(0.005)
+    of = task("example1", 0.005)
     noise = of.prior.parts[0].noise_std
     drawn = [replace(of, samples=(draw(setpoint_change, of.samples[0].times, noise, seed),)) for seed in range(_DRAWN)]
-    joint, alone = (
-        [misfit(each.learned(learner), each.samples) / noise for each in drawn] for learner in (JOINT, HYPERPARAMETERS)
-    )
+    joint, alone = ([misfit(each.learned(learner)) / noise for each in drawn] for learner in (JOINT, HYPERPARAMETERS))
     counts = [sum(found > _COLLAPSED for found in found_by) for found_by in (joint, alone)]
     largest = f"largest misfits {max(joint):.2g} and {max(alone):.2g} σ"
     note = f"collapsed: {counts[0]} of {_DRAWN} beside {counts[1]}; {largest}"
@@ -317,9 +314,9 @@ def _collapsed() -> Row:
     return part_of(_OFF, problem, ALONE, max(joint), max(alone), _COLLAPSED / max(alone), note)
 
 
-def _told(found: Certified, samples: tuple[Samples, ...]) -> str:
+def _told(found: Certified) -> str:
     bounds = f" with D = {found.solution.price:.3g}" if found.solution.active_bounds else ""
-    return f"J = {found.solution.objective:.5g}{bounds}, misfit {misfit(found, samples):.3g}"
+    return f"J = {found.solution.objective:.5g}{bounds}, misfit {misfit(found):.3g}"
 
 
 MISFIT, HELD_OUT = 1.05, 1.1
@@ -351,16 +348,21 @@ def breathing(start: float) -> Recording:
 
 def axis() -> Recording:
     """Return the axis of the guide, which was moved by hand [m]."""
-    (samples,) = task("axis").samples
-    of, bounds = Samples(samples.times, samples.values), (around(0.10), around(0.09), around(0.3))
-    return Recording("axis", of, bounds, 0.01, 0.01, 1e-6, forever=True)
+    return _of_experiment("axis", 0.01, 0.01, 1e-6, forever=True)
 
 
 def hill() -> Recording:
     """Return a hill of the Urban Dynamometer Driving Schedule [m/s]."""
-    (samples,) = task("drive-cycle").samples
-    of, bounds = Samples(samples.times - samples.times[0], samples.values), (Interval(-0.05, 16.3), around(1.5))
-    return Recording("drive cycle", of, bounds, 0.2, 0.1, 0.1)
+    return replace(_of_experiment("drive-cycle", 0.2, 0.1, 0.1), name="drive cycle")
+
+
+def _of_experiment(name: str, *programs: float, forever: bool = False) -> Recording:
+    of = task(name)
+    (samples,), sets = of.samples, (of.plant.state_set, of.plant.input_set)
+    bounds = tuple(interval for bounded in sets for _, interval in bounded.intervals)
+    return Recording(
+        name, Samples(samples.times - samples.times[0], samples.values), bounds, *programs, forever=forever
+    )
 
 
 def recordings() -> Iterator[Recording]:
@@ -371,28 +373,29 @@ def recordings() -> Iterator[Recording]:
     yield from map(made_up, LEVELS)
 
 
-Numbers = Callable[[], tuple[float, float]]
-
-
-def _defaults(recording: Recording) -> Iterator[Row]:
+def _defaults(recording: Recording, name: str, best: float) -> Iterator[Row]:
     """Yield rows with misfits of signals whose mean is known, and with errors at samples that are left out."""
-    best = recording.held_out_by_programs()
-    for name, kernel in KERNELS.items():
-        target = HELD_OUT if name in recording.kernels else None
-        asked: list[tuple[str, str, Numbers, float | None]] = [
-            ("misfit", "its mean given", partial(_with_mean_and_without, recording, kernel()), MISFIT),
-            ("error at samples left out", _PROGRAMS, lambda of=kernel: (recording.held_out(of()), best), target),
-        ]
-        for what, rival, numbers, target in asked[recording.mean is None :]:
-            place = "defaults alone", f"{recording.name}, {name}: {what}", rival
-            yield from attempted(*place, partial(_measured, *place, numbers, target))
+    of, (part, left_out), kernel = recording.samples, recording.parts, KERNELS[name]()
+
+    def misfits() -> tuple[float, float]:
+        without, given = recording.learned(of, kernel), recording.learned(of, kernel, mean=recording.mean)
+        return distance(without, of), distance(given, of)
+
+    def errors() -> tuple[float, float]:
+        return distance(recording.learned(part, kernel), left_out), best
+
+    if recording.mean is not None:
+        yield from _compared_defaults(f"{recording.name}, {name}: misfit", "its mean given", misfits, MISFIT)
+    target = HELD_OUT if name in recording.kernels else None
+    yield from _compared_defaults(f"{recording.name}, {name}: error at samples left out", _PROGRAMS, errors, target)
 
 
-def _measured(topic: str, problem: str, rival: str, numbers: Numbers, target: float | None) -> Iterator[Row]:
-    own, other = numbers()
-    yield part_of(topic, problem, rival, own, other, target, f"{own:.4g} beside {other:.4g}")
+def _compared_defaults(
+    problem: str, rival: str, numbers: Callable[[], tuple[float, float]], target: float | None
+) -> Iterator[Row]:
+    def rows() -> Iterator[Row]:
+        own, other = numbers()
+        yield part_of(*place, own, other, target, f"{own:.4g} beside {other:.4g}")
 
-
-def _with_mean_and_without(recording: Recording, kernel: Kernel) -> tuple[float, float]:
-    without, given = recording.learned(kernel), recording.learned(kernel, mean=recording.mean)
-    return recording.misfit(without), recording.misfit(given)
+    place = "defaults alone", problem, rival
+    return attempted(*place, rows)

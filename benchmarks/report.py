@@ -3,17 +3,19 @@
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from benchmarks.harness import Row
+from benchmarks.rivals.tables import known, markdown
 from pipeline.drawings.style import save
 from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PAGE, PALE, with_style
 
 FOLDER = Path(__file__).parent
 RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"
+
+_HEAD = ("problem", "beside", "this", "other", "ratio", "target", "")
 
 _INTRODUCTION = """# What it costs
 
@@ -39,15 +41,13 @@ def write(rows: Sequence[Row], machine: dict[str, str]) -> None:
     """Write the JSON, the table and the figure."""
     write_rows(rows, machine)
     TABLE.write_text(table(rows, machine), "utf-8")
-    FIGURE.parent.mkdir(exist_ok=True)
     save(figure([row for row in rows if not (row.at_most or row.failure)]), FIGURE)
 
 
 def write_rows(rows: Sequence[Row], machine: dict[str, str]) -> None:
     """Write the JSON only. It is called after each row, so that an interrupted run loses no measured row."""
-    measured = [{**asdict(row), "verdict": row.verdict} for row in rows]
-    known = [{name: value for name, value in row.items() if value == value} for row in measured]  # noqa: PLR0124 (NaN)
-    RESULTS.write_text(json.dumps({"machine": machine, "rows": known}, indent=1, ensure_ascii=False) + "\n", "utf-8")
+    measured = {"machine": machine, "rows": [*map(known, rows)]}
+    RESULTS.write_text(json.dumps(measured, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
 
 def table(rows: Sequence[Row], machine: dict[str, str]) -> str:
@@ -56,9 +56,7 @@ def table(rows: Sequence[Row], machine: dict[str, str]) -> str:
     for topic in dict.fromkeys(row.topic for row in rows):
         lines += [f"## {topic[0].upper()}{topic[1:]}", ""]
         lines += [_ABOUT[topic], ""] if topic in _ABOUT else []
-        lines += ["| problem | beside | this | other | ratio | target | |", "|---|---|--:|--:|--:|--:|---|"]
-        lines += [_line(row) for row in rows if row.topic == topic]
-        lines.append("")
+        lines += [markdown(_HEAD, "llrrrrl", [_cells(row) for row in rows if row.topic == topic]), ""]
     lines += ["## Machine", "", *(f"- {name}: {value}" for name, value in machine.items()), ""]
     return "\n".join(lines)
 
@@ -79,11 +77,10 @@ def _named(row: Row) -> str:
     return f"- {row.topic}, {row.problem}, beside {row.rival}: {_ratio(row)}"
 
 
-def _line(row: Row) -> str:
+def _cells(row: Row) -> list[str]:
     verdict = {"met": "met", "missed": "**missed**", "failed": "**failed**", "": ""}[row.verdict]
     last = "; ".join(part for part in (verdict, row.failure, row.note) if part)
-    cells = [row.problem, row.rival, _time(row.seconds), _time(row.rival_seconds), _ratio(row), _target(row), last]
-    return f"| {' | '.join(cells)} |"
+    return [row.problem, row.rival, _time(row.seconds), _time(row.rival_seconds), _ratio(row), _target(row), last]
 
 
 def _ratio(row: Row) -> str:

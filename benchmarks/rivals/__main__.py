@@ -1,9 +1,8 @@
 """`python -m benchmarks.rivals`: everything, written to this folder; with names of problems only those, and shown.
 
-`python -m benchmarks.rivals page` writes the page again, from what was measured; `joints` shows motions of joints.
+`python -m benchmarks.rivals page` writes the page again, from what was measured.
 """
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,8 +15,8 @@ from benchmarks.rivals import joints, page, pendulum, table
 from benchmarks.rivals.adapters import fine_grid, ours, splines, tightened, truncated
 from benchmarks.rivals.model import Answer, Problem, Rival
 from benchmarks.rivals.page import RIVALS
-from benchmarks.rivals.problems import ROOT, problem, problems
-from benchmarks.rivals.tables import read, write
+from benchmarks.rivals.problems import problem, problems
+from benchmarks.rivals.tables import write
 
 POINTS = (13, 25, 50, 100, 200, 400, 800)
 ON_GRIDS: tuple[tuple[Rival, Callable[[Problem, int], Answer], str], ...] = (
@@ -40,12 +39,8 @@ def sweep(name: str = "axis") -> Iterator[table.Row]:
 
 def main(names: list[str]) -> None:
     """Measure row by row; each is written as soon as it is there."""
-    os.chdir(ROOT)  # where params.yaml finds its recordings
     if names == ["page"]:
-        page.write(read(table.Row, page.RESULTS), read(pendulum.Row, page.PENDULUM), read(table.Row, page.SWEEP))
-        return
-    if names == ["joints"]:
-        print(joints.page(list(joints.rows())))
+        page.write()
         return
     wanted = [problem for problem in problems() if not names or problem.name in names]
     if unknown := set(names) - {problem.name for problem in wanted}:
@@ -54,26 +49,19 @@ def main(names: list[str]) -> None:
         import_module(package)  # loading is no part of a rival's time
     rows = []
     for each in wanted:
-        rows += [row(each, rival) for rival in RIVALS]
+        for rival in RIVALS:
+            rows.append(found := table.measured(each, rival))
+            least = "" if found.least is None else f", violation {found.least:.3g}"
+            print(f"{each.name}: {rival.name}: {found.answer}{least}", flush=True)
         if not names:
             write(rows, page.RESULTS)
     if names:
         print(table.page(rows))
     else:
-        swings = list(pendulum.rows())
-        write(swings, page.PENDULUM)
-        finer = list(sweep())
-        write(finer, page.SWEEP)
+        write(pendulum.rows(), page.PENDULUM)
+        write(sweep(), page.SWEEP)
         write(joints.rows(), page.JOINTS)
-        page.write(rows, swings, finer)
-
-
-def row(problem: Problem, rival: Rival) -> table.Row:
-    """Measure one row, and say it."""
-    found = table.measured(problem, rival)
-    least = "" if found.least is None else f", violation {found.least:.3g}"
-    print(f"{problem.name}: {rival.name}: {found.answer}{least}", flush=True)
-    return found
+        page.write()
 
 
 if __name__ == "__main__":

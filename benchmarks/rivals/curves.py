@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import scipy
+from scipy.interpolate import PPoly
 
-from benchmarks.rivals.judge import Curve, derivative, interpolated, tracing
+from benchmarks.rivals.judge import Curve, tracing
 from benchmarks.rivals.model import Problem
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
@@ -25,20 +26,26 @@ def curve_of(signals: Sequence[Signal], problem: Problem) -> Curve:
 
 
 def is_driven_by_accelerations(problem: Problem) -> bool:
-    """Whether the system is ṗ = v, v̇ = u with as many inputs as positions."""
-    if problem.continuous is None:
+    """Whether the sampled system is ṗ = v, v̇ = u with as many inputs as positions."""
+    written, m = problem.experiment.system.fields, problem.task.plant.signal_count
+    if not written.get("continuous", False):
         return False
-    A, B = problem.continuous
-    m = B.shape[1]
-    return np.array_equal(A, np.eye(2 * m, k=m)) and np.array_equal(B, np.eye(2 * m, m, k=-m))
+    return np.array_equal(written["A"], np.eye(2 * m, k=m)) and np.array_equal(written["B"], np.eye(2 * m, m, k=-m))
 
 
 def moving(position: Callable[[float], Array], breaks: Array, degree: int, problem: Problem) -> Curve:
     """Return the curve of positions (m,), polynomials between their breaks, with their speeds and accelerations."""
-    m = problem.task.plant.signal_count
-    positions = [interpolated(lambda t, c=c: float(position(t)[c]), breaks, degree) for c in range(m)]
-    speeds = [derivative(p) for p in positions]
-    return _through([*positions, *speeds, *map(derivative, speeds)], problem.task.plant)
+    positions = interpolated(position, breaks, degree)
+    moved = (positions, positions.derivative(), positions.derivative(2))
+    return _through([PolynomialPieces(breaks, c) for of in moved for c in of.c[::-1].T], problem.task.plant)
+
+
+def interpolated(function: Callable[[float], Array], breaks: Array, degree: int) -> PPoly:
+    """Return the polynomials of this degree that a function is between its breaks, up to rounding in float64."""
+    nodes, lengths = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2, np.diff(breaks)
+    values = np.array([[function(t) for t in at] for at in (breaks[:-1] + np.outer(nodes, lengths)).tolist()])
+    scaled = np.linalg.solve(np.vander(nodes), values.reshape(degree + 1, -1)).reshape(values.shape)
+    return PPoly(scaled / lengths[:, None] ** np.arange(degree, -1.0, -1)[:, None, None], breaks)
 
 
 def stepping(states: Array, inputs: Array, problem: Problem) -> Curve:

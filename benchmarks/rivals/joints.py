@@ -103,24 +103,15 @@ def rows() -> Iterator[Row]:
             motions.append(plan(np.random.default_rng(number)))
         seconds = (process_time() - began) / PROBLEMS
         answers = [certify_joints(motion, joints, tolerance=1e-7) for motion in motions]
-        broken = [answer for answer in answers if isinstance(answer, BrokenLimits)]
+        broken = [each for answer in answers if isinstance(answer, BrokenLimits) for each in answer.broken]
         stretched = [stretch_joints(motion, joints, tolerance=1e-7) for motion in motions]
         factors = [answer.factor for answer in stretched if isinstance(answer, CertifiedTrajectory)]
-        first, worst = _worst(broken)
+        # What is broken most, by which part of its limit, among what each joint breaks first.
+        parts = [(each.violation / each.limits[1] if each.limits else np.inf, each.order) for each in broken]
+        worst, first = max(parts, default=(0.0, ""))
         kept = sum(isinstance(answer, CertifiedTrajectory) for answer in answers)
         slowdown = max(factors) if len(factors) == PROBLEMS else None
         yield Row(planner, ", ".join(limits), kept, PROBLEMS, worst, seconds, first, slowdown)
-
-
-def _worst(broken: Sequence[BrokenLimits]) -> tuple[str, float]:
-    """Return the order that is broken most among what is broken first, and by which part of its limit."""
-    parts = [
-        (each.violation / each.limits[1] if each.limits else float("inf"), each.order)
-        for answer in broken
-        for each in answer.broken
-    ]
-    worst, order = max(parts, default=(0.0, ""))
-    return order, worst
 
 
 def page(found: Sequence[Row]) -> str:

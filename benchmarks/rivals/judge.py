@@ -3,9 +3,10 @@
 The library's checker judges sums of kernels and piecewise polynomials alike.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from operator import attrgetter
 
 import numpy as np
 
@@ -23,8 +24,7 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
-_WIDER = (1e-9, 1e-6, 1e-3, 1e-1)  # of the violation, and of the width a thousandth of it
-_SEARCHES = 4
+_WIDER = (0.0, 1e-9, 1e-6, 1e-3, 1e-1)  # of the violation, and of the width a thousandth of it
 
 
 @dataclass(frozen=True)
@@ -62,17 +62,13 @@ class Curve:
         The least is an enclosed value at one time; the most is proved with bounds that are wider by as much.
         """
         found = self.violation_seen(window)
-        for _ in range(_SEARCHES):
-            outcome = prove_on_window(widened(self.reference, found.least), *window)
-            if isinstance(outcome, Certificate):
-                return replace(found, most=found.least)
-            if not isinstance(outcome, Counterexample):
-                break
-            found = max(found, self._at(outcome.quantity, outcome.time, window), key=_least)
         for by in _WIDER:
             most = found.least * (1 + by) + by * 1e-3
-            if isinstance(prove_on_window(widened(self.reference, most), *window), Certificate):
+            outcome = prove_on_window(widened(self.reference, most), *window)
+            if isinstance(outcome, Certificate):
                 return replace(found, most=most)
+            if isinstance(outcome, Counterexample):
+                found = max(found, self._at(outcome.quantity, outcome.time, window), key=attrgetter("least"))
         return found
 
     def violation_seen(self, window: tuple[float, float]) -> Violation:
@@ -81,7 +77,9 @@ class Curve:
         It takes a small part of the time that `violation` takes, and is never larger.
         """
         drawn = zip(self.reference.quantities, sketches(self.reference, *window), strict=True)
-        return max((self._at(quantity.name, of.worst_times[0], window) for quantity, of in drawn), key=_least)
+        return max(
+            (self._at(quantity.name, of.worst_times[0], window) for quantity, of in drawn), key=attrgetter("least")
+        )
 
     def _at(self, name: str, time: float, window: tuple[float, float]) -> Violation:
         """Return by how much the bound is certainly broken at `time` [s]; zero if it is not."""
@@ -95,17 +93,14 @@ class Curve:
         return Violation(max(float(np.nextafter(broken, -np.inf)), 0.0), None, name, time)
 
 
-def _least(violation: Violation) -> float:
-    return violation.least
-
-
 def widened(reference: Reference, by: float) -> Reference:
     """Return the same with all bounds wider by this part of their width, on both sides."""
-    plant, sets = reference.plant, []
-    for of in (plant.state_set, plant.input_set) if by else ():
-        more = by * (of.upper - of.lower)
-        sets.append(Polytope(of.rows, of.lower - more, of.upper + more, of.dimension))
-    return Reference(reference.signals, ConstrainedSystem(plant.system, *sets)) if sets else reference
+    plant = reference.plant
+    sets = (
+        Polytope(of.rows, of.lower - by * of.widths, of.upper + by * of.widths, of.dimension)
+        for of in (plant.state_set, plant.input_set)
+    )
+    return Reference(reference.signals, ConstrainedSystem(plant.system, *sets))
 
 
 def tracing(
@@ -117,16 +112,3 @@ def tracing(
     free = Polytope.box([-np.inf] * n, [np.inf] * n)
     reference = Reference(tuple(signals), ConstrainedSystem(anywhere, within, free))
     return Curve(reference, (POINT,) * n, at_steps)
-
-
-def derivative(of: PolynomialPieces) -> PolynomialPieces:
-    """Return the derivative of each piece."""
-    return PolynomialPieces(of.breakpoints, of.coefficients[:, 1:] * np.arange(1.0, of.degree + 1), of.beyond)
-
-
-def interpolated(function: Callable[[float], float], breaks: Array, degree: int) -> PolynomialPieces:
-    """Return the polynomials of this degree that a function is between its breaks, up to rounding in float64."""
-    nodes, lengths = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2, np.diff(breaks)
-    values = np.array([[function(t) for t in row] for row in (breaks[:-1, None] + lengths[:, None] * nodes).tolist()])
-    scaled = np.linalg.solve(np.vander(nodes, increasing=True), values.T).T
-    return PolynomialPieces(breaks, scaled / lengths[:, None] ** np.arange(degree + 1.0))

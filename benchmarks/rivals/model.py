@@ -10,9 +10,8 @@ from pipeline.generate import sampled_by
 from pipeline.methods import Task
 from pipeline.published.ground_truth import GroundTruth
 from pipeline.storage.archive import Sampled
-from trackably.arrays import Array
 from trackably.gp.joint import JointPrior
-from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
+from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
 
 
@@ -20,15 +19,10 @@ from trackably.learning.search import best_solution
 class Problem:
     """Samples, a system, its sets and a claim, as an experiment has them.
 
-    `continuous` are A and B of ẋ = A x + B u where the system is one that is sampled: rivals that know no sampled
-    systems take it. Likelihoods are maximised by `search`. A problem of a `family` has its place there on the abscissa
-    `tightness`.
+    With `tightness`, it is one of several whose bound is tightened: its place on the abscissa.
     """
 
     experiment: Experiment
-    continuous: tuple[Array, Array] | None = None
-    search: Callable[[ConstrainedProblem], Solution | NoSolution] = best_solution
-    family: str = ""
     tightness: float | None = None
 
     @property
@@ -52,7 +46,7 @@ class Problem:
 
         ArithmeticError: no minimum is found.
         """
-        found = self.search(ConstrainedProblem(self.task.samples, self.task.prior, self.task.space))
+        found = best_solution(ConstrainedProblem(self.task.samples, self.task.prior, self.task.space))
         if not isinstance(found, Solution):
             raise ArithmeticError(found.explanation)
         return found

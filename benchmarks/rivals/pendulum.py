@@ -13,7 +13,7 @@ from time import process_time
 import cvxpy as cp
 import numpy as np
 import scipy
-from scipy.interpolate import BSpline
+from scipy.interpolate import BPoly, BSpline, PPoly
 
 from benchmarks.rivals.adapters.convex import minimised
 from benchmarks.rivals.judge import tracing
@@ -21,13 +21,13 @@ from benchmarks.rivals.model import NotFound
 from benchmarks.rivals.tables import markdown
 from trackably.arrays import Array
 from trackably.certificates.sketch import times_to_look_at
-from trackably.checker.floats.intervals import bernstein
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
 PAPER = "Aubin-Frankowski, SICON 2021, figure 1"
 A = np.array([[0.0, 1.0, 0.0], [-10.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
 B = np.array([[0.0], [0.0], [1.0]])
+_OF_BOTH = np.block([[A, B @ B.T], [np.zeros((3, 3)), -A.T]])  # of z and its costate
 LEAST_SPEED, MOST_W = -3.0, 10.0
 _REWARD, _EFFORT = 100.0, 1e-4
 _GIVEN = np.array([0.5, 0.0, 0.0, 0.5, 0.0])  # x(0), x′(0), w(0), x(1/3), x(1)
@@ -73,15 +73,11 @@ def transcribed(points: int, cones: bool) -> Swing | NotFound:
 
         z_(i+1) = Φ z_i + L e_i,    L Lᵀ = W = ∫ e^(As) B Bᵀ e^(Aᵀs) ds,    ∫ u² = Σ |e_i|².
     """
-    times = np.union1d(np.linspace(0, 1, points), [1 / 3])
-    on_grid = np.flatnonzero(times != 1 / 3) if points % 3 != 1 else np.arange(len(times))
-    N, steps = len(times) - 1, np.diff(times)
-    flows, grown = zip(*map(_between, steps.tolist()), strict=True)
-    roots = np.linalg.cholesky(np.array(grown))
-    third, eta = (
-        int(np.flatnonzero(times == 1 / 3)[0]),
-        _steepness(times[on_grid]) if cones else np.zeros((len(on_grid), 2)),
-    )
+    grid = np.linspace(0, 1, points)
+    times = np.union1d(grid, [1 / 3])
+    on_grid, third, N = np.isin(times, grid), np.searchsorted(times, 1 / 3), len(times) - 1
+    flows, grown = zip(*map(_between, np.diff(times).tolist()), strict=True)
+    roots, eta = np.linalg.cholesky(np.array(grown)), cones * _steepness(grid)
     z, e, size = cp.Variable((N + 1, 3)), cp.Variable((N, 3)), cp.Variable()  # size ≥ ‖z‖
     moved = scipy.sparse.block_diag(flows) @ cp.vec(z[:-1], order="C")
     driven = scipy.sparse.block_diag([*roots]) @ cp.vec(e, order="C")
@@ -89,7 +85,7 @@ def transcribed(points: int, cones: bool) -> Swing | NotFound:
     bounds = [
         z[on_grid, 1] >= LEAST_SPEED + eta[:, 0] * size,
         cp.abs(z[on_grid, 2]) <= MOST_W - eta[:, 1] * size,
-        *([norm <= size] if cones else []),
+        *[norm <= size] * cones,
     ]
     equations = [cp.vec(z[1:], order="C") == moved + driven, cp.hstack([z[0], z[third, 0], z[N, 0]]) == _GIVEN]
     found = minimised(_EFFORT * cp.sum_squares(e) - _REWARD * z[N, 1], [*equations, *bounds])
@@ -98,19 +94,15 @@ def transcribed(points: int, cones: bool) -> Swing | NotFound:
     costates = np.linalg.solve(roots.swapaxes(1, 2), e.value[..., None])[..., 0]
     costates = np.einsum("ikj,ik->ij", np.array(flows), costates)
     # z' = A z + B Bᵀ p and p' = −Aᵀ p: Taylor's series from the beginning of each interval.
-    M, terms = _doubled(), [np.hstack([z.value[:-1], costates])]
+    terms = [np.hstack([z.value[:-1], costates])]
     for k in range(1, _TERMS + 1):
-        terms.append(terms[-1] @ M.T / k)
+        terms.append(terms[-1] @ _OF_BOTH.T / k)
     return Swing(*(PolynomialPieces(times, np.array(terms)[:, :, row].T) for row in range(3)))
-
-
-def _doubled() -> Array:
-    return np.block([[A, B @ B.T], [np.zeros((3, 3)), -A.T]])
 
 
 def _between(step: float) -> tuple[Array, Array]:
     """Return Φ and W over a step [s], by Van Loan's exponential."""
-    exponential = scipy.linalg.expm(_doubled() * step)
+    exponential = scipy.linalg.expm(_OF_BOTH * step)
     W = exponential[:3, 3:] @ exponential[:3, :3].T
     return exponential[:3, :3], (W + W.T) / 2
 
@@ -147,34 +139,23 @@ def proved(intervals: int) -> Swing | NotFound:
     knots = np.arange(-_DEGREE, intervals + _DEGREE + 1) / intervals
     basis = BSpline(knots, np.eye(intervals + _DEGREE), _DEGREE)
     ends = np.arange(_PARTS * intervals + 1) / (_PARTS * intervals)
-
-    def taylor(of: BSpline) -> Array:
-        """Return coefficients at the beginning of each part: shape (powers, parts, B-splines)."""
-        return np.array([of(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE + 1)])
-
-    x, speed = taylor(basis), taylor(basis.derivative())[:-1]
-    w = taylor(basis.derivative(2)) + 10 * x
-    speeds, ws = _bernstein(speed, ends[1]), _bernstein(w, ends[1])
+    # All B-splines at once, by Taylor's coefficients at the beginning of each part.
+    x = PPoly(np.array([basis(ends[:-1], nu=k) / factorial(k) for k in range(_DEGREE, -1, -1)]), ends)
+    speed = x.derivative()
+    w = PPoly(10 * x.c + np.pad(speed.derivative().c, ((2, 0), (0, 0), (0, 0))), ends)
+    speeds, ws = (BPoly.from_power_basis(of).c.reshape(-1, len(basis.c)) for of in (speed, w))
     nodes, weights = np.polynomial.legendre.leggauss(_DEGREE)
-    at = (ends[:-1, None] + (1 + nodes) / 2 * ends[1]).ravel()
-    u = basis(at, nu=3) + 10 * basis(at, nu=1)
-    effort = u.T @ (np.tile(weights / 2 * ends[1], len(x[0]))[:, None] * u)
-    start = basis(0.0)
-    E = np.array([start, basis(0.0, nu=1), basis(0.0, nu=2) + 10 * start, basis(1 / 3), basis(1.0)])
-    c = cp.Variable(E.shape[1])
+    u = w.derivative()((ends[:-1, None] + (1 + nodes) / 2 * ends[1]).ravel())
+    effort = u.T @ (np.tile(weights / 2 * ends[1], len(ends) - 1)[:, None] * u)
+    E = np.array([x(0.0), speed(0.0), w(0.0), x(1 / 3), x(1.0)])
+    c = cp.Variable(len(basis.c))
     bounds = speeds @ c >= LEAST_SPEED + _KEPT_FREE, cp.abs(ws @ c) <= MOST_W - _KEPT_FREE
-    cost = _EFFORT * cp.quad_form(c, cp.psd_wrap(effort)) - _REWARD * basis(1.0, nu=1) @ c
+    cost = _EFFORT * cp.quad_form(c, cp.psd_wrap(effort)) - _REWARD * speed(1.0) @ c
     found = minimised(cost, [*bounds, E @ c == _GIVEN])
     if isinstance(found, NotFound):
         return found
     coefficients = c.value - np.linalg.lstsq(E, E @ c.value - _GIVEN)[0]
-    return Swing(*(PolynomialPieces(ends, (of @ coefficients).T) for of in (x, speed, w)))
-
-
-def _bernstein(c: Array, width: float) -> Array:
-    """Return Bernstein coefficients on all parts, one row for each, of all B-splines."""
-    scaled = c * width ** np.arange(len(c))[:, None, None]
-    return np.asarray(np.tensordot(bernstein(len(c)), scaled, 1).reshape(-1, c.shape[2]))
+    return Swing(*(PolynomialPieces(ends, (of.c[::-1] @ coefficients).T) for of in (x, speed, w)))
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.rivals.model import Problem
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import load_experiment
@@ -26,24 +24,16 @@ def problems() -> Iterator[Problem]:
 def family() -> Iterator[Problem]:
     """Return Example 1 with the upper bound of the state tightened, from easy to hard."""
     for upper in TIGHTNESS:
-        yield Problem(experiment("example1").with_upper_bound(upper), family="tightness", tightness=upper)
+        yield Problem(experiment("example1").with_upper_bound(upper), tightness=upper)
 
 
 @cache
 def problem(name: str) -> Problem:
     """Return one of the named problems. KeyError or InputError for another name."""
-    found = experiment(name)
-    return Problem(found, continuous=_continuous(found))
+    return Problem(experiment(name))
 
 
 @cache
 def experiment(name: str) -> Experiment:
     """Return the experiment of this name: of the project's params.yaml, or of the one beside this file."""
     return load_experiment(name, WRITTEN if name in _WRITTEN else PARAMS)
-
-
-def _continuous(of: Experiment) -> tuple[np.ndarray, np.ndarray] | None:
-    written = of.system.fields
-    if not written.get("continuous", False):
-        return None
-    return np.array(written["A"], dtype=float), np.array(written["B"], dtype=float)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import root_mean_square
-from benchmarks.rivals.judge import Curve
 from benchmarks.rivals.model import Found, NotFound, Problem, Rival
 from benchmarks.rivals.tables import markdown, number, percent, seconds
 from trackably.arrays import Array
@@ -45,7 +44,6 @@ class Row:
     quantity: str = ""
     at: float | None = None
     at_steps: bool = False
-    family: str = ""
     tightness: float | None = None
 
 
@@ -55,7 +53,7 @@ def measured(problem: Problem, rival: Rival) -> Row:
     started = process_time()
     answer = rival.solve(problem)
     taken = process_time() - started
-    row = Row(problem.name, rival.letter, rival.name, "found", family=problem.family, tightness=problem.tightness)
+    row = Row(problem.name, rival.letter, rival.name, "found", tightness=problem.tightness)
     if isinstance(answer, NotFound):
         gone = None if answer.kind == "does not apply" else taken
         return replace(row, answer=answer.kind, says=answer.why, seconds=gone)
@@ -67,36 +65,36 @@ def measured(problem: Problem, rival: Rival) -> Row:
 
 
 def _numbers(problem: Problem, found: Found) -> dict[str, Any]:
-    misfit, held_out, error = [], [], []
-    for i, (name, samples) in enumerate(zip(problem.sampled.names, problem.task.samples, strict=True)):
-        spread = float(np.ptp(samples.values))
-        misfit.append(_off(found.curve, i, samples.times, samples.values, spread, found.last))
-        if later := problem.sampled.held_out_by_name.get(name):
-            held_out.append(_off(found.curve, i, later.times, later.values, spread, found.last))
-        if (truth := problem.truths[i]) is not None:
-            times = np.linspace(*problem.window, 401)
-            error.append(_off(found.curve, i, times, truth(times), spread, found.last))
-    each = {} if found.ignores_samples else {"misfit": misfit, "held_out": held_out, "error": error}
+    off: dict[str, list[float | None]] = {"misfit": [], "held_out": [], "error": []}
+    times, later = np.linspace(*problem.window, 401), problem.sampled.held_out_by_name
+    each = zip(problem.sampled.names, problem.task.samples, problem.truths, strict=True)
+    for i, (name, samples, truth) in enumerate(each):
+        wanted = {"misfit": (samples.times, samples.values)}
+        if name in later:
+            wanted["held_out"] = later[name].times, later[name].values
+        if truth is not None:
+            wanted["error"] = times, truth(times)
+        for what, shown in wanted.items():
+            off[what].append(_off(found, i, *shown, float(np.ptp(samples.values))))
     return {
         "says": found.says,
         "objective": found.objective,
         "minimises": found.minimises,
         "J": objective_of(problem, found),
         "places": found.places,
-        **{name: _largest(of) for name, of in each.items()},
+        **({} if found.ignores_samples else {name: _largest(of) for name, of in off.items()}),
     }
 
 
-def _off(curve: Curve, i: int, times: Array, values: Array, spread: float, last: float | None) -> float | None:
+def _off(found: Found, i: int, times: Array, values: Array, spread: float) -> float | None:
     """Return the root mean square, as a part of the spread; None where the curve ends before the last time."""
-    if last is not None and times[-1] > last * (1 + 1e-9):
+    if found.last is not None and times[-1] > found.last * (1 + 1e-9):
         return None
-    return root_mean_square(curve.sampled(i, times) - values) / spread
+    return root_mean_square(found.curve.sampled(i, times) - values) / spread
 
 
 def _largest(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return max(known) if known and len(known) == len(values) else None
+    return max((value for value in values if value is not None), default=None) if None not in values else None
 
 
 def objective_of(problem: Problem, found: Found) -> float | None:

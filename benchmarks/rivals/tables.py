@@ -35,13 +35,15 @@ def seconds(value: float | None) -> str:
     return "" if value is None else f"{number(value, 3)} s"
 
 
+def known(row: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass, without what is None, NaN, false or empty."""
+    given = ((name, value) for name, value in asdict(row).items() if value not in (None, "") and value is not False)
+    return {name: value for name, value in given if value == value}  # noqa: PLR0124 (NaN)
+
+
 def write(rows: Iterable[Any], path: Path) -> None:
-    """Write dataclasses as JSON; what is None, false or empty is left out."""
-    known = [
-        {name: value for name, value in asdict(row).items() if value not in (None, "") and value is not False}
-        for row in rows
-    ]
-    path.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    """Write dataclasses as JSON."""
+    path.write_text(json.dumps([*map(known, rows)], indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def read(of: type[T], path: Path) -> list[T]:

@@ -5,8 +5,8 @@ from functools import cache
 
 import pytest
 
-from benchmarks.recordings import HELD_OUT, KERNELS, LEVELS, Recording, axis, hill, made_up
-from trackably import DoubtfulInputWarning, Samples, TrackableReference, learn_reference
+from benchmarks.recordings import HELD_OUT, KERNELS, LEVELS, Recording, axis, distance, hill, made_up
+from trackably import DoubtfulInputWarning, TrackableReference, learn_reference
 
 RECORDINGS = {
     "made up": lambda: made_up(LEVELS[1]),
@@ -27,11 +27,11 @@ def recorded(name: str) -> tuple[Recording, float]:
 def held_out(name: str, kernel: str) -> tuple[TrackableReference, float, list[str]]:
     """Learn without the samples that are left out; return the error there, and the warnings."""
     recording, _ = recorded(name)
-    part = Samples(recording.samples.times[recording.seen], recording.samples.values[recording.seen])
+    part, left_out = recording.parts
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", DoubtfulInputWarning)
         found = learn_reference(part, recording.plant, KERNELS[kernel](), recording.claim, progress=False)
-    return found, recording.misfit(found, ~recording.seen), [str(each.message) for each in told]
+    return found, distance(found, left_out), [str(each.message) for each in told]
 
 
 @pytest.mark.parametrize(("name", "kernel"), EVERY)

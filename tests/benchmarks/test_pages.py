@@ -4,8 +4,7 @@ import json
 
 from benchmarks import report
 from benchmarks.harness import Row
-from benchmarks.rivals import page, pendulum, table
-from benchmarks.rivals.tables import read
+from benchmarks.rivals import page
 
 
 def test_the_page_of_costs_comes_from_its_numbers():
@@ -18,6 +17,6 @@ def test_the_page_of_rivals_comes_from_its_numbers(tmp_path, monkeypatch):
     before = page.PAGE.read_bytes()
     monkeypatch.setattr(page, "PAGE", tmp_path / "README.md")
     monkeypatch.setattr(page, "FIGURES", tmp_path)
-    page.write(read(table.Row, page.RESULTS), read(pendulum.Row, page.PENDULUM), read(table.Row, page.SWEEP))
+    page.write()
     assert page.PAGE.read_bytes() == before
     assert {path.name for path in tmp_path.glob("*.svg")} == {"violations.svg", "tightness.svg", "study.svg"}

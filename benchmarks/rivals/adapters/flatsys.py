@@ -25,12 +25,13 @@ def solve(problem: Problem) -> Answer:
     m = problem.task.plant.signal_count
     system = fs.FlatSystem(_flag, _states, inputs=m, outputs=2 * m, states=2 * m)
     basis = fs.BSplineFamily(np.linspace(0, end - start, _PIECES + 1), _DEGREE)
-    first, last = _state(problem, start), _rest(problem)
+    levels = [part.mean for part in problem.task.prior.parts]
+    last = np.array([functional.at_rest(levels) for functional in problem.task.plant.flatness.states])
     limits = of_states_and_inputs(problem.task.plant)
     trajectory = fs.point_to_point(
         system,
         np.linspace(0, end - start, _TIMES),
-        first,
+        _state(problem, start),
         np.zeros(m),
         last,
         np.zeros(m),
@@ -42,7 +43,7 @@ def solve(problem: Problem) -> Answer:
     )
     breaks = np.linspace(start, end, _PIECES + 1)
     says = "from the first state to rest; it takes no samples"
-    curve = moving(lambda t: trajectory.eval(np.array([max(t - start, 0.0)]))[0][:, 0], breaks, _DEGREE, problem)
+    curve = moving(lambda t: trajectory.eval(np.array([max(t - start, 0.0)]))[0][:m, 0], breaks, _DEGREE, problem)
     return Found(curve, None, "", _TIMES, says=says, ignores_samples=True, last=end)
 
 
@@ -61,12 +62,6 @@ def _state(problem: Problem, t: float) -> Array:
     found = Reference(problem.likeliest.posterior.signals, task.plant).state_at(np.array(t))
     H, h = task.plant.state_set.inequalities
     return found if np.all(H @ found < h) else found * (np.arange(len(found)) < task.plant.signal_count)
-
-
-def _rest(problem: Problem) -> Array:
-    plant = problem.task.plant
-    levels = [part.mean for part in problem.task.prior.parts]
-    return np.array([functional.at_rest(levels) for functional in plant.flatness.states])
 
 
 FLATSYS = Rival(

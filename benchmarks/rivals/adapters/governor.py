@@ -15,7 +15,7 @@ from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, R
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from trackably.systems.polytopes import unit_scales
 from trackably.systems.reference import Reference
 
 _AHEAD = 300  # steps
@@ -43,10 +43,10 @@ class _Loop:
     @classmethod
     def of(cls, plant: ConstrainedSystem, effort: float, shown: int) -> "_Loop":
         system = plant.linear
-        n, m = system.B.shape
-        # Unit costs in units of the sets.
-        Q = np.diag(np.where(np.arange(n) < shown, 1.0, _UNSEEN)) * _scales(plant.state_set, n)
-        R = effort * _scales(plant.input_set, m)
+        n = len(system.A)
+        # Costs in units of the sets.
+        Q = np.diag(np.where(np.arange(n) < shown, 1.0, _UNSEEN) / unit_scales(plant.state_set) ** 2)
+        R = np.diag(effort / unit_scales(plant.input_set) ** 2)
         P = scipy.linalg.solve_discrete_are(system.A, system.B, Q, R)
         gain = -np.linalg.solve(R + system.B.T @ P @ system.B, system.B.T @ P @ system.A)
         rest, input_rest = (
@@ -76,13 +76,6 @@ class _Loop:
         ends = np.divide(room, growth, out=never, where=growth != 0)
         least = np.max(np.where(growth < 0, ends, 0.0), axis=1, initial=0.0)
         return least, np.min(np.where(growth < 0, np.inf, ends), axis=1, initial=1.0)
-
-
-def _scales(bounded: Polytope, n: int) -> Array:
-    """Return one over the square of the half width of each coordinate, on the diagonal; one where it has no bound."""
-    widths = bounded.upper - bounded.lower
-    each = [[w / abs(row[i]) / 2 for row, w in zip(bounded.rows, widths, strict=True) if row[i]] for i in range(n)]
-    return np.diag([1 / min(of) ** 2 if of else 1.0 for of in each])
 
 
 def solve(problem: Problem) -> Answer:

@@ -69,13 +69,9 @@ def _fitted(prior: Prior, bounds: dict[str, Bounds], samples: Samples) -> tuple[
 
     given = prior.kernel.hyperparameters
     kernel = _kernel(prior.kernel, lambda name: _start(name, float(given[name]), bounds))
-    alpha: Any = 1e-10
-    if NOISE in bounds:
-        kernel = kernel + WhiteKernel(*_squared(*_start(NOISE, 1.0, bounds)))
-    else:
-        alpha = (float(prior.noise_std) * samples.relative_noise) ** 2
+    kernel = kernel + WhiteKernel(*_squared(*_start(NOISE, float(prior.noise_std), bounds)))
     level = samples.stencil.at_rest(prior.mean)
-    regressor = GaussianProcessRegressor(kernel, alpha=alpha, n_restarts_optimizer=_RESTARTS, random_state=0)
+    regressor = GaussianProcessRegressor(kernel, n_restarts_optimizer=_RESTARTS, random_state=0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
         regressor.fit(samples.times[:, None], samples.values - level)

@@ -8,32 +8,18 @@ from pipeline.methods import AS_PUBLISHED, Fit
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
-from trackably.certificates.prove import Failure
 from trackably.learning import learner
 from trackably.learning.learner import Learner
 from trackably.learning.problem import NoSolution
 from trackably.systems.reference import Reference
 
-Learned = Certified | NoSolution | Failure
-
 
 def solve(how: Learner, problem: Problem) -> Answer:
-    """Learn with a proof of the problem's claim."""
-    return answer(problem, learned(problem, how))
-
-
-def learned(problem: Problem, how: Learner) -> Learned:
-    """Return what the library finds and proves, or why not."""
+    """Learn with a proof of the problem's claim; infeasible, unproved and found are three answers."""
     task = problem.task
-    return learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=how)
-
-
-def answer(problem: Problem, found: Learned) -> Answer:
-    """Say it in the form of all rivals: infeasible, unproved and found are three answers."""
-    if isinstance(found, NoSolution):
-        return NotFound("infeasible", found.explanation)
+    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=how)
     if not isinstance(found, Certified):
-        return NotFound("unproved", found.explanation)
+        return NotFound("infeasible" if isinstance(found, NoSolution) else "unproved", found.explanation)
     solution = found.solution
     return Found(
         curve_of(found.reference.signals, problem),

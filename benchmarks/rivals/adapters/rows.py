@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from benchmarks.rivals.model import NotFound, Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
-from trackably.gp.rows import Rows, Terms, row_kernel
+from trackably.gp.rows import Rows, row_kernel
 from trackably.learning.constraint import rows_of
 from trackably.systems.trajectories import Functional
 
@@ -49,15 +50,12 @@ def evenly(problem: Problem, points: int) -> Array:
 
 def sample_rows(problem: Problem) -> Rows:
     """Return the samples of all processes as rows, process after process."""
-    count = problem.task.plant.signal_count
-    parts = []
+    shown, nothing = [], [(Fraction(0),)] * problem.task.plant.signal_count
     for c, samples in enumerate(problem.task.samples):
-        stencil, n = samples.stencil, len(samples)
-        terms = [Terms.joined([]) for _ in range(count)]
-        places = np.tile(np.arange(n), len(stencil.weights))
-        terms[c] = Terms(stencil.centres(samples.times), stencil.spread(np.ones(n)), places)
-        parts.append(Rows(np.full(n, stencil.offset), tuple(terms)))
-    return Rows.joined(parts, count)
+        stencil = samples.stencil
+        weights = (*nothing[:c], tuple(map(Fraction, stencil.weights)), *nothing[c + 1 :])
+        shown.append((Functional(Fraction(stencil.offset), weights, stencil.step), samples.times))
+    return rows_of(shown, len(nothing))
 
 
 def prior_covariance(posterior: JointPosterior, rows: Rows) -> Array:

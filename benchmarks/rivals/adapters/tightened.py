@@ -18,7 +18,7 @@ from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, R
 from trackably.arrays import Array
 from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
-from trackably.gp.rows import Rows, Terms, row_kernel
+from trackably.gp.rows import Rows, row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import rows_of
 from trackably.systems.trajectories import Functional
@@ -38,7 +38,8 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     n, r = len(seen), F.shape[1]
     levels = (part.mean for part in posterior.prior.parts)
     before = rows.values([lambda t, level=level: np.full(np.shape(t), level) for level in levels])
-    noise = _noise(posterior)
+    parts = zip(posterior.prior.parts, posterior.samples, strict=True)
+    noise = np.concatenate([float(part.noise_std) * samples.relative_noise for part, samples in parts])
     target = (np.concatenate([s.values for s in posterior.samples]) - before[:n]) / noise
     half = (times[1] - times[0]) / 2
     eta = np.repeat([steepness(posterior, f, half) for f in grid.functionals], points)
@@ -58,13 +59,10 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
 
 def steepness(posterior: JointPosterior, functional: Functional, half: float) -> float:
     """Return η = sup ‖L_t κ − L_0 κ‖ over |t| ≤ `half` [s], an under-estimate by what lies between 16 lags."""
-    total = np.zeros(_LAGS)
-    lags = np.linspace(0, half, _LAGS + 1)[1:]
-    here, there = (rows_of([(functional, at)], len(functional.weights)) for at in (np.zeros(_LAGS), lags))
-    for part, now, then in zip(posterior.prior.parts, here.terms, there.terms, strict=True):
-        less = Terms(now.times, -now.weights, now.of_row)
-        total += np.diag(row_kernel(part.kernel, Terms.joined([then, less]), _LAGS).among())
-    return float(np.sqrt(np.max(np.maximum(total, 0.0))))
+    rows = rows_of([(functional, np.linspace(0, half, _LAGS + 1))], len(functional.weights))
+    covariance = prior_covariance(posterior, rows)
+    apart = np.diag(covariance) + covariance[0, 0] - 2 * covariance[0]
+    return float(np.sqrt(np.max(apart, initial=0.0)))
 
 
 def _signals(posterior: JointPosterior, rows: Rows, multipliers: Array) -> tuple[KernelSum, ...]:
@@ -76,11 +74,6 @@ def _signals(posterior: JointPosterior, rows: Rows, multipliers: Array) -> tuple
         weights = np.bincount(at, centres.spread(multipliers), len(places)).astype(float)
         found.append(KernelSum(part.kernel, part.mean, places, weights))
     return tuple(found)
-
-
-def _noise(posterior: JointPosterior) -> Array:
-    pairs = zip(posterior.prior.parts, posterior.samples, strict=True)
-    return np.concatenate([float(part.noise_std) * samples.relative_noise for part, samples in pairs])
 
 
 TIGHTENED = Rival(

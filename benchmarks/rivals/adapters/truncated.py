@@ -36,17 +36,21 @@ class Truncated:
     lower: Array
     upper: Array
 
+    @property
+    def bounds(self) -> tuple[Array, Array, Array]:
+        """D, lower and upper: the bounds of w are lower ≤ D w ≤ upper."""
+        at = self.rows @ self.mean
+        return self.rows @ self.root, self.lower - at, self.upper - at
+
     def mode(self) -> Array | NotFound:
         """Return the most likely ξ within the bounds."""
-        at = self.rows @ self.mean
-        found = shortest(self.rows @ self.root, self.lower - at, self.upper - at)
+        found = shortest(*self.bounds)
         return found if isinstance(found, NotFound) else np.asarray(self.mean + self.root @ found.w)
 
     def average(self, draws: int = _DRAWS) -> Array:
         """Return the mean of as many draws within the bounds. NoRoom: there is nothing to draw from."""
-        at = self.rows @ self.mean
-        normal = BoundedNormal.between(self.rows @ self.root, self.lower - at, self.upper - at)
-        return np.asarray(self.mean + self.root @ np.mean(normal.draws(draws, _SEED), axis=0))
+        drawn = BoundedNormal.between(*self.bounds).draws(draws, _SEED)
+        return np.asarray(self.mean + self.root @ np.mean(drawn, axis=0))
 
 
 def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array) -> tuple[Array, Array]:

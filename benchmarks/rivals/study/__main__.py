@@ -1,18 +1,16 @@
 """`python -m benchmarks.rivals.study --folder FOLDER`: the study, resumed where it stopped.
 
-With `--check FILE` it compares itself with a summary that was written before, as far as its runs go, and exits with 1
-where that is not reproduced.
+With `--check FILE` it compares itself with a summary that was written before, and exits with 1 where that is not
+reproduced.
 """
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
-from benchmarks.rivals.problems import ROOT
 from benchmarks.rivals.study.draws import COMBINATIONS
 from benchmarks.rivals.study.run import collected, run
-from benchmarks.rivals.study.summary import differences, page, read, runs_in, summary, write
+from benchmarks.rivals.study.summary import differences, page, read, summary, write
 
 
 def main(arguments: list[str]) -> None:
@@ -23,34 +21,19 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--cluster", help="the address of a Dask scheduler, instead of workers")
     parser.add_argument("--folder", type=Path, required=True, help="where the runs are kept")
     parser.add_argument("--summary", type=Path, help="where the summary is written, as JSON")
-    parser.add_argument("--check", type=Path, help="a summary that was written before")
+    parser.add_argument("--check", type=Path, help="a summary that was written before, of as many runs")
     given = parser.parse_args(arguments)
-    folder, written, before = (path.resolve() if path else None for path in (given.folder, given.summary, given.check))
-    assert folder is not None, "it is required"
-    os.chdir(ROOT)
-    for done in run(folder, given.runs, given.workers, given.cluster):
+    for done in run(given.folder, given.runs, given.workers, given.cluster):
         print(f"{done} of {given.runs} runs", file=sys.stderr, flush=True)
     sizes = sorted({min(COMBINATIONS, given.runs), given.runs})
-    summaries = [summary(collected(folder, size)) for size in sizes]
-    if written:
-        write(summaries, written)
+    summaries = [summary(collected(given.folder, size)) for size in sizes]
+    if given.summary:
+        write(summaries, given.summary)
     print(page(summaries[-1]))
-    if before:
-        sys.exit(_compared(folder, given.runs, before))
-
-
-def _compared(folder: Path, runs: int, before: Path) -> int:
-    """Print what differs from the summaries of as many runs or fewer; return the exit code."""
-    known = [entries for entries in read(before) if runs_in(entries) <= runs]
-    if not known:
-        print(f"{before.name}: has no summary of {runs} runs or fewer", file=sys.stderr)
-        return 1
-    found = [line for entries in known for line in differences(summary(collected(folder, runs_in(entries))), entries)]
-    for line in found:
-        print(line, file=sys.stderr)
-    sizes = " and of ".join(str(runs_in(entries)) for entries in known)
-    print(f"{before.name}: the summary of {sizes} runs is {'not ' if found else ''}reproduced", file=sys.stderr)
-    return 1 if found else 0
+    if given.check:
+        pairs = zip(summaries, read(given.check), strict=False)
+        found = [line for now, before in pairs for line in differences(now, before)]
+        sys.exit("\n".join([*found, f"{given.check}: not reproduced"]) if found else None)
 
 
 if __name__ == "__main__":

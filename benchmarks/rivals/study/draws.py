@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rivals.model import Problem
-from benchmarks.rivals.study.learners import from_starts
 from pipeline.experiments import Experiment
 from pipeline.yaml_file import validated
 from trackably.files import read_yaml
@@ -84,7 +83,7 @@ class Run:
         prior["noise_std"] = noise_std
         fields[case.tightened]["upper"][-1] = case.upper[self.tightness]
         found = validated(Experiment, {**fields, "name": "study"}, _WRITTEN, "experiments", case.experiment)
-        return Problem(found, search=from_starts)
+        return Problem(found)
 
 
 @cache

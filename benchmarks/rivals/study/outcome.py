@@ -7,10 +7,9 @@ from functools import partial
 import numpy as np
 
 from benchmarks.harness import root_mean_square
-from benchmarks.rivals.adapters import fine_grid, governor, splines, tightened, truncated
+from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, Problem
-from benchmarks.rivals.study import learners
 from benchmarks.rivals.study.draws import Run
 
 _POINTS = 100
@@ -29,8 +28,8 @@ SOLVERS: dict[str, Callable[[Problem], Answer]] = {
     "hat functions, mode": partial(truncated.solve, of="mode"),
     "spline on 100": partial(splines.solve, points=_POINTS),
     "governor": governor.solve,
-    "ours, θ alone": learners.solve_alone,
-    "ours, joint": learners.solve_jointly,
+    "ours, θ alone": ours.HYPERPARAMETERS.solve,
+    "ours, joint": ours.JOINT.solve,
 }
 
 
@@ -62,12 +61,12 @@ def outcomes(index: int) -> list[Outcome]:
         except (ArithmeticError, np.linalg.LinAlgError) as why:
             found.append(Outcome(index, name, f"failed: {why}"))
             continue
-        least = found[0].misfit if found else None
+        least = (found and found[0].misfit) or np.inf
         found.append(_outcome(run, problem, name, answer, least))
     return found
 
 
-def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float | None) -> Outcome:
+def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float) -> Outcome:
     if not isinstance(answer, Found):
         return Outcome(run.index, name, answer.kind)
     (samples,), (truth,) = problem.task.samples, problem.truths
@@ -77,6 +76,5 @@ def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float
     misfit = root_mean_square(answer.curve.sampled(0, samples.times) - samples.values) / spread
     error = root_mean_square(answer.curve.sampled(0, times) - truth(times)) / spread
     violation = answer.curve.violation_seen(problem.window).least
-    limit = max(3 * (least if least is not None else misfit), run.noise * run.case.spread / spread, 0.1)
-    collapsed = least is not None and misfit > limit
+    collapsed = misfit > max(3 * least, run.noise * run.case.spread / spread, 0.1)
     return Outcome(run.index, name, "found", misfit, error, violation if violation > _SOLVED else 0.0, collapsed)

@@ -2,74 +2,52 @@
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
 from benchmarks.rivals.study.outcome import Outcome, outcomes
-from trackably.files import write_atomically
 
 Measure = Callable[[int], list[Outcome]]
-
-CHUNK = 20
 
 
 def run(
     folder: Path, count: int, workers: int = 1, cluster: str | None = None, measure: Measure = outcomes
 ) -> Iterator[int]:
-    """Do the first `count` runs that are not done yet; yield how many are, chunk by chunk.
+    """Do the first `count` runs that are not done yet, in their order; yield how many are done.
 
-    Every chunk is a file of its own in `folder`, written when its runs are done: what is done stays when the study is
-    stopped. The last chunk is done to its end, so that a longer study finds it whole. `cluster` is the address of a
-    Dask scheduler; without it `workers` processes of this machine are used.
-    `measure` does one run.
+    Each run is a line of a file in `folder`, written when it and all before it are done: what is done stays when the
+    study is stopped. `cluster` is the address of a Dask scheduler; without it `workers` processes of this machine are
+    used. `measure` does one run.
     """
-    from joblib import Parallel, delayed
+    from joblib import Parallel, delayed, parallel_config
 
     folder.mkdir(parents=True, exist_ok=True)
-    missing = [chunk for chunk in _chunks(count) if not _file(folder, chunk).exists()]
-    done = count - sum(min(chunk.stop, count) - chunk.start for chunk in missing)
-    yield done
-    with _backend(cluster):
-        parallel = Parallel(n_jobs=-1 if cluster else workers, return_as="generator_unordered")
-        for chunk, text in parallel(delayed(_measured)(measure, chunk) for chunk in missing):
-            write_atomically(_file(folder, chunk), text.encode())
-            done += min(chunk.stop, count) - chunk.start
-            yield done
+    with _file(folder).open("a+", encoding="utf-8") as kept:
+        kept.seek(0)
+        done = sum(1 for _ in kept)
+        yield done
+        place = {"backend": "dask", "scheduler_host": cluster} if cluster else {"n_jobs": workers}
+        with parallel_config(**place):
+            parallel = Parallel(return_as="generator")
+            for line in parallel(delayed(_measured)(measure, index) for index in range(done, count)):
+                kept.write(line)
+                kept.flush()
+                yield (done := done + 1)
 
 
-@contextmanager
-def _backend(cluster: str | None) -> Iterator[None]:
-    """Send what is done inside the block to a cluster, if there is one."""
-    if cluster is None:
-        yield
-        return
-    from distributed import Client
-    from joblib import parallel_config
-
-    with Client(cluster), parallel_config(backend="dask"):
-        yield
-
-
-def _measured(measure: Measure, chunk: range) -> tuple[range, str]:
-    """Return the outcomes of some runs as lines of JSON."""
+def _measured(measure: Measure, index: int) -> str:
+    """Return the outcomes of one run as a line of JSON."""
     with threadpool_limits(limits=1):
-        lines = [json.dumps(asdict(outcome), ensure_ascii=False) for index in chunk for outcome in measure(index)]
-    return chunk, "\n".join(lines) + "\n"
+        return json.dumps([asdict(outcome) for outcome in measure(index)], ensure_ascii=False) + "\n"
 
 
-def _chunks(count: int) -> list[range]:
-    return [range(first, first + CHUNK) for first in range(0, count, CHUNK)]
-
-
-def _file(folder: Path, chunk: range) -> Path:
-    return folder / f"{chunk.start:06d}-{chunk.stop - 1:06d}.jsonl"
+def _file(folder: Path) -> Path:
+    return folder / "runs.jsonl"
 
 
 def collected(folder: Path, count: int) -> list[Outcome]:
-    """Return the outcomes of the first `count` runs, ordered by index. FileNotFoundError: some are not done."""
-    lines = (line for chunk in _chunks(count) for line in _file(folder, chunk).read_text("utf-8").splitlines())
-    found = (Outcome(**json.loads(line)) for line in lines)
-    return [outcome for outcome in found if outcome.index < count]
+    """Return the outcomes of the first `count` runs, ordered by index."""
+    lines = _file(folder).read_text("utf-8").splitlines()[:count]
+    return [Outcome(**entry) for line in lines for entry in json.loads(line)]

@@ -1,9 +1,11 @@
 """What a study says: counts, and errors with confidence bands, for each system and rival."""
 
 import json
-import math
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, astuple, dataclass
+from functools import partial
+from itertools import zip_longest
+from math import isclose
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from benchmarks.rivals.tables import markdown
 _OUTSIDE = 0.025  # on either side of a confidence band
 _SAME = 1e-6  # relative: numbers that are closer are reproduced
 
-ALL, TIGHTNESS, NOISE, SAMPLES = "all", "tightness", "noise", "samples"
+ALL, TIGHTNESS = "all", "tightness"
 
 
 @dataclass(frozen=True)
@@ -46,32 +48,20 @@ class Entry:
 
 
 def summary(found: Sequence[Outcome]) -> list[Entry]:
-    """Return the entries of each system: all runs first, then the levels of each factor; rivals in their order."""
+    """Return the entries of each system: all runs first, then those of each tightness; rivals in their order."""
     by_run: dict[int, dict[str, Outcome]] = {}
     for outcome in found:
         by_run.setdefault(outcome.index, {})[outcome.rival] = outcome
     runs = {index: Run.of(index) for index in by_run}
     entries: list[Entry] = []
     for case in CASES:
-        for factor, level in _levels():
-            chosen = [i for i, run in runs.items() if run.case is case and _level(run, factor) == level]
+        for factor, level in ((ALL, ""), *((TIGHTNESS, level) for level in LEVELS)):
+            chosen = [i for i, run in runs.items() if run.case is case and level in ("", LEVELS[run.tightness])]
             common = [i for i in chosen if all(outcome.error is not None for outcome in by_run[i].values())]
             for rival in SOLVERS if chosen else ():
                 own = [by_run[i][rival] for i in chosen]
                 entries.append(_entry((case.name, factor, level, rival), own, [by_run[i][rival].error for i in common]))
     return entries
-
-
-def _levels() -> Iterator[tuple[str, str]]:
-    yield ALL, ""
-    yield from ((TIGHTNESS, level) for level in LEVELS)
-    yield from ((NOISE, level) for level in ("0.5 %", "2 %", "5 %"))
-    yield from ((SAMPLES, level) for level in ("few", "some", "many"))
-
-
-def _level(run: Run, factor: str) -> str:
-    noise, samples = f"{100 * run.noise:g} %", ("few", "some", "many")[run.density]
-    return {ALL: "", TIGHTNESS: LEVELS[run.tightness], NOISE: noise, SAMPLES: samples}[factor]
 
 
 def _entry(of: tuple[str, str, str, str], outcomes: list[Outcome], errors: list[float | None]) -> Entry:
@@ -112,42 +102,27 @@ def read(path: Path) -> list[list[Entry]]:
     return [[Entry(**entry) for entry in entries] for entries in json.loads(path.read_text(encoding="utf-8"))]
 
 
-def runs_in(entries: Sequence[Entry]) -> int:
-    """Return of how many runs a summary is: every rival is in all of them."""
-    return sum(entry.runs for entry in entries if entry.factor == ALL and entry.rival == entries[0].rival)
-
-
 def differences(ours: Sequence[Entry], theirs: Sequence[Entry]) -> list[str]:
-    """Return a sentence for each value that is not reproduced: counts have to be equal, numbers up to rounding."""
-    now, before = _by_place(ours), _by_place(theirs)
-    places = [place for place in before | now if not _is_same(now.get(place), before.get(place))]
-    return [f"{place} {before.get(place)} became {now.get(place)}" for place in places]
+    """Return a line for each entry that is not reproduced: counts have to be equal, numbers up to rounding."""
+    pairs = zip_longest(ours, theirs)
+    return [f"{before} became {now}" for now, before in pairs if not (now and before and _is_same(now, before))]
 
 
-def _by_place(entries: Sequence[Entry]) -> dict[str, object]:
-    return {
-        f"{', '.join(filter(None, (e.system, e.factor, e.level, e.rival)))}: {name}": value
-        for e in entries
-        for name, value in asdict(e).items()
-    }
-
-
-def _is_same(one: object, other: object) -> bool:
-    if isinstance(one, float) and isinstance(other, float):
-        return math.isclose(one, other, rel_tol=_SAME, abs_tol=1e-12)
-    return one == other
+def _is_same(one: Entry, other: Entry) -> bool:
+    floats, others = (
+        [[value for value in astuple(of) if isinstance(value, float) is wanted] for of in (one, other)]
+        for wanted in (True, False)
+    )
+    return others[0] == others[1] and all(map(partial(isclose, rel_tol=_SAME), *floats))
 
 
 def page(entries: Sequence[Entry]) -> str:
-    """Return the summary as Markdown: a table for each system, and what each tightness does to it."""
+    """Return the summary of all runs as Markdown, a table for each system; a figure shows each tightness."""
     head, lines = ("", "infeasible", "failed", "collapsed", "violated", "worst", "median error", "95 % band"), []
-    tight = ("collapsed / violated / median error", *LEVELS)
     for system in dict.fromkeys(entry.system for entry in entries):
-        shown = [entry for entry in entries if entry.system == system]
-        whole = [entry for entry in shown if entry.factor == ALL]
+        whole = [entry for entry in entries if (entry.system, entry.factor) == (system, ALL)]
         title = f"#### {system}: {whole[0].runs} runs, errors of {whole[0].compared} in which all found a curve"
-        by_level = markdown(tight, "l" * len(tight), _by_tightness(shown))
-        lines += [title, "", markdown(head, "lrrrrrrl", map(_cells, whole)), "", by_level, ""]
+        lines += [title, "", markdown(head, "lrrrrrrl", map(_cells, whole)), ""]
     return "\n".join(lines)
 
 
@@ -156,20 +131,6 @@ def _cells(entry: Entry) -> list[str]:
     worst = f"{100 * entry.worst:.2g} %" if entry.violated else ""
     band = "" if entry.lower is None or entry.upper is None else f"{100 * entry.lower:.2f} … {_percent(entry.upper)}"
     return [entry.rival, *map(str, counts), worst, _percent(entry.error), band]
-
-
-def _by_tightness(entries: Sequence[Entry]) -> Iterator[list[str]]:
-    """Yield, for each rival and tightness, collapsed / violated / median error."""
-    for rival in dict.fromkeys(entry.rival for entry in entries):
-        at = {e.level: e for e in entries if e.factor == TIGHTNESS and e.rival == rival}
-        yield [rival, *(_cell(at[level]) if level in at else "" for level in LEVELS)]
-
-
-def _cell(entry: Entry) -> str:
-    if entry.infeasible + entry.failed == entry.runs:
-        return "no curve"
-    parts = [f"{100 * n / entry.runs:.3g} %" if n else "0" for n in (entry.collapsed, entry.violated)]
-    return " / ".join([*parts, _percent(entry.error) or "–"])
 
 
 def _percent(value: float | None) -> str:
