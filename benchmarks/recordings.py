@@ -142,10 +142,14 @@ _ON_BOUNDS = 0.7  # part of the time at which the speed is on its bounds
 
 
 def problems() -> Iterator[Recording]:
-    """Return a drive cycle, breathing with less speed than recorded, and signals whose input is on its bounds."""
+    """Return drive cycles, breathing with less speed than recorded, and signals whose input is on its bounds.
+
+    The longer drive cycle is the first 1800 s of FTP-75: the urban schedule, and then its beginning again.
+    """
     table = np.loadtxt(ROOT / "benchmarks/rivals/data/udds.csv", delimiter=",", skiprows=1)
-    urban = Samples(table[:, 0], 0.44704 * table[:, 1])
-    yield Recording("UDDS", urban, (Interval(-0.05, 26.0), around(1.5)), 0.2, mean=8.7)
+    for name, count, most in (("UDDS", len(table), 1.5), ("drive cycle", 1800, 1.2)):
+        speed = Samples(np.arange(float(count)), np.resize(0.44704 * table[:, 1], count))
+        yield Recording(name, speed, (Interval(-0.05, 26.0), around(most)), 0.2, mean=8.7)
     for count, speed in ((300, 8.0), (300, 5.0), (1200, 8.0), (1200, 5.0)):
         yield Recording(f"breathing, |v| ≤ {speed:g}", _breathing(count), (around(20.0), around(speed)), 0.01)
     yield from map(on_bounds, (100, 300, 1000, 3000))
