@@ -105,7 +105,9 @@ def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formu
     """
     first = 2 + len(flat.positive)
     every = shared_parts([a, b, *flat.positive, *flat.states, *flat.inputs, *later])
-    hidden = {x: Name(f"#{i}") for i, x in enumerate(every[first:]) if not isinstance(x, Name | Number)}
+    hidden: dict[Formula, Name] = {
+        x: Name(f"#{i}") for i, x in enumerate(every[first:]) if not isinstance(x, Name | Number)
+    }
     own: list[Formula | None] = [x for x in every[first : len(every) - len(later)] if x in hidden]
     for shown in own or [None]:
         by, values = {x: name for x, name in hidden.items() if x is not shown}, Values()
