@@ -83,13 +83,13 @@ from trackably.checker.answers import (
     Undecided,
     Verdict,
     check_certificate,
-    check_counterexample,
 )
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import FORMAT
 from trackably.checker.contradiction import FORMAT as CONTRADICTION
 from trackably.checker.contradiction import check_contradiction, impossibility, read_contradiction
 from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
+from trackably.checker.counterexample import check_counterexample
 from trackably.checker.form import (
     UnreadableError,
     format_of,

@@ -1,20 +1,15 @@
 """The answers of a check, each with a sentence that explains it, and the order of the steps that a check takes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
-from functools import partial
 
 from trackably.checker.boxes import FirstPass, check_boxes, check_cover
 from trackably.checker.certificate import Certificate
-from trackably.checker.counterexample import Counterexample, check_violation
 from trackably.checker.disturbances import check_robust
-from trackably.checker.intervals import Real, ratio
-from trackably.checker.piecewise import check_pieces, check_signals, value_of_pieces
-from trackably.checker.quantities import quantities, value_at
+from trackably.checker.piecewise import check_pieces
+from trackably.checker.quantities import quantities
 from trackably.checker.redundancy import check_input_set
 from trackably.checker.rounding import check_rounding, check_sizes
-from trackably.checker.subject import Bound, OfBound, Subject
+from trackably.checker.subject import OfBound
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
 from trackably.checker.truth import check_truth
@@ -97,7 +92,8 @@ def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | 
     UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
     """
     subject, robust = certificate.subject, certificate.robust
-    reason = _misfit(subject) or check_names(certificate) or check_input_set(subject) or check_cover(certificate)
+    reason = check_shapes(subject) or check_trajectories(subject) or check_names(certificate)
+    reason = reason or check_input_set(subject) or check_cover(certificate)
     reason = reason or check_robust(subject, robust) or check_truth(subject, certificate.truth, robust, first_pass)
     return reason or (check_pieces(certificate) if subject.pieces else _check_kernels(certificate, first_pass))
 
@@ -107,23 +103,3 @@ def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | Non
     bounded = quantities(certificate.subject, certificate.errors)
     reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
     return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)
-
-
-def check_counterexample(counterexample: Counterexample) -> str | None:
-    """Return why a counterexample refutes nothing; None if it refutes its claim.
-
-    Raise UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
-    """
-    subject = counterexample.subject
-    value: Callable[[Subject, Bound, Fraction], Real | Fraction] = value_of_pieces if subject.pieces else _value
-    return _misfit(subject) or check_violation(counterexample, partial(value, subject))
-
-
-def _value(subject: Subject, bound: Bound, t: Fraction) -> Real:
-    """Return an interval of row · x(t) or row · u(t) at t [s], for a bound's row, if signals are sums of kernels."""
-    every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
-    return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
-
-
-def _misfit(subject: Subject) -> str | None:
-    return (check_signals(subject) if subject.pieces else None) or check_shapes(subject) or check_trajectories(subject)

@@ -34,7 +34,7 @@ from fractions import Fraction
 
 from trackably.checker.disturbances import in_whole_numbers, product
 from trackably.checker.form import (
-    a_moving_plant,
+    a_plant,
     an_identifier,
     by_tag,
     file_of,
@@ -128,7 +128,7 @@ read_contradiction = file_of(
     VERSION,
     record(
         lambda plant, **found: Contradiction(*plant, **found),
-        plant=a_moving_plant,
+        plant=a_plant,
         start=real_number,
         steps=whole_number(INSTANTS),
         values=many(
@@ -217,7 +217,7 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
 
 
 def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
-    rows, n, m = list(_weighted_rows(of, proof)), len(system.states), len(system.inputs)
+    rows, n = list(_weighted_rows(of, proof)), len(system.states)
     A, B, c = system.exact
     q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
     if of.steps * q.bit_length() > _MOST_BITS:
@@ -226,43 +226,24 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
     p, _, _, scale = _factors(*dynamics, rows)
     if any(p):
         early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
-        added = _taking_away([Fraction(x) for x in p], [_at_start(row, A) for row in early])
+        added = _cancelling(p, early, [_at_start(row, A) for row in early])
         if added is None:
             return "proof: the state at step 0 does not cancel in the weighted sum of bounds, nor with bounds of states"
-        rows += [replace(row, multiplier=factor / scale) for row, factor in zip(early, added, strict=True) if factor]
+        rows += [replace(row, multiplier=row.multiplier / scale) for row in added]
     p, of_inputs, constant, scale = _factors(*dynamics, rows)
     assert not any(p), "the rows that were added take it away"
-    first, count = of.steps * len(of.state_set.rows), len(of.input_set.rows)
-    paid = _price(rows[first : first + of.steps * count], count, of_inputs, m)
-    if paid is None:
-        return "proof: an input does not cancel in the weighted sum of bounds, nor with bounds of inputs"
-    if scale * exact_sum(row.most for row in rows if row.multiplier) + paid < constant:
+    paid, count = scale * exact_sum(row.most for row in rows if row.multiplier), len(of.input_set.rows)
+    end = of.steps * (len(of.state_set.rows) + count)  # of the rows of inputs, before those of values
+    for k, e in enumerate(of_inputs):
+        progress(k, of.steps)
+        here = rows[end - (k + 1) * count : end - k * count]
+        added = _cancelling(e, here, [row.row for row in here])
+        if added is None:
+            return "proof: an input does not cancel in the weighted sum of bounds, nor with bounds of inputs"
+        paid += sum(row.most for row in added)
+    if paid < constant:
         return None
     return f"value: bounds and given values are not shown to contradict each other by `missing` = {of.missing!r}"
-
-
-def _price(rows: Sequence[_Weighted], count: int, of_inputs: Sequence[Sequence[int]], m: int) -> Fraction | None:
-    """Return the sum that has to be added to the proof's right side to cancel the factors f_k of u_k.
-
-    This is Σ_k Σ_i (h_ki if ν_ki > 0, else l_ki) ν_ki with multipliers ν of rows of inputs, where Σ_i ν_ki r_i = −f_k
-    for all k. Return None if no such ν exists. `rows` has l_ki ≤ r_i · u_k ≤ h_ki for all rows of the input set,
-    `count` of them for each step; `of_inputs` has the vectors f_k, that of the last step first, with `m` entries each.
-    """
-    one = [row.row for row in rows[:count]]
-    taking = [_taking_away([Fraction(int(i == j)) for i in range(m)], one) for j in range(m)]
-    found = Fraction(0)
-    for k, e in enumerate(of_inputs):
-        progress(k, len(of_inputs))
-        used = [(x, factors) for x, factors in zip(e, taking, strict=True) if x]
-        for i, row in enumerate(rows[len(rows) - (k + 1) * count :][:count]):
-            factor = Fraction(0)
-            for x, factors in used:
-                if factors is None:
-                    return None
-                factor += x * factors[i]
-            if factor:
-                found += replace(row, multiplier=factor).most
-    return found
 
 
 _Columns = Sequence[Sequence[int]]
@@ -304,11 +285,15 @@ def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
     return found
 
 
-def _taking_away(vector: Sequence[Fraction], lines: Sequence[Sequence[Fraction]]) -> list[Fraction] | None:
-    """Return factors f_i with Σ_i f_i lines[i] = −vector; None if there are no such factors."""
-    columns = [*lines, vector]
+def _cancelling(
+    vector: Sequence[int], rows: Sequence[_Weighted], lines: Sequence[Sequence[Fraction]]
+) -> list[_Weighted] | None:
+    """Return rows with multipliers ν_i for which Σ_i ν_i lines[i] = −vector; None if there are no such multipliers."""
+    columns = [*lines, [*map(Fraction, vector)]]
     found = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
-    return found[-1][:-1] if found and found[-1][-1] else None
+    if not found or not found[-1][-1]:
+        return None
+    return [replace(row, multiplier=nu) for row, nu in zip(rows, found[-1][:-1], strict=True) if nu]
 
 
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:

@@ -10,15 +10,17 @@ that the rows of U, weighted by some λ, demand of it (`redundancy`). Every admi
 is a sum of these rows.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
 from trackably.checker.certificate import Claim, Instants
-from trackably.checker.intervals import Real, UndefinedError, at_most
+from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
 from trackably.checker.moving import ends_at
-from trackably.checker.redundancy import demand_of, has_redundant_inputs
+from trackably.checker.piecewise import value_of_pieces
+from trackably.checker.quantities import quantities, value_at
+from trackably.checker.redundancy import demand_of, idle_inputs
 from trackably.checker.subject import Bound, LinearSystem, Subject
+from trackably.checker.trajectories import check_shapes, check_trajectories
 
 FORMAT, VERSION = "trackably counterexample", 1
 
@@ -37,13 +39,16 @@ class Counterexample:
     violation: float
 
 
-def check_violation(
-    counterexample: Counterexample, value_at: Callable[[Bound, Fraction], Real | Fraction]
-) -> str | None:
-    """Return why the counterexample shows nothing; None if it refutes the claim.
+def check_counterexample(counterexample: Counterexample) -> str | None:
+    """Return why a counterexample refutes nothing; None if it refutes its claim.
 
-    `value_at` returns the value of a bound's row at a time [s], exactly or as an interval.
+    Raise UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
     """
+    subject = counterexample.subject
+    return check_shapes(subject) or check_trajectories(subject) or _why_not_broken(counterexample)
+
+
+def _why_not_broken(counterexample: Counterexample) -> str | None:
     subject, t, by = counterexample.subject, Fraction(counterexample.at), Fraction(counterexample.violation)
     first, last = counterexample.claim.span
     if not first <= t <= last:
@@ -58,7 +63,7 @@ def check_violation(
     if ends is None:
         return f"attainable: the bound of {bound.name} is not shown to follow from the rows of the input set"
     try:
-        value = value_at(bound, t)
+        value = _value(subject, bound, t)
     except UndefinedError as undefined:
         return f"value: the {bound.name} is not shown to be defined at the stated time: {undefined}"
     low, high = ends[0] - by, ends[1] + by
@@ -66,6 +71,14 @@ def check_violation(
     if is_outside:
         return None
     return f"value: the {bound.name} is not shown to be outside of its bounds by {counterexample.violation!r}"
+
+
+def _value(subject: Subject, bound: Bound, t: Fraction) -> Real | Fraction:
+    """Return row · x(t) or row · u(t) at t [s] for a bound's row, exactly for polynomial pieces, else an interval."""
+    if subject.pieces:
+        return value_of_pieces(subject, bound, t)
+    every = quantities(subject, {bound.name: 0.0 for bound in subject.bounds})
+    return value_at(subject, next(q for q in every if q.name == bound.name), ratio(t))
 
 
 def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, Fraction] | None:
@@ -77,5 +90,5 @@ def _necessary(subject: Subject, bound: Bound, t: Fraction) -> tuple[Fraction, F
     if bound.of == "state" or not isinstance(subject.system, LinearSystem):
         return ends_at(bound, t)
     if bound.moves:
-        return None if has_redundant_inputs(subject.system) else ends_at(bound, t)
+        return None if idle_inputs(subject.system) else ends_at(bound, t)
     return demand_of(subject.system, tuple(row for row in subject.input_set.rows if not row.moves), bound)

@@ -152,11 +152,9 @@ def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> 
     This holds if h_Z(±r) + h_V(∓r) ≤ room for the row r with x_i = r · x. Here h is the support function of the set Z
     of errors, or of the noise set V.
     """
-    errors, axis = _errors_of(system, robust), [Fraction(int(i == j)) for j in range(len(system.states))]
-    if isinstance(errors, str):
-        return False
-    back, V = [-r for r in axis], robust.noise
-    return errors.fits(axis, room - support_of(V, back)) and errors.fits(back, room - support_of(V, axis))
+    errors = _errors_of(system, robust)
+    sides = ([Fraction(sign * (i == j)) for j in range(len(system.states))] for sign in (1, -1))
+    return not isinstance(errors, str) and all(errors.fit(row, room, robust.noise) for row in sides)
 
 
 def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
@@ -242,10 +240,10 @@ class Errors:
         above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
         return above, r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
 
-    def fits(self, row: Sequence[Fraction], room: Fraction) -> bool:
-        """Return whether row · e ≤ room for all errors e ∈ Z."""
-        above, below = self.support(row)
-        return above * room.denominator <= room.numerator * below
+    def fit(self, row: Sequence[Fraction], room: Fraction, V: Zonotope | None) -> bool:
+        """Return whether row · (e − v) ≤ room for all errors e ∈ Z and, with noise, all v ∈ V."""
+        (above, below), left = self.support(row), room - support_of(V, [-r for r in row])
+        return above * left.denominator <= left.numerator * below
 
     def moved(self, row: Sequence[int]) -> list[int]:
         """Return row · q (A + B K), a row vector of integers."""
@@ -299,12 +297,10 @@ def _short(
         return f"disturbance: {name} must have the same rows as that of the reference"
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
         row = inner.row if K is None else [exact_dot(inner.row, column) for column in K]
-        back = [-r for r in row]
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
             return f"disturbance: {name}: row {i} does not move as that of the reference; only constants may differ"
-        above, below = above - support_of(V, back), below - support_of(V, row)
-        if not (errors.fits(row, above) and errors.fits(back, below)):
+        if not (errors.fit(row, above, V) and errors.fit([-r for r in row], below, V)):
             return f"disturbance: {name}: row {i} of the reference leaves less room than tracking errors may need"
     return None
 

@@ -19,8 +19,8 @@ all others, and in the tail (all times after the boxes). Rounding errors are pro
 that the signals have there.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from trackably.checker.formulas import (
     Angle,
@@ -34,40 +34,10 @@ from trackably.checker.formulas import (
     operands,
     parts,
     rewritten,
+    shared_parts,
 )
 from trackably.checker.identities import Quotient, TooLongError, Values
 from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifted_name
-
-
-@dataclass(frozen=True)
-class Shapes:
-    """Give numbers to formulas; formulas that are equal as written have the same number."""
-
-    known: dict[Formula, int] = field(default_factory=dict)
-    numbers: dict[object, int] = field(default_factory=dict)
-
-    def of(self, formula: Formula) -> int:
-        """Return the number of a formula."""
-        return [self.number(node) for node in parts(formula)][-1]
-
-    def number(self, node: Formula) -> int:
-        """Return the number of a formula whose operands already have numbers."""
-        if node not in self.known:
-            key = (type(node), *(self.known.get(value, value) for value in vars(node).values()))
-            self.known[node] = self.numbers.setdefault(key, len(self.numbers))
-        return self.known[node]
-
-    def shared(self, formulas: Sequence[Formula]) -> list[Formula]:
-        """Return the formulas with one object for all parts that are equal as written, so that it is evaluated once."""
-        first: dict[int, Formula] = {}
-        return rewritten(formulas, lambda node, done: done.get(first.setdefault(self.number(node), node)))
-
-    def without(self, formulas: Sequence[Formula], hidden: Collection[int]) -> list[Formula]:
-        """Return the formulas with a new name in place of each part whose number is in `hidden`.
-
-        Parts with the same number get the same name. What holds for all values of the new names holds for the parts.
-        """
-        return rewritten(formulas, lambda node, _: Name(f"#{n}") if (n := self.number(node)) in hidden else None)
 
 
 def substitute(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
@@ -122,17 +92,26 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
     return values
 
 
+def _with_names(formulas: Sequence[Formula], by: Mapping[Formula, Name]) -> list[Formula]:
+    """Return the formulas, in which the name by[part] takes the place of each part in `by`."""
+    return rewritten(formulas, lambda node, _: by.get(node))
+
+
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
     """Return whether a = b is shown with new names in place of the formulas of all states and inputs but one.
 
-    This keeps the polynomials short. Each state and input is tried as the one whose formula stays. The formulas
-    `later`, of states one step later, are replaced, too.
+    What holds for all values of the new names holds for the formulas. This keeps the polynomials short. Each state and
+    input is tried as the one whose formula stays. The formulas `later`, of states one step later, are replaced, too.
     """
-    shapes = Shapes()
-    hidden = {shapes.of(x) for x in (*flat.states, *flat.inputs, *later) if not isinstance(x, Name | Number)}
-    for shown in {shapes.of(x) for x in (*flat.states, *flat.inputs)} & hidden or {-1}:
-        p, q, *positive = shapes.without([a, b, *flat.positive], hidden - {shown})
-        values = Values()
+    first = 2 + len(flat.positive)
+    every = shared_parts([a, b, *flat.positive, *flat.states, *flat.inputs, *later])
+    hidden: dict[Formula, Name] = {
+        x: Name(f"#{i}") for i, x in enumerate(every[first:]) if not isinstance(x, Name | Number)
+    }
+    own: list[Formula | None] = [x for x in every[first : len(every) - len(later)] if x in hidden]
+    for shown in own or [None]:
+        by, values = {x: name for x, name in hidden.items() if x is not shown}, Values()
+        p, q, *positive = _with_names(every[:first], by)
         try:
             values.positive = [values.of(formula) for formula in positive]
             if values.is_zero(values.of(p) - values.of(q)):
@@ -177,21 +156,19 @@ def needs(system: NonlinearSystem, flat: FlatForm) -> list[Need]:
 
     The rules of `identities` are true under these conditions, too.
     """
-    found: dict[tuple[int, bool], Need] = {}
-    shapes = Shapes()
-    for formula in (
-        *flat.states,
-        *flat.inputs,
-        *one_step_later(flat.states),
-        *successor_formulas(system, flat),
-        *flat.positive,
-    ):
-        for node in parts(formula):
-            for need in _of_node(node):
-                found.setdefault((shapes.of(need.formula), need.may_be_negative), need)
-    for p in flat.positive:
-        found.setdefault((shapes.of(p), False), Need(p, False))
-    return [need for need in found.values() if not _is_clear(need)]
+    shared = shared_parts(
+        [
+            *flat.states,
+            *flat.inputs,
+            *one_step_later(flat.states),
+            *successor_formulas(system, flat),
+            *flat.positive,
+        ]
+    )
+    nodes = dict.fromkeys(node for formula in shared for node in parts(formula))
+    positive = [Need(p, False) for p in shared[len(shared) - len(flat.positive) :]]
+    found = dict.fromkeys([*(need for node in nodes for need in _of_node(node)), *positive])
+    return [need for need in found if not _is_clear(need)]
 
 
 def _of_node(node: Formula) -> Iterable[Need]:

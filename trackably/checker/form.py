@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields
 from fractions import Fraction
 from functools import partial
+from itertools import pairwise
 from reprlib import Repr
 from typing import Any, NamedTuple, TypeVar
 
@@ -80,7 +81,6 @@ from trackably.checker.subject import (
     Subject,
     System,
     Trajectories,
-    why_no_signal,
 )
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick
@@ -97,9 +97,6 @@ _LATEST_STEP = 2**53
 _LETTER = "A-Za-zÀ-ÖØ-öø-ſΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕḀ-ỿ"
 _WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]{{0,59}}"
 _INDEX_OR_UNIT = f"[{_LETTER}µ0-9²³¹⁻_/·*^°%-]{{1,58}}"
-_IDENTIFIER = re.compile(rf"{_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*")
-_RATIONAL = re.compile(r"-?[0-9]+(/0*[1-9][0-9]*)?")
-_BOUND = re.compile(rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}")
 
 
 class _Short(Repr):
@@ -130,26 +127,20 @@ def from_json(data: bytes) -> object:
     """Return the decoded JSON in `data`. ValueError: no UTF-8, no JSON, NaN, infinity, or a key twice in an object."""
     try:
         content: object = _DECODER.decode(data.decode())
-    except UnicodeDecodeError as error:
-        raise ValueError("expected JSON, got bytes that are no text in UTF-8") from error
-    except json.JSONDecodeError as error:
-        found = error.doc[error.pos :].strip()
-        got = short(found) if found else "the end of the file"
-        raise ValueError(f"expected JSON, got {got} in line {error.lineno}, column {error.colno}") from error
-    except RecursionError as error:
-        raise ValueError("expected JSON that can be read, got JSON nested too deeply") from error
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"expected JSON: {error}") from error
     return content
 
 
 def _refuse_constant(name: str) -> object:
-    raise ValueError(f"expected JSON, but {name} is no JSON number")
+    raise ValueError(f"{name} is no JSON number")
 
 
 def _unique(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found: dict[str, object] = {}
     for key, value in pairs:
         if key in found:
-            raise ValueError(f"expected JSON with different keys, but key {short(key)} appears twice in one object")
+            raise ValueError(f"key {short(key)} appears twice in one object")
         found[key] = value
     return found
 
@@ -327,33 +318,42 @@ def whole_number(most: int, least: int = 1) -> Reader[int]:
     return read
 
 
+def _text(pattern: str, described: str) -> Reader[str]:
+    """Return a reader of texts that a regular expression matches as a whole."""
+    compiled = re.compile(pattern)
+
+    def read(value: object, where: str) -> str:
+        if not isinstance(value, str) or not compiled.fullmatch(value):
+            raise UnreadableError(f"{where} must be {described}, got {short(value)}")
+        return value
+
+    return read
+
+
+_ratio = _text(
+    rf"(?!.{{{DIGITS + 1}}})-?[0-9]+(/0*[1-9][0-9]*)?",
+    f"a rational number in a text such as '-3/4', of {DIGITS} characters at most",
+)
+
+
 def rational_number(value: object, where: str) -> Fraction:
     """Read a rational number from a text such as -3/4."""
-    if not isinstance(value, str) or len(value) > DIGITS or not _RATIONAL.fullmatch(value):
-        raise UnreadableError(
-            f"{where} must be a rational number in a text such as '-3/4', of {DIGITS} characters at most, got "
-            f"{short(value)}"
-        )
     tick()
-    numerator, _, denominator = value.partition("/")
+    numerator, _, denominator = _ratio(value, where).partition("/")
     return Fraction(int(numerator), int(denominator or "1"))
 
 
-def an_identifier(value: object, where: str) -> str:
-    """Read the name of a state or an input: letters, digits, _ and -, then indices or units in brackets."""
-    if not isinstance(value, str) or len(value) > 60 or not _IDENTIFIER.fullmatch(value):
-        raise UnreadableError(
-            f"{where} must be a name: a letter or _, then letters, digits, _ and -, then indices or units in brackets, "
-            f"60 characters at most, got {short(value)}"
-        )
-    return value
+an_identifier = _text(
+    rf"(?!.{{61}}){_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*",
+    "a name: a letter or _, then letters, digits, _ and -, then indices or units in brackets, 60 characters at most",
+)
+"""Reads the name of a state or an input."""
 
-
-def a_bound(value: object, where: str) -> str:
-    """Read the name of a bound: a weighted sum of names, such as x-0.5y; x (2) is the second bound of x."""
-    if not isinstance(value, str) or not _BOUND.fullmatch(value):
-        raise UnreadableError(f"{where} must be the name of a bound, such as x, x-0.5y or x (2), got {short(value)}")
-    return value
+a_bound = _text(
+    rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}",
+    "the name of a bound, such as x, x-0.5y or x (2)",
+)
+"""Reads the name of a bound: a weighted sum of names, such as x-0.5y; x (2) is the second bound of x."""
 
 
 _names = many(an_identifier, COORDINATES)
@@ -438,41 +438,30 @@ def a_system(value: object, where: str) -> System:
 
 def _end(value: object, where: str) -> End:
     """Read an end of a bound: a number, or polynomial pieces if the end moves in time."""
-    if not isinstance(value, dict):
-        return real_number(value, where)
-    found = _pieces_beyond("rest", "period")(value, where)
-    if reason := why_no_signal(found):
-        raise UnreadableError(f"{where}: {reason}")
-    return found
+    return _pieces_beyond("rest", "period")(value, where) if isinstance(value, dict) else real_number(value, where)
 
 
-def _set_of(end: Reader[End]) -> Reader[Polytope]:
-    ends = many(end, ROWS, empty=True)
-
-    parse: Reader[dict[str, Any]] = record(
-        dict,
-        rows=many(many(exact_number, COORDINATES), ROWS, empty=True),
-        lower=ends,
-        upper=ends,
-        dimension=whole_number(COORDINATES),
-    )
-
-    def read(value: object, where: str) -> Polytope:
-        found = parse(value, where)
-        rows, lower, upper = found["rows"], found["lower"], found["upper"]
-        if not len(rows) == len(lower) == len(upper):
-            raise UnreadableError(
-                f"{where} must have a lower and an upper bound for each row, got {len(lower)} and {len(upper)} for "
-                f"{len(rows)} rows"
-            )
-        return Polytope(tuple(map(Row, rows, lower, upper)), found["dimension"])
-
-    return read
+_ends = many(_end, ROWS, empty=True)
 
 
-_moving_set = _set_of(_end)
-a_polytope = _set_of(real_number)
-"""Reads a set of states or of inputs whose bounds do not move in time."""
+def _polytope(
+    rows: tuple[tuple[Fraction, ...], ...], lower: tuple[End, ...], upper: tuple[End, ...], dimension: int
+) -> Polytope:
+    if not len(rows) == len(lower) == len(upper):
+        raise UnreadableError(
+            f"a set must have a lower and an upper bound for each row, got {len(lower)} and {len(upper)} for "
+            f"{len(rows)} rows"
+        )
+    return Polytope(tuple(map(Row, rows, lower, upper)), dimension)
+
+
+_set = record(
+    _polytope,
+    rows=many(many(exact_number, COORDINATES), ROWS, empty=True),
+    lower=_ends,
+    upper=_ends,
+    dimension=whole_number(COORDINATES),
+)
 
 
 class Plant(NamedTuple):
@@ -483,17 +472,30 @@ class Plant(NamedTuple):
     input_set: Polytope
 
 
-a_plant = record(Plant, system=a_system, state_set=a_polytope, input_set=a_polytope)
-a_moving_plant = record(Plant, system=a_system, state_set=_moving_set, input_set=_moving_set)
-"""`a_plant` and `a_moving_plant` read a system with its sets; the bounds of the second may move in time."""
+a_plant = record(Plant, system=a_system, state_set=_set, input_set=_set)
+"""Reads a system with its sets, whose bounds may move in time."""
 
 _numbers_of_centres = many(real_number, CENTRES)
 _signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
 
 
+def _valid_pieces(**found: Any) -> Pieces:
+    pieces = Pieces(**found)
+    if len(pieces.breakpoints) != len(pieces.coefficients) + 1:
+        count = len(pieces.coefficients)
+        raise UnreadableError(
+            f"pieces: expected {count + 1} breakpoints for {count} pieces, got {len(pieces.breakpoints)}"
+        )
+    if any(len(row) != pieces.degree + 1 for row in pieces.coefficients):
+        raise UnreadableError("pieces: all pieces must have the same number of coefficients")
+    if not all(before < after for before, after in pairwise(pieces.breakpoints)):
+        raise UnreadableError("pieces: breakpoints must increase")
+    return pieces
+
+
 def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
     return record(
-        Pieces,
+        _valid_pieces,
         breakpoints=_numbers_of_centres,
         coefficients=many(many(real_number, COEFFICIENTS), CENTRES),
         beyond=one_of(kinds),
@@ -515,7 +517,7 @@ def _signals(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Piece
     return many(_signal, SIGNALS)(value, where), ()
 
 
-_reference: Reader[dict[str, Any]] = record(dict, signals=_signals, plant=a_moving_plant)
+_reference: Reader[dict[str, Any]] = record(dict, signals=_signals, plant=a_plant)
 _functionals = many(
     record(Functional, offset=rational_number, weights=many(many(rational_number, SHIFTS), SIGNALS)), COORDINATES
 )
@@ -546,6 +548,8 @@ def _subject(
         raise UnreadableError(
             "trajectories: expected for a linear system, perhaps with `attainable`; a nonlinear one must have neither"
         )
+    if pieces and not is_linear:
+        raise UnreadableError("pieces: states and inputs of polynomial pieces are read for linear systems only")
     known = fingerprint(written["signals"], written["plant"]["system"], trajectories)
     return Subject(signals, *plant, trajectories, attainable, known, pieces)
 
@@ -605,15 +609,15 @@ _disturbance = record(
     _robust,
     {"noise": by_tag("kind", _sets), "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
     set=by_tag("kind", _sets),
-    state_set=_moving_set,
-    input_set=_moving_set,
+    state_set=_set,
+    input_set=_set,
     feedback=_matrix,
     head=whole_number(POWERS),
     terms=whole_number(POWERS),
     contraction=real_number,
     box=_vector,
 )
-_cover = {
+_cover: dict[str, Reader[Any]] = {
     "covers": by_name(a_bound, record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
     "terms": whole_number(TERMS),
 }
@@ -640,17 +644,9 @@ def _covered(
     return of(start, end) if of is Window else of(), Cover(start, end, covers or {}, terms)
 
 
-def _claims(cover: dict[str, Reader[Any]]) -> dict[str, Reader[Stated]]:
-    """Return, by kind of claim, readers of claims about all times of an interval.
-
-    `cover` reads the fields of their proofs.
-    """
-    return {kind: record(partial(_covered, KINDS[kind]), **ends, **cover) for kind, ends in _ENDS.items()}
-
-
 _instants: Reader[Stated] = record(lambda last_step: (Instants(), Steps(last_step)), last_step=whole_number(INSTANTS))
-_claim = by_tag("kind", {**_claims(_cover), "instants": _instants})
-_claim_of_pieces = by_tag("kind", _claims({}))
+_real_times = {kind: record(partial(_covered, KINDS[kind]), _cover, **ends) for kind, ends in _ENDS.items()}
+_claim = by_tag("kind", {**_real_times, "instants": _instants})
 
 
 _numbers_in_time = many(real_number, CENTRES)
@@ -682,7 +678,7 @@ _truth = record(
 
 
 def _certificate(
-    claim: object,
+    claim: Stated,
     evaluation: dict[str, Any],
     disturbance: Robust | None = None,
     truth: tuple[TrueSignal, ...] = (),
@@ -691,9 +687,16 @@ def _certificate(
     subject = _subject(**about)
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("disturbance: this field is for linear systems only")
-    read = _claim_of_pieces if subject.pieces else _claim
-    stated = read(claim, "certificate.claim")
-    return Certificate(subject, *stated, **evaluation, robust=disturbance, truth=truth)
+    proof = claim[1]
+    if isinstance(proof, Steps):
+        is_unfit = bool(subject.pieces)
+    else:
+        is_unfit = bool(proof.boxes if subject.pieces else not proof.terms)
+    if is_unfit:
+        raise UnreadableError(
+            "certificate.claim must have `covers` and `terms`; for polynomial pieces neither, and no kind `instants`"
+        )
+    return Certificate(subject, *claim, **evaluation, robust=disturbance, truth=truth)
 
 
 read_certificate = file_of(
@@ -702,7 +705,7 @@ read_certificate = file_of(
     record(
         _certificate,
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
-        claim=itself,
+        claim=_claim,
         reference=located,
         evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),

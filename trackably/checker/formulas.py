@@ -105,6 +105,17 @@ def remade(node: Formula, of: Mapping[Formula, Formula]) -> Formula:
     return type(node)(*(of.get(value, value) for value in vars(node).values())) if operands(node) else node
 
 
+def shared_parts(formulas: Sequence[Formula]) -> list[Formula]:
+    """Return the formulas with one object for all parts that are equal as written, so that it is evaluated once."""
+    first: dict[tuple[object, ...], Formula] = {}
+
+    def first_equal(node: Formula, done: Mapping[Formula, Formula]) -> Formula:
+        made = remade(node, done)
+        return first.setdefault((type(made), *vars(made).values()), made)
+
+    return rewritten(formulas, first_equal)
+
+
 def names(formula: Formula) -> set[str]:
     """Return the names in a formula."""
     return {part.name for part in parts(formula) if isinstance(part, Name)}

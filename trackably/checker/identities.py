@@ -38,11 +38,11 @@ class TooLongError(ArithmeticError):
     """A polynomial has more than 5000 terms, or there are more than 80 values of functions."""
 
 
-def add(p: Polynomial, q: Polynomial, factor: int = 1) -> Polynomial:
-    """Return p + factor q."""
+def add(p: Polynomial, q: Polynomial) -> Polynomial:
+    """Return p + q."""
     found = dict(p)
     for m, c in q.items():
-        found[m] = short(found.get(m, Fraction(0)) + factor * c)
+        found[m] = short(found.get(m, Fraction(0)) + c)
     return {m: c for m, c in found.items() if c}
 
 

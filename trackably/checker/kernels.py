@@ -264,23 +264,27 @@ class SquaredExponential(Elementary):
 
 @dataclass(frozen=True)
 class Matern(Elementary):
-    """κ(r) = θ₁² P(x) e^(−x) with x = λ |r|. P has this `degree`, and no negative coefficient; `square` is (λ θ₂)²."""
+    """κ(r) = θ₁² P(x) e^(−x) with x = λ |r| and P(x) = Σ_j `p`[j] xʲ/`p`[0], all `p`[j] > 0; `square` is (λ θ₂)²."""
 
-    degree: ClassVar[int]
+    has_kink = True
+    p: ClassVar[tuple[int, ...]]
     square: ClassVar[int]
-
-    @property
-    def has_kink(self) -> bool:
-        return True
 
     @cached_property
     def rate(self) -> Real:
         """λ [1/s] in κ(r) = θ₁² P(λ|r|) exp(−λ|r|), as an interval that contains it."""
         return root(self.square) / self.length
 
-    @abstractmethod
     def slopes(self, x: Real) -> list[Real]:
         """Return P(x), P'(x), … up to the last nonzero derivative."""
+        derivative, found = list(self.p), list[Real]()
+        while derivative:
+            value = ONE * derivative[-1]
+            for c in derivative[-2::-1]:
+                value = value * x + c
+            found.append(value / self.p[0])
+            derivative = [j * c for j, c in enumerate(derivative)][1:]
+        return found
 
     def along(self, moments: Sequence[Real], x: Real, y: Real, n: int) -> list[Real]:
         """Return n coefficients in ξ of θ₁² e^(−z) Σ_k m_k P⁽ᵏ⁾(z), where z = x + y ξ and m_k = moments[k]."""
@@ -310,24 +314,18 @@ class Matern(Elementary):
 class Matern32(Matern):
     """P(x) = 1 + x with x = √3 r/θ₂; |κ̇| is largest at r = θ₂/√3."""
 
-    degree, square = 1, 3
+    p, square = (1, 1), 3
     steepest = ONE / root(3)
     largest_moment = 0.841 / 1.732  # x (1 + x) e^(−x) ≤ 0.841; and |r κ̇|/κ(0) is x² e^(−x) ≤ 1
-
-    def slopes(self, x: Real) -> list[Real]:
-        return [1 + x, ONE]
 
 
 @dataclass(frozen=True)
 class Matern52(Matern):
     """P(x) = 1 + x + x²/3 with x = √5 r/θ₂; |κ̇| is largest at r = θ₂ (1 + √5)/(2 √5)."""
 
-    degree, square = 2, 5
+    p, square = (3, 3, 1), 5
     steepest = (1 + root(5)) / (2 * root(5))
     largest_moment = 1.176 / 2.236  # x (1 + x + x²/3) e^(−x) ≤ 1.176; and |r κ̇|/κ(0) is x² (1 + x) e^(−x)/3 ≤ 1
-
-    def slopes(self, x: Real) -> list[Real]:
-        return [1 + x + x**2 / 3, 1 + 2 * x / 3, ONE * 2 / 3]
 
 
 @dataclass(frozen=True)
@@ -337,14 +335,11 @@ class Matern72(Matern):
     |κ̇| is largest where x³ = 3x + 3, at x = w + 1/w with w³ = (3 + √5)/2.
     """
 
-    degree, square = 3, 7
+    p, square = (15, 15, 6, 1), 7
     w = exp(log((3 + root(5)) / 2) / 3)
     steepest = (w + 1 / w) / root(7)
     # x (1 + x + 2x²/5 + x³/15) e^(−x) ≤ 1.446; and |r κ̇|/κ(0) is x² (3 + 3x + x²) e^(−x)/15 ≤ 1
     largest_moment = 1.446 / 2.645
-
-    def slopes(self, x: Real) -> list[Real]:
-        return [1 + x + 2 * x**2 / 5 + x**3 / 15, 1 + 4 * x / 5 + x**2 / 5, (4 + 2 * x) / 5, ONE * 2 / 5]
 
 
 @dataclass(frozen=True)
@@ -426,11 +421,9 @@ class PiecewisePolynomial(Elementary):
     """
 
     largest_moment = 0.165  # s φ ≤ 0.165 with s = |r|/θ₂; and |r κ̇|/κ(0) is s |φ'| ≤ 0.756
+    has_kink = True
+    roundings = 35  # in up to 7 factors 1 − s, the other factor of P by Horner's rule, and θ₁²
     p: ClassVar[tuple[int, ...]]
-
-    @property
-    def has_kink(self) -> bool:
-        return True
 
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
         y = [1 - r / self.length, -h / self.length]
@@ -452,10 +445,6 @@ class PiecewisePolynomial(Elementary):
         y = 1 - farthest / self.length
         from_polynomial = self.variance * abs(total(c * y**j for j, c in enumerate(self.p) if c))
         return select(self._is_over(r), from_zero, select(farthest.b <= self.length, ZERO, from_polynomial))
-
-    @property
-    def roundings(self) -> int:
-        return 35  # in up to 7 factors 1 − s, the other factor of P by Horner's rule, and θ₁²
 
     def _is_over(self, r: Real) -> bool | None:
         """Return whether |r| > θ₂ is certain: then its zero branch encloses κ, otherwise the polynomial."""

@@ -162,7 +162,8 @@ class Model:
 
     def _root(self) -> "Model":
         require_positive("sqrt", self.span)
-        found = _near_root(self)
+        middles = [c.mid for c in self.coefficients]
+        found = Model(power_series(middles, exactly(0.5), len(middles)), ZERO)
         both = sqrt(self.span) + found.span
         require(both.a > 0, "a square root may change too much at these times to be enclosed")
         return _within(found, self - found * found, both)
@@ -289,15 +290,6 @@ def _near_quotient(a: Model, b: Model) -> Model:
     found: list[Real] = []
     for k, c in enumerate(above):
         found.append((c - dot(below[1 : k + 1], found[::-1])) / below[0])
-    return Model(found, ZERO)
-
-
-def _near_root(a: Model) -> Model:
-    """Return a polynomial with the first terms of the series of √a, up to rounding."""
-    first, *others = (c.mid for c in a.coefficients)
-    found = [sqrt(first)]
-    for c in others:
-        found.append((c - dot(found[1:], found[:0:-1])) / (2 * found[0]))
     return Model(found, ZERO)
 
 

@@ -30,7 +30,7 @@ from trackably.checker.moving import Cells, cells_of, hull, place, value_of_sign
 from trackably.checker.polynomials import compose, is_nowhere_negative
 from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
 from trackably.checker.rounding import why_not_sized
-from trackably.checker.subject import Bound, End, Functional, LinearSystem, OfBound, Pieces, Subject, why_no_signal
+from trackably.checker.subject import Bound, End, Functional, OfBound, Pieces, Subject
 from trackably.checker.watch import progress, require_room, tick
 
 Parts = tuple[Fraction, list[tuple[Pieces, Fraction, Fraction]]]
@@ -220,13 +220,6 @@ def _span(certificate: Certificate) -> tuple[Fraction, Fraction]:
     return Fraction(certificate.proof.start), Fraction(certificate.proof.end)
 
 
-def check_signals(subject: Subject) -> str | None:
-    """Return which signal is invalid, or why there can be no proof about pieces; None if all are valid."""
-    if not isinstance(subject.system, LinearSystem):
-        return "pieces: states and inputs of polynomial pieces are checked for linear systems only"
-    return next((reason for z in subject.pieces if (reason := why_no_signal(z))), None)
-
-
 def check_pieces(certificate: Certificate) -> str | None:
     """Return why a step of the proof fails for signals of polynomial pieces; None if all steps hold."""
     return _claim_gap(certificate) or check_sizes(certificate) or check_rounding(certificate) or _outside(certificate)
@@ -235,8 +228,7 @@ def check_pieces(certificate: Certificate) -> str | None:
 def _claim_gap(certificate: Certificate) -> str | None:
     """Return why bounds that hold from the proof's start to its end do not imply the claim; None if they do."""
     proof, pieces = certificate.proof, certificate.subject.pieces
-    if isinstance(proof, Steps):
-        return "claim: polynomial pieces are proved at all times of a claim, never at sampled instants alone"
+    assert not isinstance(proof, Steps), "not read for pieces"
     bounds = [end for bound in certificate.subject.bounds for end in (bound.low, bound.high)]
     pieces = (*pieces, *(end for end in bounds if isinstance(end, Pieces)))
     start, end = proof.start, proof.end

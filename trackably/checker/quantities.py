@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from trackably.checker.flatness import Need, Shapes, needs
-from trackably.checker.formulas import Formula, Name, names
+from trackably.checker.flatness import Need, needs
+from trackably.checker.formulas import Formula, Name, names, shared_parts
 from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, ratio, total
 from trackably.checker.inverse import solved
 from trackably.checker.models import enclose
@@ -87,7 +87,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
         return [_of_signals(subject, b, b.row, functionals(subject, b.of), errors[b.name]) for b in subject.bounds]
     flat, needed = system.flat or solved(system), needs(system, system.flat) if system.flat else []
     own, n = (*flat.states, *flat.inputs), flat.last_shift + 2
-    shared = Shapes().shared([*own, *(need.formula for need in needed)])
+    shared = shared_parts([*own, *(need.formula for need in needed)])
     needed = [replace(need, formula=formula) for need, formula in zip(needed, shared[len(own) :], strict=True)]
     formulas = dict(zip((*system.states, *system.inputs), shared[: len(own)], strict=True))
     signals = range(len(subject.signals))

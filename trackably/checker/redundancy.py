@@ -30,21 +30,17 @@ def check_input_set(subject: Subject) -> str | None:
 
     Return None if every such u has one, or if the file has no attainable rows.
     """
-    if subject.attainable is None or not isinstance(subject.system, LinearSystem):
+    system, rows = subject.system, subject.input_set.rows
+    if subject.attainable is None or not isinstance(system, LinearSystem):
         return None
-    return why_not_attainable(subject.system, subject.input_set.rows, subject.attainable)
-
-
-def why_not_attainable(system: LinearSystem, rows: tuple[Row, ...], attainable: tuple[Row, ...]) -> str | None:
-    """Return why some u that keeps the attainable rows may have no v with B v = 0 and u + v ∈ U; None if all have."""
     if reason := _why_not_enumerable(system, rows):
         return reason
-    for demand in demands(_idle(system), rows):
+    for demand in demands(idle_inputs(system), rows):
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
             return f"input_set: no input keeps all of its rows {demand.numbers} (counted from 0)"
         if any(demand.row) and not any(
             ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
-            for bound in attainable
+            for bound in subject.attainable
             if (ends := _scale(demand, bound.row))
         ):
             rows_of = f"its rows {demand.numbers} (counted from 0)"
@@ -59,16 +55,11 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
     """
     if _why_not_enumerable(system, rows):
         return None
-    found = [ends for demand in demands(_idle(system), rows) if (ends := _scale(demand, bound.row))]
+    found = [ends for demand in demands(idle_inputs(system), rows) if (ends := _scale(demand, bound.row))]
     if not found:
         return None
     lows, highs = zip(*found, strict=True)
     return min(Fraction(bound.lower), max(lows)), max(Fraction(bound.upper), min(highs))
-
-
-def has_redundant_inputs(system: LinearSystem) -> bool:
-    """Whether inputs are redundant, so that some have the same effect: columns of B are linearly dependent."""
-    return bool(_idle(system))
 
 
 @dataclass(frozen=True)
@@ -88,7 +79,7 @@ def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | No
     m = len(system.inputs)
     if any(len(side.row) != m or not side.lower <= side.upper for side in rows):
         return "input_set: every row needs a number for each input, and lower ≤ upper"
-    idle = _idle(system)
+    idle = idle_inputs(system)
     if sum(comb(len(rows), size) for size in range(1, len(idle) + 2)) > _MOST:
         return f"input_set: {len(rows)} rows have too many combinations of up to {len(idle) + 1} rows to check"
     return None
@@ -108,7 +99,7 @@ def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]
         yield Demand(row, low, high, ", ".join(str(i) for i, _ in circuit))
 
 
-def _idle(system: LinearSystem) -> list[list[Fraction]]:
+def idle_inputs(system: LinearSystem) -> list[list[Fraction]]:
     """Return a basis of all v with B v = 0."""
     return null_space(system.exact[1], len(system.inputs))
 

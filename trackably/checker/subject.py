@@ -51,18 +51,6 @@ class Pieces:
         return len(self.coefficients[0]) - 1
 
 
-def why_no_signal(pieces: Pieces) -> str | None:
-    """Return what is wrong with the numbers of a signal; None if they are valid."""
-    if len(pieces.breakpoints) != len(pieces.coefficients) + 1:
-        count = len(pieces.coefficients)
-        return f"pieces: expected {count + 1} breakpoints for {count} pieces, got {len(pieces.breakpoints)}"
-    if any(len(row) != pieces.degree + 1 for row in pieces.coefficients):
-        return "pieces: all pieces must have the same number of coefficients"
-    if not all(before < after for before, after in pairwise(pieces.breakpoints)):
-        return "pieces: breakpoints must increase"
-    return None
-
-
 _NEGLIGIBLE = 2.0**-60
 """A kernel counts as far from a time at which |κ| ≤ κ(0) times this number; the errors of evaluation are larger."""
 

@@ -21,7 +21,7 @@ from trackably.certificates.waypoint import WINDOW, Waypoint, coordinates, exten
 from trackably.checker import subject
 from trackably.checker.certificate import Claim
 from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
-from trackably.checker.form import a_moving_plant, a_plant
+from trackably.checker.form import a_plant
 from trackably.checker.moving import ends_at
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -75,7 +75,7 @@ class Steps:
     @cached_property
     def _ends(self) -> Array:
         """The lower and upper bounds of the rows of X and U at each step, at exact times start + k T_s: (2, r)."""
-        _, X, U = a_moving_plant(as_written(self.plant), "plant")
+        _, X, U = a_plant(as_written(self.plant), "plant")
         start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
         return np.array(found, dtype=float).reshape(-1, 2).T

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.checker import flatness, subject
-from trackably.checker.flatness import Shapes, substitute
+from trackably.checker.flatness import substitute
 from trackably.checker.formulas import (
     Angle,
     Formula,
@@ -22,6 +22,7 @@ from trackably.checker.formulas import (
     names,
     operands,
     rewritten,
+    shared_parts,
 )
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.subject import shifted_name
@@ -46,7 +47,7 @@ class FlatForm(subject.FlatForm):
 
     def __post_init__(self) -> None:
         every = {name: self._indices(name) for formula in self._formulas for name in names(formula)}
-        shared = iter(Shapes().shared(self._formulas))  # equal subformulas become one object
+        shared = iter(shared_parts(self._formulas))  # equal subformulas become one object
         for name in ("states", "inputs", "positive"):
             object.__setattr__(self, name, tuple(next(shared) for _ in getattr(self, name)))
         if missing := {*range(1 + max((c for c, _ in every.values()), default=0))} - {c for c, _ in self.indices}:

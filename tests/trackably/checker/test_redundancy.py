@@ -16,7 +16,8 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
-from trackably.checker.redundancy import why_not_attainable
+from trackably.checker import subject as checked
+from trackably.checker.redundancy import check_input_set
 from trackably.checker.subject import Row
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -112,11 +113,17 @@ def test_both_implementations_find_the_same_rows(case):
     system, wanted = case
     attainable = tuple(row_of(r, b.lower, b.upper) for r, b in Allocation.of(system, wanted).attainable)
     rows = tuple(row_of(r.tolist(), b.lower, b.upper) for r, b in wanted.intervals)
-    B = [[Fraction(b) for b in row] for row in system.B.tolist()]
-    checked = SimpleNamespace(inputs=system.inputs, exact=((), B, ()))
-    assert why_not_attainable(checked, rows, attainable) is None
+    B = tuple(map(tuple, system.B.tolist()))
+    stored = checked.LinearSystem((), B, (), (), system.inputs, system.sampling_time)
+
+    def why_not(attainable) -> str | None:
+        return check_input_set(
+            SimpleNamespace(system=stored, input_set=checked.Polytope(rows, 0), attainable=attainable)
+        )
+
+    assert why_not(attainable) is None
     for i, bound in enumerate(attainable):
         others = attainable[:i] + attainable[i + 1 :]
         higher = replace(bound, high=bound.upper * (1 + 1e-15) + 1e-15)
         for instead in ((higher,), (replace(bound, low=bound.lower - 1e-12),), ()):
-            assert why_not_attainable(checked, rows, (*others, *instead)) is not None
+            assert why_not((*others, *instead)) is not None

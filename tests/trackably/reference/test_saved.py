@@ -42,7 +42,7 @@ def put(value, *path):
 
 
 DAMAGES = {
-    "empty": ("plain", lambda _: b"", "expected JSON, got"),
+    "empty": ("plain", lambda _: b"", "expected JSON: "),
     "no samples": ("plain", lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
     "a reversed set": (
         "plain",

@@ -62,7 +62,7 @@ class CentresBefore:
         The first row has the moments of the weights, the second row those of the absolute weights. They are the same
         for all boxes, so that what is shown of a box does not depend on which boxes are examined together with it.
         """
-        low, step = np.zeros((self.kernel.degree + 1, 2, len(self.centres))), 1
+        low, step = np.zeros((len(self.kernel.p), 2, len(self.centres))), 1
         low[0] = self.weights, np.abs(self.weights)
         found = [Floats(*ends) for ends in zip(low, low.copy(), strict=True)]
         while step < len(self.centres):  # `found` has, at each centre, the moments of the last `step` ones

@@ -67,11 +67,11 @@ def test_of_several_files_the_worst_answer_counts(files, capsys) -> None:
 
 UNREADABLE = {
     b"{}": "certificate.format must be",
-    b"no JSON": "expected JSON, got 'no JSON' in line 1, column 1",
+    b"no JSON": "expected JSON: Expecting value: line 1 column 1",
     b'{"a": 1, "a": 1}': "key 'a' appears twice",
     b'{"a": NaN}': "NaN is no JSON number",
-    b"[" * 100_000: "JSON nested too deeply",
-    b"\xff": "expected JSON, got bytes that are no text in UTF-8",
+    b"[" * 100_000: "expected JSON: maximum recursion depth exceeded",
+    b"\xff": "expected JSON: 'utf-8' codec can't decode byte 0xff",
 }
 
 
