@@ -13,8 +13,9 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove_on_window
-from trackably.certificates.sketch import sketches
+from trackably.certificates.prove import prove
+from trackably.certificates.sketch import lowest_margins
+from trackably.checker.certificate import Window
 from trackably.checker.intervals import exactly
 from trackably.gp.stencil import POINT, Stencil
 from trackably.systems.constrained import ConstrainedSystem
@@ -63,7 +64,7 @@ class Curve:
         """
         found = self.violation_seen(window)
         for _ in range(_SEARCHES):
-            outcome = prove_on_window(widened(self.reference, found.least), *window)
+            outcome = prove(widened(self.reference, found.least), Window(*window))
             if isinstance(outcome, Certificate):
                 return replace(found, most=found.least)
             if not isinstance(outcome, Counterexample):
@@ -71,7 +72,7 @@ class Curve:
             found = max(found, self._at(outcome.quantity, outcome.time, window), key=_least)
         for by in _WIDER:
             most = found.least * (1 + by) + by * 1e-3
-            if isinstance(prove_on_window(widened(self.reference, most), *window), Certificate):
+            if isinstance(prove(widened(self.reference, most), Window(*window)), Certificate):
                 return replace(found, most=most)
         return found
 
@@ -80,8 +81,10 @@ class Curve:
 
         It takes a small part of the time that `violation` takes, and is never larger.
         """
-        drawn = zip(self.reference.quantities, sketches(self.reference, *window), strict=True)
-        return max((self._at(quantity.name, of.worst_times[0], window) for quantity, of in drawn), key=_least)
+        seen = zip(self.reference.quantities, lowest_margins(self.reference, Window(*window), *window), strict=True)
+        return max(
+            (self._at(q.name, float(times[np.argmin(margins)]), window) for q, (times, margins) in seen), key=_least
+        )
 
     def _at(self, name: str, time: float, window: tuple[float, float]) -> Violation:
         """Return by how much the bound is certainly broken at `time` [s]; zero if it is not."""
