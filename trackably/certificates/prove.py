@@ -73,7 +73,7 @@ def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> flo
     """
 
     def later(i: int) -> float:
-        return origin + step / 2 * 2.0 ** (i / _BY_DOUBLING)
+        return origin + step / 2 * math.exp2(i / _BY_DOUBLING)
 
     i = bisect_left(range(_DOUBLINGS * _BY_DOUBLING), True, key=lambda i: holds(later(i)))
     return later(i) if i < _DOUBLINGS * _BY_DOUBLING else None

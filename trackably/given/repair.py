@@ -171,7 +171,7 @@ class Nearest:
         margins = every.margins(fine) / np.array([[q.bounds.width] for q in bounded])
         beside = np.pad(margins, ((0, 0), (1, 1)), constant_values=np.inf)
         lowest = (margins <= beside[:, :-2]) & (margins <= beside[:, 2:]) & (margins < room)
-        return fine[lowest.any(axis=0)]
+        return np.asarray(fine[lowest.any(axis=0)])
 
 
 def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array | None:
