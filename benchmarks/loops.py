@@ -19,8 +19,9 @@ from trackably import Relearner, TrackableReference, learn_reference
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.prove import prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
+from trackably.checker.certificate import Window
 from trackably.control.controller import Controller, scaled_controller
 from trackably.control.references import TabulatedReference
 from trackably.control.stepping import Plan, Status
@@ -241,7 +242,7 @@ def _check(name: str, kernel: Kernel, count: int, rate: float) -> Row:
     reference = Reference(signals, integrator(*sizes))
 
     def proof() -> Certificate:
-        return kept(prove_on_window(reference, 0.0, count / rate), Certificate)
+        return kept(prove(reference, Window(0.0, count / rate)), Certificate)
 
     data = encode_certificate(proof())
     return duel(

@@ -22,7 +22,8 @@ from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import prove_on_window
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Window
 from trackably.control.controller import scaled_controller, shortest_horizon
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Disturbances, Successor
@@ -100,7 +101,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
     robust = near_bounds(tightened.plant, rng.spawn(1)[0], steps + horizon, _PART)
-    if not isinstance(prove_on_window(robust, 0.0, (steps + horizon) * 0.1), Certificate):
+    if not isinstance(prove(robust, Window(0.0, (steps + horizon) * 0.1)), Certificate):
         return None
     return Case(f"random {seed}", tightened, robust, horizon, steps)
 

@@ -17,7 +17,8 @@ from pipeline.yaml_file import Fields
 from trackably.arrays import Array
 from trackably.certificates.certified import Attempt, Certified, learn_certified
 from trackably.certificates.goal import Goal
-from trackably.certificates.prove import Failure, Outcome, prove_at_instants
+from trackably.certificates.prove import Failure, Outcome, prove
+from trackably.checker.certificate import Instants
 from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning import learner
@@ -146,7 +147,7 @@ class Method:
 
     def prove(self, goal: Goal, reference: Reference) -> Outcome:
         """Return a proof of the method's claim about a reference, or what refutes it, or what a proof lacks."""
-        return prove_at_instants(reference) if self.at_instants else goal.prove(reference)
+        return prove(reference, Instants() if self.at_instants else goal.claim)
 
 
 def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolution:

@@ -20,6 +20,18 @@ YAML_DEPTH, YAML_VALUES = 100, 1_000_000
 ACCEPTED = "accepted file"
 """Name of the attribute in which an outcome keeps the bytes of its file, once the checker has accepted them."""
 
+
+def save_accepted(what: str, found: object, path: Path | str) -> Path:
+    """Write exactly the bytes that the checker has accepted for `found`; return the path. `what` is the user's call.
+
+    Raises OSError, and ValueError if the checker has accepted no file. All that the library returns is accepted.
+    """
+    if ACCEPTED not in vars(found):
+        raise ValueError(f"{what}: the checker has not accepted it; save what a proof or a repair returned")
+    write_atomically(file := new_file(what, path), vars(found)[ACCEPTED])
+    return file
+
+
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
 

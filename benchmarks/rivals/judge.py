@@ -14,8 +14,9 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove_on_window
-from trackably.certificates.sketch import sketches
+from trackably.certificates.prove import prove
+from trackably.certificates.sketch import lowest_margins
+from trackably.checker.certificate import Window
 from trackably.checker.intervals import exactly
 from trackably.gp.stencil import POINT, Stencil
 from trackably.systems.constrained import ConstrainedSystem
@@ -64,7 +65,7 @@ class Curve:
         found = self.violation_seen(window)
         for by in _WIDER:
             most = found.least * (1 + by) + by * 1e-3
-            outcome = prove_on_window(widened(self.reference, most), *window)
+            outcome = prove(widened(self.reference, most), Window(*window))
             if isinstance(outcome, Certificate):
                 return replace(found, most=most)
             if isinstance(outcome, Counterexample):
@@ -76,9 +77,10 @@ class Curve:
 
         It takes a small part of the time that `violation` takes, and is never larger.
         """
-        drawn = zip(self.reference.quantities, sketches(self.reference, *window), strict=True)
+        seen = zip(self.reference.quantities, lowest_margins(self.reference, Window(*window), *window), strict=True)
         return max(
-            (self._at(quantity.name, of.worst_times[0], window) for quantity, of in drawn), key=attrgetter("least")
+            (self._at(q.name, float(times[np.argmin(margins)]), window) for q, (times, margins) in seen),
+            key=attrgetter("least"),
         )
 
     def _at(self, name: str, time: float, window: tuple[float, float]) -> Violation:

@@ -53,8 +53,8 @@ from trackably import (
 )
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import judge, judge_contradiction
-from trackably.certificates.prove import prove_on_window
-from trackably.checker.certificate import Measured, SignalClass
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Measured, SignalClass, Window
 from trackably.given import table as tables
 from trackably.gp.signal import KernelSum
 from trackably.joints import certify as joints
@@ -279,7 +279,7 @@ def of_models(rng: np.random.Generator) -> Found:
         t, limits = np.linspace(0.0, 1.9, 400), [(q, q.bounds) for q in left.plant.quantities]
         most = max(float(np.max(np.abs(q([signal], t))) / min(-of.lower, of.upper)) for q, of in limits)
         reference = Reference((replace(signal, weights=signal.weights * (0.999 / most)),), left.plant)
-        found = prove_on_window(reference, 0.0, 1.9)
+        found = prove(reference, Window(0.0, 1.9))
         found = judge(found.with_robust(left)) if isinstance(found, Certificate) else found
     if isinstance(found, Certificate) and left.invariant is not None:
         worst = worst_plant(reference, PLANT, error, left.invariant.feedback, 94, disturbance=W)

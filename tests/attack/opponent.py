@@ -31,8 +31,9 @@ from tests.splines.trials import _bounded
 from tests.trackably.certificates.decoded import as_read
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import Outcome, prove, prove_on_window
+from trackably.certificates.prove import Outcome, prove
 from trackably.checker import NotACertificate, Proved, Refuted, Undecided, check
+from trackably.checker.certificate import Window
 from trackably.codec import decode
 from trackably.systems.reference import Reference
 
@@ -108,7 +109,7 @@ def _outcome(seed: int, number: int, rng: np.random.Generator) -> Outcome:
     low, high = float(values.min()), float(values.max())
     off = (high - low) * float(rng.choice([-1, 1])) * 10 ** rng.uniform(-9, -2)
     bounded = _bounded(given, quantity.name, low - (high - low), high + off)
-    return prove_on_window(bounded, *given.window) if given.window else prove(bounded)
+    return prove(bounded, Window(*given.window)) if given.window else prove(bounded)
 
 
 def _checked(data: dict[str, Any]) -> tuple[str, str]:

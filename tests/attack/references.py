@@ -16,9 +16,9 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluation_errors
 from trackably.certificates.form import encode_certificate, encode_counterexample
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import Outcome, prove_on_window
+from trackably.certificates.prove import Outcome, prove
 from trackably.checker import Proved, Refuted
-from trackably.checker.certificate import AllPhases, Steps
+from trackably.checker.certificate import AllPhases, Steps, Window
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -72,7 +72,7 @@ FAMILIES: dict[str, Callable[[int], Case]] = {
 def answer(number: int, chosen: Case) -> Outcome:
     """Return what is said of a case, of which a window or, by its number, some claim is asked."""
     if chosen.window:
-        return prove_on_window(chosen.reference, *chosen.window)
+        return prove(chosen.reference, Window(*chosen.window))
     return ask(number // len(FAMILIES), chosen)
 
 

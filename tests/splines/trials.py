@@ -11,8 +11,9 @@ from tests.splines.naive import extremes
 from tests.trackably.certificates.decoded import as_read
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove, prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Proved, Refuted, check
+from trackably.checker.certificate import Window
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
@@ -54,7 +55,7 @@ def _judge(
     counts: Counts, bounded: Reference, window: tuple[float, float] | None, what: str, room: arb, margin: float
 ) -> None:
     """Count what is said of a bound that leaves this room, negative where it is broken."""
-    outcome = prove_on_window(bounded, *window) if window else prove(bounded)
+    outcome = prove(bounded, Window(*window)) if window else prove(bounded)
     if not isinstance(outcome, Certificate | Counterexample):
         counts.undecided += [f"{what}: {outcome.explanation}"] if margin >= DECIDED else []
         return

@@ -19,7 +19,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluated_until, evaluation_errors, last_examined
 from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import Failure
+from trackably.certificates.prove import Failure, prove
 from trackably.gp.compact import compact
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
@@ -216,7 +216,7 @@ class _Learning:
                 backoff = self._larger(backoff, found)
                 found = learner.continued(found, self._problem(goal, backoff))
                 continue
-            outcome = goal.prove(reference)
+            outcome = prove(reference, goal.claim)
             self.attempts += 1
             done("fit")
             self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))

@@ -201,23 +201,23 @@ def _errors_of_formulas(
     step, signals = reference.plant.sampling_time, [signal.summed for signal in reference.kernel_sums]
     shifted = {name: shifts_of(argument)[0] for q in formulas for name, argument in q.arguments.items()}
     every = {name: signals[s](times + j * step) for name, (s, j) in shifted.items()}
-    return {q.name: _FORMULA_ERROR * _largest_error(needs, q, every) or np.inf for q in formulas}
+    return {q.name: _FORMULA_ERROR * _largest_error(needs, q, every) for q in formulas}
 
 
 def _largest_error(needs: FormulaNeeds, q: Quantity, values: Mapping[str, Array]) -> float:
     """Return the largest error of a formula for those `values` (n,) of its arguments at which it is defined.
 
-    Return 0 if the formula is defined at none of them.
+    Return infinity if the formula is defined at none of them.
     """
-    at: Any = {name: Floats.exact(of) for name, of in values.items()}  # arrays take the place of single intervals
-    try:
-        with np.errstate(all="ignore"):
-            error = Floats.of(FormulaValues(needs, 1).error(q, constants(at, 1))).high
-        finite = error[np.isfinite(error)]
-        return float(np.nextafter(np.max(finite), np.inf)) if finite.size else 0.0
-    except UndefinedError as undefined:
-        defined = {name: of[np.broadcast_to(undefined.where, of.shape)] for name, of in values.items()}
-    return _largest_error(needs, q, defined) if any(map(len, defined.values())) else 0.0
+    while any(map(len, values.values())):
+        at: Any = {name: Floats.exact(of) for name, of in values.items()}  # arrays take the place of single intervals
+        try:
+            with np.errstate(all="ignore"):
+                error = Floats.of(FormulaValues(needs, 1).error(q, constants(at, 1))).high
+            return max(error[np.isfinite(error)].tolist(), default=inf)
+        except UndefinedError as undefined:
+            values = {name: of[np.broadcast_to(undefined.where, of.shape)] for name, of in values.items()}
+    return inf
 
 
 def _round_up(number: Real) -> float:

@@ -1,18 +1,14 @@
-"""The goal of certified learning: the times at which bounds are constrained, and the function that proves them."""
+"""The goal of certified learning: the times at which bounds are constrained, and the claim that is proved."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf
 from typing import Self
 
 from trackably.certificates.claim import refusal
-from trackably.certificates.prove import Outcome, prove, prove_on_window, prove_while_settling
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
 from trackably.gp.joint import JointPrior, common_period, has_period
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.reference import Reference
 
 # A window is extended to _LONGER times the distance from its other end to the failure. It is not extended if the
 # failure is _FAR lengths of the window after its start, or later.
@@ -21,20 +17,18 @@ _LONGER, _FAR = 1.5, 1e3
 
 @dataclass(frozen=True)
 class Goal:
-    """What a certified learner has to reach: bounds are imposed at `times`, and `prove` proves the claim.
+    """What a certified learner has to reach: a proof of the `claim`, with bounds that are imposed at `times`.
 
-    If the goal `is_extensible`, the proof also covers all other times t ≥ 0, and `times` is extended if the proof fails
-    at one of these.
+    If the claim is about all t ≥ 0, and the proof fails at one of the other times, `times` is extended.
     """
 
     times: AllPhases | Window
-    prove: Callable[[Reference], Outcome]
-    is_extensible: bool = False
+    claim: Claim
 
     def is_beyond(self, failed_at: float) -> bool:
         """Whether a time [s] is before or after all constrained times, and these can be extended."""
         start, end = self.times.span
-        return self.is_extensible and not start <= failed_at <= end
+        return isinstance(self.claim, AllTimes) and not start <= failed_at <= end
 
     def longer(self, failed_at: float) -> Self | None:
         """Return the goal with constrained times that reach beyond `failed_at` [s].
@@ -52,7 +46,7 @@ class Goal:
 def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:
     """Return the goal for a claim. Raises ValueError if the claim cannot be proved with the prior's kernels."""
     if isinstance(claim, Window):
-        return Goal(claim, partial(prove_on_window, start=claim.start, end=claim.end))
+        return Goal(claim, claim)
     if reason := refusal(claim, prior) or _refusal_of_bounds(claim, prior, plant):
         raise ValueError(f"claim: {reason}")
     return for_all_times(samples, prior, plant)
@@ -81,7 +75,7 @@ def for_all_times(samples: tuple[Samples, ...], prior: JointPrior, plant: Constr
     proof fails at other times.
     """
     if has_period(prior):
-        return Goal(AllPhases(), prove)
+        return Goal(AllPhases(), AllPhases())
     first, last = recorded_span(samples)
     window = Window(max(2 * first - last, 0.0), 2 * last - first + plant.sampling_time)
-    return Goal(window, prove_while_settling, is_extensible=True)
+    return Goal(window, AllTimes())

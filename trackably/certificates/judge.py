@@ -14,13 +14,11 @@ from trackably.certificates.form import encode_certificate, encode_counterexampl
 from trackably.certificates.outcome import Counterexample, NotExcluded, OutOfReach, Unproved
 from trackably.checker import Failed, Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
-from trackably.files import ACCEPTED as _ACCEPTED
-from trackably.files import from_json, new_file, to_json, write_atomically
+from trackably.files import ACCEPTED, from_json, save_accepted, to_json
 from trackably.learning.problem import NoSolution
 from trackably.work import BudgetEnded, seconds_left
 
 T = TypeVar("T")
-Judged = Certificate | Counterexample | OutOfReach
 
 
 def judge(outcome: T) -> T | Unproved:
@@ -31,10 +29,10 @@ def judge(outcome: T) -> T | Unproved:
     if not isinstance(outcome, Certificate | Counterexample):
         return outcome
     if isinstance(outcome, Certificate):
-        refusal = _refusal(outcome, lambda: encode_certificate(outcome), Proved)
+        refusal = refusal_of(outcome, lambda: encode_certificate(outcome), Proved)
         times = outcome.claim.span
     else:
-        refusal = _refusal(outcome, lambda: encode_counterexample(outcome), Refuted)
+        refusal = refusal_of(outcome, lambda: encode_counterexample(outcome), Refuted)
         times = outcome.time, outcome.time
     if not refusal:
         return outcome
@@ -45,39 +43,31 @@ def judge(outcome: T) -> T | Unproved:
 
 def judge_contradiction(found: OutOfReach) -> OutOfReach | NotExcluded:
     """Return a contradiction if the checker accepts it, otherwise the reason for its refusal."""
-    refusal = _refusal(found, lambda: found.contradiction, checker.Contradicted)
+    refusal = refusal_of(found, lambda: found.contradiction, checker.Contradicted)
     return NotExcluded(f"the checker does not accept it ({refusal})") if refusal else found
 
 
-def _refusal(found: Judged, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> Verdict | None:
+def refusal_of(found: object, content: Callable[[], Mapping[str, object]], wanted: type[Verdict]) -> Verdict | None:
     """Return the verdict if the checker refuses the file with this content. If it accepts the file, return None.
 
-    The bytes of an accepted file are stored in `found`. `wanted` is the verdict that accepts it.
+    The bytes of an accepted file are stored in `found`. `wanted` is the verdict that accepts it. BudgetEnded: the time
+    for the work is over before there is a verdict.
     """
-    if _ACCEPTED in vars(found):
+    if ACCEPTED in vars(found):
         return None
-    data, verdict = judged_file(content())
-    if not isinstance(verdict, wanted):
-        return verdict
-    vars(found)[_ACCEPTED] = data
-    return None
-
-
-def judged_file(content: Mapping[str, object]) -> tuple[bytes, Verdict]:
-    """Return the bytes of a file with this content, and the checker's verdict.
-
-    BudgetEnded: the time for the work is over before there is a verdict.
-    """
-    data = to_json(content)
+    data = to_json(content())
     verdict = checker.check(from_json(data), seconds_left())
     if isinstance(verdict, checker.Undecided) and seconds_left() == 0:
         raise BudgetEnded
-    return data, verdict
+    if not isinstance(verdict, wanted):
+        return verdict
+    vars(found)[ACCEPTED] = data
+    return None
 
 
-def accepted_file(found: Judged) -> bytes:
+def accepted_file(found: object) -> bytes:
     """Return exactly the bytes that the checker accepted. KeyError: the checker was not asked, or refused."""
-    data: bytes = vars(found)[_ACCEPTED]
+    data: bytes = vars(found)[ACCEPTED]
     return data
 
 
@@ -112,4 +102,4 @@ class NotTrackableError(NoReferenceError):
     def _save(self, what: str, kind: type[Counterexample | OutOfReach], path: Path | str) -> None:
         if not isinstance(self.outcome, kind):
             raise ValueError(f"save_{what}: the outcome is no {what}: {self.outcome.explanation}")
-        write_atomically(new_file(f"save_{what}", path), accepted_file(self.outcome))
+        save_accepted(f"save_{what}", self.outcome, path)

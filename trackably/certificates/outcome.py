@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from trackably.checker.certificate import Claim
-from trackably.files import ACCEPTED, new_file, write_atomically
+from trackably.files import save_accepted
 from trackably.learning.problem import NoSolution
 from trackably.systems.intervals import Interval, array_text, rounded_text
 from trackably.systems.reference import Reference
@@ -40,18 +40,18 @@ class Counterexample:
 
         Raises OSError, and ValueError if the checker has not accepted it. All that the library returns are accepted.
         """
-        if ACCEPTED not in vars(self):
-            raise ValueError(
-                "save_counterexample: the checker has not accepted this counterexample; save one that a proof returned"
-            )
-        write_atomically(file := new_file("save_counterexample", path), vars(self)[ACCEPTED])
-        return file
+        return save_accepted("save_counterexample", self, path)
 
     def __repr__(self) -> str:
         return f"Counterexample({self.explanation})"
 
 
-_POSITIVE = "; a lower bound above zero of the states on which it depends would keep it positive"
+_ADVICE = {
+    "may not be positive": "a lower bound above zero of the states on which it depends would keep it positive",
+    "an angle that jumps at ±π": "a vehicle has a heading only while it moves: give its speed a lower bound above "
+    "zero; a heading does not jump inside of bounds that are up to 6.1 rad wide, and without bounds it may turn freely",
+}
+"""What helps against failures, by the ends of their reasons."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,9 @@ class Unproved:
     reason: str
 
     def __post_init__(self) -> None:
-        if self.reason.endswith("may not be positive"):
-            object.__setattr__(self, "reason", f"{self.reason}{_POSITIVE}")
+        for ending, advice in _ADVICE.items():
+            if self.reason.endswith(ending):
+                object.__setattr__(self, "reason", f"{self.reason}; {advice}")
 
     @property
     def explanation(self) -> str:

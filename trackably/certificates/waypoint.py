@@ -11,7 +11,8 @@ from typing import Self
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import Failure, Outcome, prove_on_window
+from trackably.certificates.prove import Failure, Outcome, prove
+from trackably.checker.certificate import Window
 from trackably.learning.problem import RequiredValue
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval, rounded_text
@@ -70,38 +71,31 @@ class Waypoint:
         A nonlinear plant keeps its own bounds too, which show that its formulas are defined. ValueError: its own bounds
         exclude the values.
         """
-        bounded = self.alone if isinstance(plant.system, LinearSystem) else self.within
-        return replace(
-            plant,
-            state_set=bounded(plant.state_set, plant.system.states),
-            input_set=bounded(plant.input_set, plant.system.inputs),
-        )
+        is_linear = isinstance(plant.system, LinearSystem)
+        sides = (plant.state_set, plant.system.states), (plant.input_set, plant.system.inputs)
+        X, U = (self.alone(names) if is_linear else self.within(bounded, names) for bounded, names in sides)
+        return replace(plant, state_set=X, input_set=U)
 
     def prove(self, reference: Reference) -> Outcome:
         """Prove that the reference has the values, in a window that contains `time` and its neighbours in float64."""
         half = max(WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
         at = Reference(reference.signals, self.plant(reference.plant))
-        return prove_on_window(at, self.time - half, self.time + half)
+        return prove(at, Window(self.time - half, self.time + half))
 
-    def alone(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
+    def alone(self, names: tuple[str, ...]) -> Polytope:
         """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""
-        pinned = [(i, self.values[name], self.tolerances[name]) for i, name in enumerate(names) if name in self.values]
-        rows = np.eye(len(names))[[i for i, _, _ in pinned]]
-        low, high = (np.array([value + sign * by for _, value, by in pinned]) for sign in (-1, 1))
-        return Polytope(rows, low, high, bounded.dimension)
+        value = np.array([self.values.get(name, 0.0) for name in names])
+        by = np.array([self.tolerances[name] if name in self.values else np.inf for name in names])
+        return Polytope.box(value - by, value + by)
 
     def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
         """Return the part of the set with the required values, up to tolerances. ValueError: it has no interior.
 
         If the set moves in time, it is taken at `time`.
         """
-        bounded, of = bounded.at(self.time), self.alone(bounded, names)
-        return Polytope(
-            np.vstack([bounded.rows, of.rows]),
-            np.concatenate([bounded.lower, of.lower]),
-            np.concatenate([bounded.upper, of.upper]),
-            bounded.dimension,
-        )
+        bounded, box = bounded.at(self.time), self.alone(names)
+        lower, upper = (np.concatenate(ends) for ends in ((bounded.lower, box.lower), (bounded.upper, box.upper)))
+        return Polytope(np.vstack([bounded.rows, box.rows]), lower, upper, bounded.dimension)
 
     def _inside(self, plant: ConstrainedSystem, name: str) -> float:
         value, bounds = self.values[name], extent(plant, name, self.time)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from trackably.certificates.judge import judged_file
+from trackably.certificates.judge import refusal_of
 from trackably.checker import Proved, Refuted, Verdict
-from trackably.files import new_file, write_atomically
+from trackably.files import save_accepted
 from trackably.systems.intervals import rounded_text
 
 
@@ -46,10 +46,8 @@ class AcceptedAnswer(ABC):
     verdict: ClassVar[type[Verdict]]
 
     def __post_init__(self) -> None:
-        data, verdict = judged_file(self.content)
-        if not isinstance(verdict, self.verdict):
-            raise NotAcceptedError(verdict)
-        object.__setattr__(self, "_accepted", data)
+        if refusal := refusal_of(self, lambda: self.content, self.verdict):
+            raise NotAcceptedError(refusal)
 
     @property
     @abstractmethod
@@ -60,10 +58,6 @@ class AcceptedAnswer(ABC):
     @abstractmethod
     def explanation(self) -> str:
         """One sentence for the user: the accepted statement."""
-
-    def _save(self, what: str, path: Path | str) -> Path:
-        write_atomically(file := new_file(what, path), vars(self)["_accepted"])
-        return file
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.explanation})"
@@ -76,7 +70,7 @@ class AcceptedProof(AcceptedAnswer):
 
     def save_certificate(self, path: Path | str) -> Path:
         """Write the proof for `python -m trackably check FILE`; return the path. Raises OSError."""
-        return self._save("save_certificate", path)
+        return save_accepted("save_certificate", self, path)
 
 
 class AcceptedRefutation(AcceptedAnswer):
@@ -86,4 +80,4 @@ class AcceptedRefutation(AcceptedAnswer):
 
     def save_counterexample(self, path: Path | str) -> Path:
         """Write the violations for `python -m trackably check FILE`; return the path. Raises OSError."""
-        return self._save("save_counterexample", path)
+        return save_accepted("save_counterexample", self, path)

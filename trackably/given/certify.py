@@ -16,10 +16,9 @@ from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.form import as_subject
-from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import Outcome, prove, prove_on_window
-from trackably.certificates.sketch import times_to_look_at
+from trackably.certificates.prove import Outcome, prove
+from trackably.certificates.sketch import approach, times_to_look_at
 from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Beyond, Functional
@@ -37,7 +36,6 @@ from trackably.systems.sampling import default_sample, sampled_names, stencils_b
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
 _LEAD = 0.25  # a repair may begin earlier than the motion, by up to this part of the motion's duration
-_CLOSER, _POINTS = 9, 33  # steps of the search for the largest distance, and times in each
 _PARTS = tuple(1e-13 * 8.0**k for k in range(16))
 """A distance found in float64 is increased by these parts of the size of a curve, in turn, until it is proved."""
 
@@ -93,12 +91,8 @@ def distance(
     shifts = reference.plant.sampling_time * np.arange(float(len(shown)))
     times = times_to_look_at((output, curve), shifts, *span)
     size = float(np.max(np.abs(curve(times)))) or 1.0
-    for _ in range(_CLOSER):
-        apart_at = np.abs(stencil.measured(output, times) - curve(times))
-        i, last = int(np.argmax(apart_at)), len(times) - 1
-        times = np.append(np.linspace(times[max(i - 1, 0)], times[min(i + 1, last)], _POINTS), times[i])
-        times.sort()
-    for most in (0.0, *(float(np.max(apart_at)) + part * size for part in _PARTS)):
+    _, opposite = approach(lambda t: -np.abs(stencil.measured(output, t) - curve(t)), times)
+    for most in (0.0, *(part * size - float(np.min(opposite)) for part in _PARTS)):
         if keeps(subject, apart, (Fraction(span[0]), Fraction(span[1])), (-most, most)):
             return most
     return inf
@@ -249,7 +243,7 @@ class Given:
 
     def prove(self, reference: Reference) -> Outcome:
         """Return a proof of the claim that the checker accepts, or why there is none. ValueError: wrong claim."""
-        return judge(prove_on_window(reference, *self.span) if self.beyond == "end" else prove(reference))
+        return prove(reference, Window(*self.span) if self.beyond == "end" else None)
 
     def off(self, certificate: Certificate) -> dict[str, float]:
         """Return the distances of the states of a proved reference from the given curves, by name."""

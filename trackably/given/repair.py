@@ -23,7 +23,7 @@ from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional
+from trackably.systems.trajectories import Functional, Quantities
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4  # intervals between knots: least and most number, and number in each piece
 _INSTANTS = 6  # times in each interval between knots at which bounds are imposed first
@@ -61,10 +61,9 @@ class Splines:
 
     def basis(self, t: Array) -> sparse.csr_array:
         """Return the matrix (len(t), count) that maps the coefficients of a spline to its values at t [s]."""
-        first, last = self.knots[0], self.knots[-1]
-        if self.repeats:
-            t = first + np.mod(t - first, last - first)
-        found = sparse.csr_array(BSpline.design_matrix(np.clip(t, first, last), self.padded, self.degree))
+        within = t if self.repeats else np.clip(t, self.knots[0], self.knots[-1])
+        basis = BSpline.design_matrix(within, self.padded, self.degree, "periodic" if self.repeats else False)
+        found = sparse.csr_array(basis)
         columns = np.arange(found.shape[1])
         return sparse.csr_array(found @ sparse.csr_array((np.ones(columns.size), (columns, columns % self.count))))
 
@@ -167,15 +166,12 @@ class Nearest:
 
         The margins are examined on a grid that is finer than `times`.
         """
-        fine = subdivide(times, _FINER)
-        found = []
-        for q in self.given.plant.quantities:
-            functional = _requirement(q.functional)
-            values = self.rows(functional.weights, fine) @ coefficients.ravel() + float(functional.offset)
-            margin = np.pad(q.bounds.margin(values) / q.bounds.width, 1, constant_values=np.inf)
-            lowest = (margin[1:-1] <= margin[:-2]) & (margin[1:-1] <= margin[2:]) & (margin[1:-1] < room)
-            found.append(fine[lowest])
-        return np.unique(np.concatenate(found))
+        fine, bounded = subdivide(times, _FINER), self.given.plant.quantities
+        every = Quantities(bounded, self.signals(coefficients))
+        margins = every.margins(fine) / np.array([[q.bounds.width] for q in bounded])
+        beside = np.pad(margins, ((0, 0), (1, 1)), constant_values=np.inf)
+        lowest = (margins <= beside[:, :-2]) & (margins <= beside[:, 2:]) & (margins < room)
+        return np.asarray(fine[lowest.any(axis=0)])
 
 
 def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array | None:

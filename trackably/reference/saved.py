@@ -14,7 +14,7 @@ from trackably.arguments import real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
-from trackably.certificates.prove import Failure, prove, prove_on_window
+from trackably.certificates.prove import Failure, prove
 from trackably.certificates.waypoint import Waypoint, prove_waypoints
 from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
@@ -119,10 +119,8 @@ class Saved(ABC):
 
         Return the certificate of the claim and those of the values, or the failure of a proof.
         """
-        if self.proved_from is None or self.proved_until is None:
-            found = prove(self.reference)
-        else:
-            found = prove_on_window(self.reference, self.proved_from, self.proved_until)
+        start, end = self.proved_from, self.proved_until
+        found = prove(self.reference, None if start is None or end is None else Window(start, end))
         if not isinstance(found, Certificate):
             return found
         found = replace(found.with_robust(self.computed_tightening), truth=self.truth or ())

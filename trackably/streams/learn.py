@@ -25,9 +25,9 @@ from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
 from trackably.reference.condensed import NODES, Centres
 from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
-from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
+from trackably.reference.explanation import IgnoresSamplesWarning
 from trackably.reference.feasibility import impossible
-from trackably.reference.fit import Fit, edges_of, narrow_limits
+from trackably.reference.fit import edges_of, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
@@ -36,7 +36,6 @@ from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
-from trackably.systems.reference import Reference
 from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
@@ -150,13 +149,13 @@ def learn_stream(
 def _window_length(window: object, given: Mapping[str, Samples]) -> float:
     """Return the length of a window [s]. Raises TypeError or ValueError if it is not positive, or too short."""
     length = positive("window [s]", window)
-    spacings = {name: float(np.median(np.diff(of.times))) for name, of in given.items() if len(of) > 1}
-    name = min(spacings, key=spacings.__getitem__, default="")
+    spacings = [(float(np.median(np.diff(of.times))), name) for name, of in given.items() if len(of) > 1]
+    spacing, name = min(spacings, default=(0.0, ""))
     span = max(float(of.times[-1] - of.times[0]) for of in given.values())
-    if name and length < min(span, _FEWEST * spacings[name]):
+    if length < min(span, _FEWEST * spacing):
         raise ValueError(
             f"window: expected {_FEWEST} samples at least, better several correlation times of the kernel, got "
-            f"{length:g} s for {len(given[name])} samples of {name}, one every {spacings[name]:.3g} s"
+            f"{length:g} s for {len(given[name])} samples of {name}, one every {spacing:.3g} s"
         )
     return length
 
@@ -209,14 +208,6 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         lambda of, _: found_or_raise(first.best(partial(learn_with, of))),
         lambda found: found.posterior.prior.as_known(),
     )
-    if solution.unconstrained and (
-        sentence := ignores_samples(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
-    ):
-        warnings.warn(
-            f"in the window with most motion, from which hyperparameters are learned, {sentence}",
-            IgnoresSamplesWarning,
-            stacklevel=_CALLER + 1,
-        )
     learned = solution.posterior.prior
     warn_about(narrow_limits(edges_of(learned, solution.posterior.samples)), _CALLER + 1)
     return learned.as_known()

@@ -19,7 +19,7 @@ from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
-from trackably.learning.problem import NoSolution
+from trackably.learning.problem import NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.reference.fit import Fit
 from trackably.reference.request import Measurements, SamplesLike
@@ -49,7 +49,7 @@ LearningResult = Certified | NoSolution | Counterexample | Unproved | BudgetExce
 """A reference with a proof, in absolute time, from the samples of a window; or the reason why there is none."""
 
 
-def holds_for_all_times(learned: Certified) -> bool:
+def holds_for_all_times(learned: Certified | TrackableReference) -> bool:
     """Whether the certificate covers every step of a loop, at whatever step the loop begins."""
     return isinstance(learned.certificate.claim, AllTimes | AllPhases)
 
@@ -80,20 +80,19 @@ class Relearner:
     noise_std: Mapping[str, float] | None = None
     clock: Clock = perf_counter
     seconds: list[float] = field(default_factory=list, init=False)
-    _last: Certified = field(init=False, repr=False)
+    _last: Solution = field(init=False, repr=False)
     _prior: JointPrior = field(init=False, repr=False)
     _learned: TrackableReference | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         instance("reference", self.reference, TrackableReference, "one that learn_reference returns")
-        fit = self.reference.fit
-        space = SearchSpace.around(fit.samples, fit.prior)
-        self._last = Certified(fit.solution, fit.reference, self.reference.certificate, 0.0, space)
-        self._prior = fit.solution.posterior.prior
-        if not holds_for_all_times(self._last):
+        self._last = self.reference.fit.solution
+        self._prior = self._last.posterior.prior
+        if not holds_for_all_times(self.reference):
+            proved = times_of(self.reference.certificate.claim)
             raise ValueError(
                 "reference: a loop may need it for ever, so that it has to be proved for all times, but it is for "
-                f"{times_of(self._last.certificate.claim)} only; learn it with the claim 'all_times' or 'all_phases'"
+                f"{proved} only; learn it with the claim 'all_times' or 'all_phases'"
             )
         if self.budget is not None:
             positive("budget [s]", self.budget)
@@ -120,7 +119,7 @@ class Relearner:
         found = self._learn(seen.signals)
         self.seconds.append(self.clock() - begun)
         if isinstance(found, Certified):
-            self._last = found
+            self._last = found.solution
         if self.budget is not None and self.seconds[-1] > self.budget:
             return BudgetExceeded(self.seconds[-1], self.budget)
         if not isinstance(found, Certified):
@@ -134,7 +133,7 @@ class Relearner:
 
     def _learn(self, samples: tuple[Samples, ...]) -> LearningResult:
         """Learn the function, and the hyperparameters in every `moving_every`-th window, from the last solution."""
-        solution, plant = self._last.solution, self._last.reference.plant
+        solution, plant = self._last, self.reference.reference.plant
         learner, prior = FUNCTION, solution.posterior.prior.as_known()
         if self.moving_every and (len(self.seconds) + 1) % self.moving_every == 0:
             values = solution.posterior.prior.hyperparameters

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import Failure, prove_on_window, prove_while_settling
+from trackably.certificates.prove import Failure, prove
 from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPrior
@@ -44,9 +44,8 @@ def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end
 
     If there are no such samples, return the last sample before `since` instead. None if no sample lies before `end`.
     """
-    found = part_of(samples, since, end)
-    if found is None and samples.times[0] < since:
-        found = part_of(samples, float(samples.times[samples.times < since][-1]), end)
+    earlier = samples.times[samples.times < since]
+    found = part_of(samples, since, end) or (part_of(samples, earlier[-1], end) if len(earlier) else None)
     if found is None:
         return None
     values = np.where(found.times < now, found.stencil.measured(base, found.times), found.values)
@@ -98,10 +97,7 @@ def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution |
         if isinstance(signals, NoSolution):
             return outcome or signals
         reference = Reference(signals, stream.plant)
-        if isinstance(stream.claim, Window):
-            proved = prove_on_window(reference, *stream.claim.span)
-        else:
-            proved = prove_while_settling(reference)
+        proved = prove(reference, stream.claim)
         done("fit")
         if isinstance(proved, Certificate):
             return reference, proved
@@ -146,12 +142,10 @@ def _problem(
     memory = stream.memory
     if all(part_of(of, now, end) is None for of in stream.samples):
         return None
-    samples = tuple(
-        with_memory(of, base, now - memory, now, end) for of, base in zip(stream.samples, bases, strict=True)
-    )
-    if any(of is None for of in samples):
+    every = (with_memory(of, base, now - memory, now, end) for of, base in zip(stream.samples, bases, strict=True))
+    given = tuple(of for of in every if of is not None)
+    if len(given) < len(bases):
         return None
-    given = tuple(of for of in samples if of is not None)
     earliest = stream.claim.span[0]
     until = recorded_span(given)[1] + memory + stream.plant.sampling_time
     times = Window(max(min(earliest, now), now - 2 * memory), until)

@@ -322,11 +322,6 @@ class Quantities:
         found = (quantity.bounds.breakpoints_in(start, end) for quantity in self.quantities)
         return np.unique(np.concatenate([np.empty(0), *found]))
 
-    @property
-    def is_linear(self) -> bool:
-        """Whether all quantities are functionals (affine sums of signals at shifted times)."""
-        return all(quantity.functional is not None for quantity in self.quantities)
-
     @cached_property
     def _arguments(self) -> Functionals:
         """The functionals on which the quantities depend; each appears once, however many quantities use it."""

@@ -12,7 +12,6 @@ from trackably.certificates import cover, prove, sketch
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.sketch import Sketch
 from trackably.checker.certificate import Boxes
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
@@ -102,7 +101,7 @@ LIES: Lies = {
     "every kernel repeats": (Reference, "period", lambda rng, honest: property(lambda s: 1.0)),
     "nothing is broken": (prove._ProofProblem, "broken", always(None)),
     "the worst is elsewhere": (
-        Sketch, "worst_times", lambda rng, honest: property(lambda s: [float(rng.choice(s.times))]),
+        prove, "lowest_margins", after(lambda rng, every: [(rng.permutation(times), of) for times, of in every]),
     ),
     "violations are larger": (prove._ProofProblem, "_failure_at", after(_exaggerates)),
     "bounds are broken anywhere": (prove._ProofProblem, "_failure_at", _breaks_any_bound),

@@ -7,9 +7,11 @@ import pytest
 
 from tests.trackably.certificates.references import PROBLEMS, certified
 from tests.trackably.systems.instances import bounded
+from trackably.certificates import certified as learning
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import for_all_times, goal_for
 from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -66,23 +68,21 @@ def test_a_function_that_a_back_off_made_worse_than_hyperparameters_alone_is_not
     assert found.solution.objective <= certified("example1").solution.objective
 
 
-def test_constraints_are_extended_to_where_a_proof_failed_before_them():
+def test_constraints_are_extended_to_where_a_proof_failed_before_them(monkeypatch):
     moved = tuple(replace(of, times=of.times + 16.0) for of in SAMPLES)
     goal, windows = for_all_times(moved, PRIOR, PLANT), list[Window]()
 
-    def prove(reference):
-        failed = Unproved("state", BOUNDS, (2.0, 2.5), 0.0, "planted")
-        return goal.prove(reference) if windows else failed
+    def planted(*problem):
+        return prove(*problem) if windows else Unproved("state", BOUNDS, (2.0, 2.5), 0.0, "planted")
 
     def extended(solution, problem):
         windows.append(problem.constraints[0].index_set.of)
         return JOINT.extended(solution, problem)
 
     assert goal.times.start > 2.5
+    monkeypatch.setattr(learning, "prove", planted)
     learner = replace(JOINT, extended=extended)
-    assert isinstance(
-        learn_certified(moved, PRIOR, PLANT, SPACE, replace(goal, prove=prove), learner=learner), Certified
-    )
+    assert isinstance(learn_certified(moved, PRIOR, PLANT, SPACE, goal, learner=learner), Certified)
     assert windows == [Window(0.0, goal.times.end)]
 
 

@@ -5,8 +5,9 @@ import pytest
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.prove import prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Proved, boxes, check
+from trackably.checker.certificate import Window
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -34,7 +35,7 @@ def rough_on_its_bounds(kernel: Kernel, room: float) -> Reference:
 def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(monkeypatch):
     """Halves of boxes never end at a sample less a step: they would all have to be tiny, or be enclosed exactly."""
     reference = rough_on_its_bounds(Matern32(2.0, 15.0), 1e-4)
-    found = prove_on_window(reference, 0.0, 39.0)
+    found = prove(reference, Window(0.0, 39.0))
     assert isinstance(found, Certificate)
     assert sum(len(cover.radii) for cover in found.proof.boxes.values()) < 2000
     monkeypatch.setattr(boxes, "enclose_signal", None)
@@ -49,6 +50,6 @@ def test_kernels_with_singularities_close_by_are_enclosed_in_narrower_boxes(shap
     plant = ConstrainedSystem(
         LinearSystem.scalar(0.9, 0.5, sampling_time=0.05), Polytope.box([-1], [1]), Polytope.box([-1], [1])
     )
-    found = prove_on_window(Reference((posterior.signal,), plant), 0.5, 7.0)
+    found = prove(Reference((posterior.signal,), plant), Window(0.5, 7.0))
     assert isinstance(found, Certificate)
     assert isinstance(check(encode_certificate(found)), Proved)

@@ -27,8 +27,9 @@ from trackably import (
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Failed, Proved, Refuted, check
+from trackably.checker.certificate import Instants, Window
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -100,7 +101,7 @@ def test_verdicts_on_random_bounds_agree_with_a_dense_search() -> None:
     said = Counter[type]()
     for seed in range(24):
         reference = problem(seed)
-        found, least = prove_on_window(reference, 0.0, END), least_margin(reference)
+        found, least = prove(reference, Window(0.0, END)), least_margin(reference)
         said[type(found)] += 1
         if isinstance(found, Certificate):
             assert least >= 0, seed
@@ -123,7 +124,7 @@ def under(upper, z=HILL) -> Reference:
 
 
 def on_window(reference: Reference) -> Certificate | Counterexample:
-    return prove_on_window(reference, 0.0, END)
+    return prove(reference, Window(0.0, END))
 
 
 def test_each_side_of_a_jump_counts() -> None:
@@ -167,10 +168,10 @@ CERTIFIED = {
     "a window": lambda: on_window(under(STEPPED)),
     "all times": lambda: prove(under(RESTING)),
     "all phases": lambda: prove(under(FITTING, SWING)),
-    "instants": lambda: prove_at_instants(under(STEPPED)),
+    "instants": lambda: prove(under(STEPPED), Instants()),
     "a disturbed system": lambda: pushed(plant_with(PolynomialPieces.steps(JOLTED)), 6.0, 0.004).certificate,
     "pieces": lambda: prove(under(TENT, curve())),
-    "a window of pieces": lambda: prove_on_window(under(TENT, curve()), 0.0, 2.0),
+    "a window of pieces": lambda: prove(under(TENT, curve()), Window(0.0, 2.0)),
     "pieces that repeat": lambda: prove(
         under(PolynomialPieces.lines({0.0: 0.01, 1.0: 0.41}, period=2.0), curve("period"))
     ),
@@ -194,7 +195,7 @@ def test_no_box_covers_a_breakpoint() -> None:
 
 BROKEN = {
     "late": lambda: prove(under(PolynomialPieces.steps({0.0: 0.5, 50.0: -0.01}))),
-    "at an instant": lambda: prove_at_instants(under(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2}))),
+    "at an instant": lambda: prove(under(PolynomialPieces.steps({0.0: 0.5, 1.5: 0.2})), Instants()),
     "in a phase": lambda: prove(
         under(PolynomialPieces.lines({0.0: LOW + 0.1, 0.5: LOW + 0.2, 1.5: HIGH}, period=2.0), SWING)
     ),

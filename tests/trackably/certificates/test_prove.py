@@ -12,7 +12,7 @@ from tests.trackably.systems.instances import bounded
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import Draft
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker.certificate import AllPhases, AllTimes, Instants, Window
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
@@ -44,9 +44,9 @@ def require_certificate(found) -> Certificate:
 
 
 def test_broken_instants_are_refuted_by_their_step():
-    found = prove_at_instants(unconstrained("example1"))
+    found = prove(unconstrained("example1"), Instants())
     assert isinstance(found, Counterexample)
-    assert found.step == 77  # the first step at which the published unconstrained mean leaves X
+    assert found.step == 90  # the step at which the published unconstrained mean is furthest outside of X
 
 
 def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
@@ -54,7 +54,7 @@ def test_instants_can_be_kept_by_a_reference_that_breaks_bounds_between_them():
     steps = [Constraint(q, Steps(0, 130, plant.sampling_time), 1e-9) for q in plant.quantities]
     sampled = Reference(best_solution(example1.problem(*steps)).posterior.signals, plant)
     assert isinstance(prove(sampled), Counterexample)
-    assert isinstance(require_certificate(prove_at_instants(sampled)).claim, Instants)
+    assert isinstance(require_certificate(prove(sampled, Instants())).claim, Instants)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_a_finite_window_is_proved_where_nothing_decays():
         bounded(PLANT, state_set=Interval(-0.8, 0.8), input_set=Interval(-1.1, 1.1)),
     )
     assert isinstance(prove(endless), Unproved)
-    assert require_certificate(prove_on_window(endless, -1.0, 3.0)).claim == Window(-1.0, 3.0)
+    assert require_certificate(prove(endless, Window(-1.0, 3.0))).claim == Window(-1.0, 3.0)
 
 
 def test_a_prior_mean_outside_is_refuted_far_out():
@@ -114,7 +114,7 @@ def test_what_is_only_unproved_is_not_called_broken():
 def test_a_constant_has_one_centre(kernel):
     """Without centres one sentence says how to write it; with one, it is proved."""
     empty, one = (KernelSum(kernel, 0.3, np.zeros(count), np.zeros(count)) for count in (0, 1))
-    for claimed in (prove, lambda r: prove_on_window(r, 0.0, 1.0)):
+    for claimed in (prove, lambda r: prove(r, Window(0.0, 1.0))):
         with pytest.raises(ValueError, match=r"z1 has no centres, so that it is the constant 0\.3; give it one"):
             claimed(Reference((empty,), PLANT))
         assert isinstance(claimed(Reference((one,), PLANT)), Certificate)

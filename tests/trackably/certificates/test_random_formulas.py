@@ -12,7 +12,8 @@ from tests.trackably.systems.formulas.random_expressions import many_digits
 from tests.trackably.systems.nonlinear_instances import T_S, signals_exactly
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import prove_on_window
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Window
 from trackably.checker.formulas import FUNCTIONS, SYMBOLS, Formula, Function, Name, Number, Operation, Power
 from trackably.gp.kernels.matern import Matern52
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
@@ -73,7 +74,7 @@ def case(seed: int) -> Case | None:
 def test_nothing_false_is_ever_claimed():
     said: Counter[type] = Counter()
     for chosen in filter(None, map(case, range(16))):
-        found = prove_on_window(chosen.reference, 0.0, 1.0)
+        found = prove(chosen.reference, Window(0.0, 1.0))
         said[type(found)] += 1
         if isinstance(found, Certificate | Counterexample):
             assert_true(found, chosen.exactly, 1.0)

@@ -11,14 +11,14 @@ from tests.trackably.certificates.instances import Case, case, compact_kernel, g
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluation_errors
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
-from trackably.checker.certificate import AllPhases, AllTimes, Cover, Steps, Window
+from trackably.certificates.prove import Outcome, prove
+from trackably.checker.certificate import AllPhases, AllTimes, Cover, Instants, Steps, Window
 from trackably.systems.reference import Reference
 
 
 def ask(seed: int, chosen: Case) -> Outcome:
-    question = (prove, prove_at_instants, prove, lambda reference: prove_on_window(reference, 0.0, chosen.end))
-    return question[seed % 4](chosen.reference)
+    question = (None, Instants(), None, Window(0.0, chosen.end))
+    return prove(chosen.reference, question[seed % 4])
 
 
 def smallest_margin(reference: Reference, claim, proof, name: str):
@@ -82,7 +82,7 @@ def test_nothing_false_is_ever_claimed(seeds, draw, least):
 def test_a_margin_of_a_millionth_is_enough_and_a_millionth_too_much_is_refuted(seed):
     for margin in (1e-6, -1e-6):
         chosen = case(seed, margin=margin)
-        found = prove_on_window(chosen.reference, 0.0, chosen.end)
+        found = prove(chosen.reference, Window(0.0, chosen.end))
         errors = evaluation_errors(chosen.reference, 1e3 * chosen.end)
         if margin < 0:
             assert isinstance(found, Counterexample), found.explanation

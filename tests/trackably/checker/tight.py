@@ -8,7 +8,8 @@ import numpy as np
 from tests.trackably.certificates import naive
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Instants, Window
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -69,9 +70,9 @@ def with_bounds(reference: Reference, lower: np.ndarray, upper: np.ndarray) -> R
 VALID = {
     "all_times": lambda: prove(tight(SquaredExponential(1.0, 0.3), 3.0)),
     "all_phases": lambda: prove(tight(Periodic(1.0, 3.0, 0.8), 0.8)),
-    "window": lambda: prove_on_window(tight(Matern32(1.0, 0.5), 0.6), 0.0, 0.6),
-    "instants": lambda: prove_at_instants(tight(SquaredExponential(1.0, 0.3), 3.0)),
-    "plane": lambda: prove_on_window(tight_plane(0.4), 0.0, 0.4),
+    "window": lambda: prove(tight(Matern32(1.0, 0.5), 0.6), Window(0.0, 0.6)),
+    "instants": lambda: prove(tight(SquaredExponential(1.0, 0.3), 3.0), Instants()),
+    "plane": lambda: prove(tight_plane(0.4), Window(0.0, 0.4)),
 }
 
 

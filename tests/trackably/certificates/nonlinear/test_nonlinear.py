@@ -19,8 +19,9 @@ from tests.trackably.certificates.nonlinear.instances import (
 from tests.trackably.systems.nonlinear_instances import INSTANCES, LINEAR, as_formulas, exactly, moving
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.certificates.prove import prove, prove_at_instants, prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
+from trackably.checker.certificate import Instants, Window
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
@@ -29,8 +30,8 @@ KEPT = {
     **{name: (name, partial(proved, name), END) for name in INSTANCES},
     "a tank that may be empty": ("tank", lambda: prove(with_states("tank", 0.0)), END),
     "a stock that may be nothing": ("harvest", lambda: prove(with_states("harvest", -0.5)), END),
-    "a window": ("harvest", lambda: prove_on_window(tight("harvest", 1.0), 0.0, 1.0), 1.0),
-    "instants": ("tank", lambda: prove_at_instants(tight("tank")), END),
+    "a window": ("harvest", lambda: prove(tight("harvest", 1.0), Window(0.0, 1.0)), 1.0),
+    "instants": ("tank", lambda: prove(tight("tank"), Instants()), END),
     "all phases": ("tank", lambda: prove(periodic()), END),
 }
 """Of every claim; sets may hold states that have no input, where the reference never is."""
@@ -64,7 +65,7 @@ def test_a_state_bound_that_is_broken_is_refuted_where_some_states_have_no_input
 
 
 def test_states_that_leave_the_domain_have_no_input():
-    found = prove_on_window(with_states("tank", -9.0, size=3.0), 0.0, 2.0)
+    found = prove(with_states("tank", -9.0, size=3.0), Window(0.0, 2.0))
     assert isinstance(found, Unproved)
     assert found.quantity == "inflow"
     assert "the argument of a square root may not be positive; a lower bound above zero" in found.explanation
@@ -73,7 +74,7 @@ def test_states_that_leave_the_domain_have_no_input():
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_gain_that_may_be_zero_is_not_divided_by(seed):
     """The stock falls below zero, and so is zero at some time."""
-    found = prove_on_window(with_states("harvest", -9.0, size=3.0, seed=seed), 0.0, 2.0)
+    found = prove(with_states("harvest", -9.0, size=3.0, seed=seed), Window(0.0, 2.0))
     assert isinstance(found, Unproved | Counterexample)
     assert found.quantity == "effort"
 
@@ -97,7 +98,7 @@ def test_rows_of_several_inputs():
     plant = INSTANCES["reactor"].plant
     rows = Polytope([[1.0, 1.0], [0.5, -1.0]], [-9.0, -9.0], [9.0, 9.0])
     reference = replace(moving(INSTANCES["reactor"], size=0.1), plant=replace(plant, input_set=rows))
-    found = prove_on_window(reference, 0.0, 0.5)
+    found = prove(reference, Window(0.0, 0.5))
     assert isinstance(found, Certificate), found.explanation
     assert '-9.0 ≤ 0.5 "feed" + -1.0 "cooling" ≤ 9.0' in check(as_read(found)).statement
 

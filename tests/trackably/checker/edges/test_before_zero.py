@@ -8,8 +8,9 @@ from tests.trackably.certificates import naive
 from tests.trackably.checker.changes import changed
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
-from trackably.certificates.prove import prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Failed, Proved, check
+from trackably.checker.certificate import Window
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -40,7 +41,7 @@ def steep(kernel) -> Reference:
 
 def certificate(kernel, j: int) -> Certificate:
     width = 4 * kernel.correlation_time
-    found = prove_on_window(steep(kernel), -j * STEP - width, -j * STEP + width)
+    found = prove(steep(kernel), Window(-j * STEP - width, -j * STEP + width))
     assert isinstance(found, Certificate), found.explanation
     return found
 

@@ -14,8 +14,9 @@ from tests.trackably.checker.changes import with_changes, without
 from tests.trackably.checker.redundant import learned
 from trackably import NotTrackableError
 from trackably.certificates.outcome import Counterexample
-from trackably.certificates.prove import Outcome, prove, prove_at_instants, prove_on_window
+from trackably.certificates.prove import Outcome, prove
 from trackably.checker import Failed, Refuted, check
+from trackably.checker.certificate import Instants, Window
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.systems.polytopes import Polytope
@@ -38,10 +39,10 @@ BROKEN = narrowed(reference(SquaredExponential(1.0, 0.3)), state_set=Polytope.bo
 PERIODIC = narrowed(reference(Periodic(1.0, 1.0, 0.73)), state_set=Polytope.box([-0.1], [2.0]))
 FOUND: dict[str, Callable[[], Outcome]] = {
     "all_times": lambda: prove(BROKEN),
-    "window": lambda: prove_on_window(BROKEN, -0.3, 1.3),
-    "instants": lambda: prove_at_instants(BROKEN),
+    "window": lambda: prove(BROKEN, Window(-0.3, 1.3)),
+    "instants": lambda: prove(BROKEN, Instants()),
     "all_phases": lambda: prove(PERIODIC),
-    "instants of a periodic kernel": lambda: prove_at_instants(PERIODIC),
+    "instants of a periodic kernel": lambda: prove(PERIODIC, Instants()),
     "redundant inputs": lambda: prove(narrowed(learned().reference, input_set=Polytope.box([-0.5, -0.1], [0.5, 0.1]))),
     "nonlinear": lambda: prove(tight("tank", room=-1e-3)),
 }

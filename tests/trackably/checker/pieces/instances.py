@@ -11,7 +11,8 @@ from tests.trackably.certificates.decoded import as_read
 from tests.trackably.checker.tight import with_bounds
 from tests.trackably.plants import AXIS
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import prove, prove_on_window
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Window
 from trackably.given.conversion import interpolate
 from trackably.systems.reference import Reference
 
@@ -33,6 +34,6 @@ def times(beyond: str) -> tuple[float, float]:
 
 
 def certificate(beyond: str) -> dict[str, Any]:
-    found = prove_on_window(reference("end"), *WINDOW) if beyond == "end" else prove(reference(beyond))
+    found = prove(reference("end"), Window(*WINDOW)) if beyond == "end" else prove(reference(beyond))
     assert isinstance(found, Certificate)
     return as_read(found)

@@ -5,7 +5,8 @@ import numpy as np
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.systems.disturbance.instances import CART
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import prove_on_window
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Window
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
@@ -21,6 +22,6 @@ def two_pushers() -> dict:
     plant = ConstrainedSystem(system, CART.state_set, Polytope.box([-1.0, -1.5], [1.0, 1.5]))
     drawn = tightening(plant, Zonotope.box([0.0, -0.02], [0.0, 0.02]))
     signal = KernelSum(SquaredExponential(1.0, 1.0), 0.0, np.array([0.0, 2.0]), np.array([0.2, -0.3]))
-    found = prove_on_window(Reference((signal,), drawn.plant), 0.0, 3.0)
+    found = prove(Reference((signal,), drawn.plant), Window(0.0, 3.0))
     assert isinstance(found, Certificate)
     return as_read(found.with_robust(drawn))

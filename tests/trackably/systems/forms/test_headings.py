@@ -10,8 +10,9 @@ from tests.trackably.systems.forms.instances import T_S, along, eight, robot
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import Unproved
-from trackably.certificates.prove import prove, prove_on_window
+from trackably.certificates.prove import prove
 from trackably.checker import Failed, check
+from trackably.checker.certificate import Window
 from trackably.checker.formulas import Angle, Name
 from trackably.codec import dumps, loads
 from trackably.gp.kernels.squared_exponential import SquaredExponential
@@ -63,7 +64,7 @@ def westward(low: float, high: float) -> Reference:
 def test_bounds_of_a_heading_around_minus_pi_are_proved_and_checked():
     low, high = -np.pi - 1.0, -np.pi + 1.0
     reference = westward(low, high)
-    found = prove_on_window(reference, 0.0, 6.0)
+    found = prove(reference, Window(0.0, 6.0))
     assert isinstance(found, Certificate), found
     data = json.loads(json.dumps(encode_certificate(found)))
     heading = reference.state_at(np.linspace(0.0, 6.0, 301))[:, 2]
