@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,7 +13,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, Courses, below, by_reference, read_loop_metrics, read_loops
+from pipeline.loops.trajectory import ON, Courses, below, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -280,7 +281,8 @@ class _Figures:
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}
-        metrics, runs = read_loop_metrics(self.results), closed["/disturbed_range"]
+        metrics: Any = read_json(self.results.control)
+        runs = closed["/disturbed_range"]
         price, units = metrics["price_of_room"], {experiment.units.get(name) for name in experiment.samples}
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         count = metrics["disturbed"]["tube"]["runs"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from trackably.arrays import Array
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop
 from trackably.control.stepping import Plan
-from trackably.files import from_json, to_json
+from trackably.files import to_json
 from trackably.systems.constrained import ConstrainedSystem
 
 if TYPE_CHECKING:
@@ -189,10 +189,3 @@ def read_loops(results: Results, plant: ConstrainedSystem) -> Courses:
     """Read what `write_loops` wrote. Raises InputError if the stage has not run, or for a damaged log."""
     series = read_stage(results, STAGE).series
     return {of.topic: Course(np.round(of.times / plant.sampling_time), of.fields) for of in series}
-
-
-def read_loop_metrics(results: Results) -> dict[str, Any]:
-    """Read the metrics that the log holds. Raises as `read_loops`."""
-    metrics = from_json(read_stage(results, STAGE).attachments["control.json"])
-    assert isinstance(metrics, dict), "written as one"
-    return metrics
