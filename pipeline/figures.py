@@ -20,6 +20,7 @@ from pipeline.methods import (
     HYPERPARAMETERS,
     INTERVALS,
     JOINT,
+    METHODS,
     ROBUST,
     SOUND,
     UNCONSTRAINED,
@@ -94,8 +95,7 @@ class _Figures:
     @cached_property
     def with_curves(self) -> dict[str, Reference]:
         """The references in `shown` whose curves differ visibly from the other ones (`Method.has_own_curve`)."""
-        methods = methods_in_figures(self.fitted.learned)
-        return {method.name: self.shown[method.name] for method in methods if method.has_own_curve}
+        return {name: reference for name, reference in self.shown.items() if METHODS[name].has_own_curve}
 
     @property
     def last_step(self) -> int:
@@ -198,7 +198,7 @@ class _Figures:
         """
         published, samples = self.experiment.published.prediction, self.fitted.sampled.only
         shown, steps = self.with_curves if final_step is None else self.shown, np.arange(last_step + 1.0)
-        beginning = predictions.Closer(f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
+        beginning = (f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
         return predictions.prediction(
             samples,
             shown,
