@@ -55,7 +55,7 @@ Parts = dict[tuple[str, str], Leaves]
 """The parts of an artifact by topic and field. A log has one for each field; any other file has the part ("", "")."""
 
 COORDINATES, OUTLINE, STRUCTURE = "coordinates", "outline", "structure"
-TEXT, NUMBERS, ABOUT = "text", "numbers", "metadata"
+TEXT, NUMBERS = "text", "numbers"
 """Fields of values in figures, which rules refer to. Notebooks have values of these fields and of the two below."""
 SOURCE, THEOREM = "source", "theorem"
 
@@ -190,23 +190,24 @@ def _drawing(data: bytes) -> Leaves:
 
 
 def _element(element: ElementTree.Element, place: str) -> Iterator[tuple[str, Leaf]]:
-    about = "metadata[1]" in place.split("/")
-    yield f"{place}: element", Leaf(ABOUT if about else STRUCTURE, _tag(element))
+    yield f"{place}: element", Leaf(STRUCTURE, _tag(element))
     for name, value in element.attrib.items():
         key = name.rpartition("}")[2]
         at = f"{place}: {key}"
         if key == "d" and (outline := _outline(value)):
             yield from ((f"{at}: {what}", Leaf(OUTLINE, number)) for what, number in outline.items())
-        elif key in _LENGTHS and not about:
+        elif key in _LENGTHS:
             yield from prose_leaves(at, value, STRUCTURE, COORDINATES)
         else:
-            yield at, Leaf(ABOUT if about else STRUCTURE, value)
+            yield at, Leaf(STRUCTURE, value)
     if content := (element.text or "").strip():
-        yield from prose_leaves(f"{place}: text", content, *((ABOUT, ABOUT) if about else (TEXT, NUMBERS)))
+        yield from prose_leaves(f"{place}: text", content, TEXT, NUMBERS)
     seen: Counter[str] = Counter()
     before = ""
     for child in element:
         tag = _tag(child)
+        if tag == "metadata":  # of the program that drew the figure
+            continue
         seen[tag] += 1
         name = child.get("id", "definition-")
         named = f"{tag}[{seen[tag]}]" if name.startswith("definition-") else name
@@ -221,27 +222,21 @@ def _tag(element: ElementTree.Element) -> str:
     return tag.rpartition("}")[2] if isinstance(tag, str) else "comment"
 
 
-_TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "z": 0, "Z": 0}
-"""Number of points after each letter of an SVG path; coordinates are absolute, as matplotlib writes them."""
+_COORDINATE = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 def _outline(path: str) -> dict[str, float]:
     """Return the centre and the extent of an SVG path, in the figure's units, by name; empty if it draws no line.
 
     Centre and extent do not depend on where lines begin or break, nor on additional points on a line. Curves count as
-    the polygons of their control points. The result is also empty for a path with a letter that is not in `_POINTS`.
+    the polygons of their control points. Coordinates are absolute, as matplotlib writes them.
     """
-    pieces: list[Array] = []
+    pieces: list[Array] = [np.empty((0, 2, 2))]
     for part in path.split("M")[1:]:
-        letters = ["M", *(token for token in _TOKEN.findall(part) if token.isalpha())]
-        numbers = [float(token) for token in _TOKEN.findall(part) if not token.isalpha()]
-        if not {*letters} <= _POINTS.keys() or 2 * sum(_POINTS[letter] for letter in letters) != len(numbers):
-            return {}
-        points = np.array(numbers).reshape(-1, 2)
-        points = np.vstack([points, points[:1]]) if letters[-1] in "zZ" else points
+        points = np.array(_COORDINATE.findall(part), dtype=float).reshape(-1, 2)
+        points = np.vstack([points, points[:1]]) if "z" in part.lower() else points
         pieces.append(np.stack([points[:-1], points[1:]], axis=1))
-    ends = np.concatenate(pieces) if any(map(len, pieces)) else np.empty((0, 2, 2))
+    ends = np.concatenate(pieces)
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     if not (length := float(np.sum(lengths))):
         return {}
@@ -277,11 +272,8 @@ def _notebook(data: bytes) -> Leaves:
 
 def _shown(output: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the contents of a notebook cell's output by media type, such as text/plain."""
-    match output["output_type"]:
-        case "stream":
-            return {output["name"]: output["text"]}
-        case "error":
-            return {"error": f"{output['ename']}: {output['evalue']}"}
+    if output["output_type"] == "stream":
+        return {output["name"]: output["text"]}
     shown: Mapping[str, Any] = output["data"]
     return shown
 

@@ -162,16 +162,11 @@ def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
     assert {(row.worst.place, row.worst.new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
 
 
-def test_a_damaged_log_is_different_even_where_both_are_damaged(base: Path, new: Path) -> None:
-    def cut(root: Path) -> None:
-        (root / LOG).write_bytes((root / LOG).read_bytes()[:-100])
-
-    cut(new)
+def test_a_damaged_log_is_different(base: Path, new: Path) -> None:
+    (new / LOG).write_bytes((new / LOG).read_bytes()[:-100])
     log = only(compared(base, new))
     assert (log.name, log.status) == ("example1/fit.mcap", Status.DIFFERENT)
     assert log.notes[0].startswith("cannot be read in NEW: ")
-    cut(base)
-    assert len(moved(compared(base, new))[0].notes) == 2
 
 
 def test_a_metric_that_is_no_number_is_no_json(base: Path, new: Path) -> None:
