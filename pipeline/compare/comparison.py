@@ -145,14 +145,7 @@ def _git(*arguments: str) -> "subprocess.CompletedProcess[bytes]":
         raise InputError("git is not installed; without git, give folders in place of revisions") from error
 
 
-def compare(
-    base: Path,
-    new: Path,
-    tolerances: Tolerances,
-    claims: Claims,
-    base_name: str | None = None,
-    new_name: str | None = None,
-) -> Comparison:
+def compare(base: Path, new: Path, tolerances: Tolerances, claims: Claims, base_name: str, new_name: str) -> Comparison:
     """Compare the folder `new` with the folder `base`, each of a project or of its results alone.
 
     Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises
@@ -160,9 +153,9 @@ def compare(
     """
     with_notebooks = all((root / NOTEBOOKS).is_dir() for root in (base, new))
     sides = [artifacts(root, with_notebooks) for root in (base, new)]
-    for root, name, found in zip((base, new), (base_name, new_name), sides, strict=True):
+    for name, found in zip((base_name, new_name), sides, strict=True):
         if not found:
-            raise InputError(f"{name or root}: holds no results to compare")
+            raise InputError(f"{name}: holds no results to compare")
     rows = [
         row
         for name in sorted({*sides[0], *sides[1]})
@@ -170,8 +163,8 @@ def compare(
     ]
     versions = [recorded(results_folder(root)) for root in (base, new)]
     return Comparison(
-        base_name or str(base),
-        new_name or str(new),
+        base_name,
+        new_name,
         tuple(rows),
         tuple(judge_claim(claim, base, new) for claim in claims.claims),
         {name: (versions[0].get(name), versions[1].get(name)) for name in NAMES},
