@@ -312,7 +312,8 @@ def tube_runs(
     bounds, K, n, (below, above) = bounds_of(plant), len(runs.steps), len(plant.system.states), room
     references = np.hstack([window.states[:K], window.inputs[:K]]).T
     for i, (name, reference, (left, right)) in enumerate(zip(plant.names, references, panels, strict=True)):
-        step, drawstyle = (None, "default") if i < n else ("post", "steps-post")
+        step: Literal["post"] | None = None if i < n else "post"
+        drawstyle = "default" if i < n else "steps-post"
         for axes, off in ((left, np.zeros(K)), (right, reference)):
             around = reference - off
             axes.fill_between(runs.steps, around - below[i], around + above[i], step=step, **_TUBE)

@@ -117,7 +117,7 @@ def encode(log: Log, compression: CompressionType = CompressionType.ZSTD, chunk_
         writer.add_metadata(record, dict(content))
     for name, data in log.attachments.items():
         writer.add_attachment(create_time=0, log_time=0, name=name, media_type=_JSON, data=data)
-    messages = []
+    messages: list[tuple[int, int, int, bytes]] = []
     for topic in (*(series.documents for series in log.series), *log.documents):
         schema = json.dumps(topic.schema, ensure_ascii=False).encode()
         number = writer.register_schema(name=topic.name, encoding="jsonschema", data=schema)
