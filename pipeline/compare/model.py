@@ -118,8 +118,9 @@ class Difference:
     @property
     def absolute(self) -> float:
         """Return |new − base|; infinite if one of them is not a finite number."""
-        finite = is_number(self.base) and is_number(self.new) and math.isfinite(self.base) and math.isfinite(self.new)
-        return abs(self.new - self.base) if finite else math.inf
+        if is_number(self.base) and is_number(self.new) and math.isfinite(self.base) and math.isfinite(self.new):
+            return abs(self.new - self.base)
+        return math.inf
 
     @property
     def relative(self) -> float:
