@@ -138,7 +138,7 @@ def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
         *([delayed(tightness_row)(experiment, samples, name, upper) for upper in wanted.tightness] for name in proved),
     )
     every = [*chain.from_iterable(tasks)]
-    rows = tqdm(in_processes(every), total=len(every), desc=f"{experiment.name}: study", disable=None)
+    rows = iter([*tqdm(in_processes(every), total=len(every), desc=f"{experiment.name}: study", disable=None)])
     counts, draws, *bounds = [[row for row in islice(rows, len(of)) if row] for of in tasks]
     tighter = (_table(Tightness, rows) for rows in bounds)
     return Study(_table(Conservatism, counts), _table(Draws, draws), dict(zip(proved, tighter, strict=True)))
