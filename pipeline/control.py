@@ -1,6 +1,7 @@
 """Stage 4: references → closed loops and their metrics, and references that are learned again while a loop runs."""
 
 from contextlib import suppress
+from dataclasses import asdict
 
 import numpy as np
 from tqdm import tqdm
@@ -93,7 +94,10 @@ def control(experiment: Experiment, results: Results) -> None:
     shown = range(steps.start, min(steps.start + wanted.shown, steps[-1]) + 1)
     courses |= feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
     if online:
-        metrics["online"] = {**loop_metrics(online.loop, plant), "offers": online.records}
+        metrics["online"] = {
+            **loop_metrics(online.loop, plant),
+            "offers": [asdict(update) for update in online.updates],
+        }
         courses |= {"/online": Course.of(online.loop, plant), "/offers": online.offers}
     if experiment.disturbance:
         followed = {name: fitted.learned[name].reference for name in (JOINT.name, ROBUST.name)}

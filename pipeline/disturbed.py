@@ -26,7 +26,6 @@ from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
 from trackably.control.controller import scaled_controller, shortest_horizon
 from trackably.control.simulation import simulate
-from trackably.control.stepping import Disturbances, Successor
 from trackably.control.tube import TubeController
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -126,13 +125,12 @@ def disturbed_runs(case: Case, steps: int) -> Counter[str]:
     Disturbances are greedy, drawn and constant in turn. Runs start in x_r ⊕ Z; Z is the invariant set of the error.
     """
     found, given = Counter[str](), case.tightening.given
-    for i in itertools.count():
-        if found["steps"] >= steps:
-            break
+    while found["steps"] < steps:
+        i = found["runs"]
         measured = noise(case.tightening, i)
         first = case.robust.state(0) + start(case.tube.invariant, i)
         first = first if measured is None else first - measured(0, case.robust.state(0))
-        moved, pushed = plant_of(case, i)
+        moved, pushed = disturbed_plant(KINDS[i % 3], case.tightening, i)
         loop = simulate(
             case.tube,
             case.robust,
@@ -147,11 +145,6 @@ def disturbed_runs(case: Case, steps: int) -> Counter[str]:
         broken = int(np.sum(states < 0) + np.sum(inputs < 0))
         found.update(steps=len(loop.inputs), runs=1, broken=broken, without_plan=len(loop.without_plan))
     return found
-
-
-def plant_of(case: Case, i: int) -> tuple[Successor, Disturbances]:
-    """Return the plant and the disturbances of run i; they are the same at each call."""
-    return disturbed_plant(KINDS[i % 3], case.tightening, i)
 
 
 _RANDOM = 16

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,13 +13,14 @@ from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, Courses, below, by_reference, read_loop_metrics, read_loops
+from pipeline.loops.trajectory import ON, Courses, below, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
     HYPERPARAMETERS,
     INTERVALS,
     JOINT,
+    METHODS,
     ROBUST,
     SOUND,
     UNCONSTRAINED,
@@ -93,8 +95,7 @@ class _Figures:
     @cached_property
     def with_curves(self) -> dict[str, Reference]:
         """The references in `shown` whose curves differ visibly from the other ones (`Method.has_own_curve`)."""
-        methods = methods_in_figures(self.fitted.learned)
-        return {method.name: self.shown[method.name] for method in methods if method.has_own_curve}
+        return {name: reference for name, reference in self.shown.items() if METHODS[name].has_own_curve}
 
     @property
     def last_step(self) -> int:
@@ -197,7 +198,7 @@ class _Figures:
         """
         published, samples = self.experiment.published.prediction, self.fitted.sampled.only
         shown, steps = self.with_curves if final_step is None else self.shown, np.arange(last_step + 1.0)
-        beginning = predictions.Closer(f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
+        beginning = (f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
         return predictions.prediction(
             samples,
             shown,
@@ -280,7 +281,8 @@ class _Figures:
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}
-        metrics, runs = read_loop_metrics(self.results), closed["/disturbed_range"]
+        metrics: Any = read_json(self.results.control)
+        runs = closed["/disturbed_range"]
         price, units = metrics["price_of_room"], {experiment.units.get(name) for name in experiment.samples}
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         count = metrics["disturbed"]["tube"]["runs"]

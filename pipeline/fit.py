@@ -3,17 +3,15 @@
 A study does the same on many problems: other numbers of intervals, other draws of the samples, tighter bounds.
 """
 
-import multiprocessing
 import signal
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
-from functools import partial
-from typing import Any, TypeVar
+from itertools import chain, islice
+from typing import TypeVar
 
 import numpy as np
+from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from pipeline.environment import environment
@@ -47,25 +45,18 @@ from trackably.reference.fit import Fit as TrackableFit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 
-Row = TypeVar("Row")
 Table = TypeVar("Table", Conservatism, Draws, Tightness)
 
 
-@contextmanager
-def mapped(*tasks: tuple[Callable[[Any], Row], Collection[object]]) -> Iterator[list[tuple[Iterator[Row], int]]]:
-    """Yield for each (function, arguments) the results of all calls, computed on all cores, and their number.
+def in_processes(calls: Iterable[object]) -> Iterator[list[float]]:
+    """Yield the results of joblib's `delayed` calls in their order, computed on all cores.
 
     If Ctrl-C is pressed, a terminal interrupts all processes of a command. Worker processes ignore the interrupt, so
     that they print no tracebacks; the first process ends them.
     """
-    alone, ignored = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
-    with ProcessPoolExecutor(mp_context=alone, initializer=signal.signal, initargs=ignored) as pool:
-        try:
-            yield [(pool.map(function, arguments), len(arguments)) for function, arguments in tasks]
-        except KeyboardInterrupt:
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
+    ignored = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
+    found: Iterator[list[float]] = Parallel(n_jobs=-1, backend="loky", return_as="generator", **ignored)(calls)
+    return found
 
 
 def interval_row(experiment: Experiment, samples: tuple[Samples, ...], count: int) -> list[float]:
@@ -141,15 +132,14 @@ def study(experiment: Experiment, samples: tuple[Samples, ...]) -> Study | None:
     if wanted is None:
         return None
     proved = _PROVED if wanted.tightness else ()
-    with mapped(
-        (partial(interval_row, experiment, samples), wanted.conservatism),
-        (partial(draw_row, experiment), range(wanted.draws)),
-        *((partial(tightness_row, experiment, samples, name), wanted.tightness) for name in proved),
-    ) as studies:
-        counts, draws, *bounds = [
-            [row for row in tqdm(rows, total=count, desc=f"{experiment.name}: study", disable=None) if row]
-            for rows, count in studies
-        ]
+    tasks = (
+        [delayed(interval_row)(experiment, samples, count) for count in wanted.conservatism],
+        [delayed(draw_row)(experiment, seed) for seed in range(wanted.draws)],
+        *([delayed(tightness_row)(experiment, samples, name, upper) for upper in wanted.tightness] for name in proved),
+    )
+    every = [*chain.from_iterable(tasks)]
+    rows = iter([*tqdm(in_processes(every), total=len(every), desc=f"{experiment.name}: study", disable=None)])
+    counts, draws, *bounds = [[row for row in islice(rows, len(of)) if row] for of in tasks]
     tighter = (_table(Tightness, rows) for rows in bounds)
     return Study(_table(Conservatism, counts), _table(Draws, draws), dict(zip(proved, tighter, strict=True)))
 

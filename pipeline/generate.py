@@ -80,13 +80,13 @@ def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:
     layout = CsvLayout(**{name: getattr(source, name) for name in given})
     counts_steps = source.time_unit == STEPS
     unit = "s" if counts_steps else source.time_unit
-    found = read_csv(source.csv, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]
+    found = read_csv(source.file, source.time_column, unit, {_SIGNAL: column}, layout, source.repairs)[_SIGNAL]
     return replace(found, times=found.times * sampling_time) if counts_steps else found
 
 
 def _read_mcap(source: McapField) -> Samples:
     field = Field(source.topic, source.field, _scale(source), source.time, source.noise_field)
-    return read_mcap(source.mcap, {_SIGNAL: field}, source.repairs)[_SIGNAL]
+    return read_mcap(source.file, {_SIGNAL: field}, source.repairs)[_SIGNAL]
 
 
 def _scale(source: CsvColumn | McapField) -> float:

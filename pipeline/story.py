@@ -31,8 +31,7 @@ class Told(str):
 
     __slots__ = ()
 
-    def _repr_markdown_(self) -> str:
-        return str(self)
+    _repr_markdown_ = str.__str__
 
 
 def told_of_system(plant: ConstrainedSystem) -> Told:
@@ -253,8 +252,7 @@ class Table:
         lines = [self.columns, ["---"] * len(self.columns), *([self._cell(v) for v in row] for row in self.rows)]
         return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
-    def __str__(self) -> str:
-        return self._repr_markdown_()
+    __str__ = _repr_markdown_
 
     def _cell(self, value: object) -> str:
         match value:

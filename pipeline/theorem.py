@@ -74,12 +74,8 @@ def read_record(theory: Path = THEORY) -> Mapping[str, Mapping[str, Proved]]:
 
 def write_record(experiments: Mapping[str, Mapping[str, Proved]], theory: Path = THEORY) -> None:
     """Write the record, with experiments and files in the order of their names."""
-    content = {
-        experiment: {name: proved.model_dump() for name, proved in sorted(of.items())}
-        for experiment, of in sorted(experiments.items())
-        if of
-    }
-    write_json(theory / "proved.json", {"experiments": content})
+    ordered = {experiment: dict(sorted(of.items())) for experiment, of in sorted(experiments.items()) if of}
+    write_json(theory / "proved.json", Record(experiments=ordered).model_dump())
 
 
 def _statement(file: Path) -> str | None:

@@ -1,5 +1,6 @@
 """Stage 3: references → margins at finely sampled times, certificates or counterexamples, metrics."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -172,10 +173,9 @@ def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:
 
     The sum of all these prices is D. The price of a bound is negative if the bound is active only because of others.
     """
-    prices: dict[str, float] = {}
+    prices: dict[str, float] = defaultdict(float)
     for bound in active:
-        key = f"{bound.name} ({bound.side})"
-        prices[key] = prices.get(key, 0.0) + bound.price
+        prices[f"{bound.name} ({bound.side})"] += bound.price
     return prices
 
 

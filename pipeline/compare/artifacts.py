@@ -2,12 +2,10 @@
 
 A text becomes its words, which must not change, and its numbers, which may change within tolerance."""
 
-import json
 import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
@@ -22,6 +20,7 @@ from pipeline.storage.logs import TIME, Log, read_log
 from pipeline.storage.results import read_columns
 from trackably.arrays import Array
 from trackably.errors import InputError
+from trackably.files import from_json
 
 
 class UnreadableError(Exception):
@@ -56,26 +55,35 @@ Parts = dict[tuple[str, str], Leaves]
 """The parts of an artifact by topic and field. A log has one for each field; any other file has the part ("", "")."""
 
 COORDINATES, OUTLINE, STRUCTURE = "coordinates", "outline", "structure"
-TEXT, NUMBERS, ABOUT = "text", "numbers", "metadata"
+TEXT, NUMBERS = "text", "numbers"
 """Fields of values in figures, which rules refer to. Notebooks have values of these fields and of the two below."""
 SOURCE, THEOREM = "source", "theorem"
 
 
 def parts_of(path: Path) -> Parts:
     """Return the values of an artifact by part and place. Raises UnreadableError."""
-    match path.suffix:
-        case ".mcap":
-            return _recording(read_recording(path))
-        case ".csv":
-            leaves = _table(path)
-        case ".json":
-            leaves = _told(read_json(path.read_bytes()))
-        case ".svg":
-            leaves = _drawing(path.read_bytes())
-        case ".ipynb":
-            leaves = _notebook(path.read_bytes())
-        case _:
-            leaves = {"SHA-256": Leaf("bytes", sha256(path.read_bytes()).hexdigest())}
+    return _parts(path, sha256(path.read_bytes()).hexdigest())
+
+
+@lru_cache(maxsize=4)
+def _parts(path: Path, digest: str) -> Parts:
+    """Read a file once for several values that are looked up in it; `digest` is the SHA-256 of its content."""
+    try:
+        match path.suffix:
+            case ".mcap":
+                return _recording(read_log(path))
+            case ".csv":
+                leaves = _table(path)
+            case ".json":
+                leaves = _told(from_json(path.read_bytes()))
+            case ".svg":
+                leaves = _drawing(path.read_bytes())
+            case ".ipynb":
+                leaves = _notebook(path.read_bytes())
+            case _:
+                leaves = {"SHA-256": Leaf("bytes", digest)}
+    except (InputError, ValueError, ElementTree.ParseError) as error:  # UnreadableError says it without the file's name
+        raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
     return {("", ""): leaves}
 
 
@@ -97,15 +105,6 @@ def prose_leaves(place: str, text: str, words: str, numbers: str) -> Iterator[tu
     yield place, Leaf(words, _NUMBER.sub("#", plain))
     for i, number in enumerate(_NUMBER.findall(plain), start=1):
         yield f"{place}, number {i}", Leaf(numbers, float(number))
-
-
-def read_json(data: bytes) -> object:
-    """Read JSON; NaN and infinities are accepted, because a comparison has to find them. Raises UnreadableError."""
-    try:
-        content: object = json.loads(data.decode())
-    except (ValueError, RecursionError) as error:
-        raise UnreadableError(f"no JSON: {error}") from error
-    return content
 
 
 def json_leaves(content: object) -> Leaves:
@@ -140,33 +139,11 @@ def _told(content: object) -> Leaves:
 
 
 def _table(path: Path) -> Leaves:
-    """Read a CSV table of numbers. Raises UnreadableError."""
-    with _readable(path):
-        columns = read_columns(path)
+    """Read a CSV table of numbers. Raises InputError."""
+    columns = read_columns(path)
     lines = zip(*(column.tolist() for column in columns.values()), strict=True)
     cells = ((name, line, value) for line, row in enumerate(lines, 2) for name, value in zip(columns, row, strict=True))
     return {f"column {name}, line {line}": Leaf(name, value) for name, line, value in cells}
-
-
-def read_recording(path: Path) -> Log:
-    """Read a log of this project, which is checked bit by bit (`read_log`). Raises UnreadableError."""
-    return _read_once(path, sha256(path.read_bytes()).digest())
-
-
-@lru_cache(maxsize=4)
-def _read_once(path: Path, content: bytes) -> Log:
-    """Read a log once for several values that are looked up in it; `content` is the SHA-256 of the file."""
-    with _readable(path):
-        return read_log(path)
-
-
-@contextmanager
-def _readable(path: Path) -> Iterator[None]:
-    """Raise UnreadableError, which does not name the file, for an InputError in this context."""
-    try:
-        yield
-    except InputError as error:
-        raise UnreadableError(str(error).removeprefix(f"{path}: ")) from error
 
 
 def _recording(log: Log) -> Parts:
@@ -180,7 +157,7 @@ def _recording(log: Log) -> Parts:
     for of in log.documents:
         parts[of.topic, ""] = _told({"messages": [{"time": time, **message} for time, message in of.messages]})
     for name, data in log.attachments.items():
-        parts[f"attachment {name}", ""] = _told(read_json(data))
+        parts[f"attachment {name}", ""] = _told(from_json(data))
     units = {series.topic: dict(series.units) for series in log.series if series.units}
     metadata = {record: dict(content) for record, content in log.metadata.items()}
     parts["metadata", ""] = json_leaves({**metadata, "unit": units})
@@ -204,35 +181,33 @@ _HASHED = re.compile(r"(?<![\w-])(?:[mph]|C[0-9a-f]+_[0-9a-f]+_)[0-9a-f]{10}(?![
 def _drawing(data: bytes) -> Leaves:
     """Read an SVG file with its comments, in which matplotlib writes the text that it draws as outlines.
 
-    Raises UnreadableError.
+    Raises ParseError, and ValueError for bytes that are no UTF-8.
     """
     names: dict[str, str] = {}
     parser = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
-    try:
-        text = _HASHED.sub(lambda found: names.setdefault(found[0], f"definition-{len(names) + 1}"), data.decode())
-        return dict(_element(ElementTree.fromstring(text, parser), "svg"))
-    except (ElementTree.ParseError, UnicodeDecodeError) as error:
-        raise UnreadableError(f"no SVG: {error}") from error
+    text = _HASHED.sub(lambda found: names.setdefault(found[0], f"definition-{len(names) + 1}"), data.decode())
+    return dict(_element(ElementTree.fromstring(text, parser), "svg"))
 
 
 def _element(element: ElementTree.Element, place: str) -> Iterator[tuple[str, Leaf]]:
-    about = "metadata[1]" in place.split("/")
-    yield f"{place}: element", Leaf(ABOUT if about else STRUCTURE, _tag(element))
+    yield f"{place}: element", Leaf(STRUCTURE, _tag(element))
     for name, value in element.attrib.items():
         key = name.rpartition("}")[2]
         at = f"{place}: {key}"
         if key == "d" and (outline := _outline(value)):
             yield from ((f"{at}: {what}", Leaf(OUTLINE, number)) for what, number in outline.items())
-        elif key in _LENGTHS and not about:
+        elif key in _LENGTHS:
             yield from prose_leaves(at, value, STRUCTURE, COORDINATES)
         else:
-            yield at, Leaf(ABOUT if about else STRUCTURE, value)
+            yield at, Leaf(STRUCTURE, value)
     if content := (element.text or "").strip():
-        yield from prose_leaves(f"{place}: text", content, *((ABOUT, ABOUT) if about else (TEXT, NUMBERS)))
+        yield from prose_leaves(f"{place}: text", content, TEXT, NUMBERS)
     seen: Counter[str] = Counter()
     before = ""
     for child in element:
         tag = _tag(child)
+        if tag == "metadata":  # of the program that drew the figure
+            continue
         seen[tag] += 1
         name = child.get("id", "definition-")
         named = f"{tag}[{seen[tag]}]" if name.startswith("definition-") else name
@@ -247,27 +222,21 @@ def _tag(element: ElementTree.Element) -> str:
     return tag.rpartition("}")[2] if isinstance(tag, str) else "comment"
 
 
-_TOKEN = re.compile(r"[A-Za-z]|[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
-_POINTS = {"M": 1, "L": 1, "Q": 2, "C": 3, "z": 0, "Z": 0}
-"""Number of points after each letter of an SVG path; coordinates are absolute, as matplotlib writes them."""
+_COORDINATE = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
 def _outline(path: str) -> dict[str, float]:
     """Return the centre and the extent of an SVG path, in the figure's units, by name; empty if it draws no line.
 
     Centre and extent do not depend on where lines begin or break, nor on additional points on a line. Curves count as
-    the polygons of their control points. The result is also empty for a path with a letter that is not in `_POINTS`.
+    the polygons of their control points. Coordinates are absolute, as matplotlib writes them.
     """
-    pieces: list[Array] = []
+    pieces: list[Array] = [np.empty((0, 2, 2))]
     for part in path.split("M")[1:]:
-        letters = ["M", *(token for token in _TOKEN.findall(part) if token.isalpha())]
-        numbers = [float(token) for token in _TOKEN.findall(part) if not token.isalpha()]
-        if not {*letters} <= _POINTS.keys() or 2 * sum(_POINTS[letter] for letter in letters) != len(numbers):
-            return {}
-        points = np.array(numbers).reshape(-1, 2)
-        points = np.vstack([points, points[:1]]) if letters[-1] in "zZ" else points
+        points = np.array(_COORDINATE.findall(part), dtype=float).reshape(-1, 2)
+        points = np.vstack([points, points[:1]]) if "z" in part.lower() else points
         pieces.append(np.stack([points[:-1], points[1:]], axis=1))
-    ends = np.concatenate(pieces) if any(map(len, pieces)) else np.empty((0, 2, 2))
+    ends = np.concatenate(pieces)
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     if not (length := float(np.sum(lengths))):
         return {}
@@ -281,11 +250,11 @@ _BY_COQ = "checked by Coq"  # in texts that a notebook shows only if the certifi
 
 
 def _notebook(data: bytes) -> Leaves:
-    """Read the cells of a notebook of format 4, each named by its first line. Raises UnreadableError.
+    """Read the cells of a notebook of format 4, each named by its first line. ValueError: it is no notebook.
 
     Pictures are left out: they are drawn from the same results as the figures.
     """
-    content: Any = read_json(data)
+    content: Any = from_json(data)
     leaves: Leaves = {}
     try:
         sources = ["".join(cell["source"]) for cell in content["cells"]]
@@ -297,17 +266,14 @@ def _notebook(data: bytes) -> Leaves:
                     if not media.startswith("image/"):
                         leaves |= _output(f"{place}, output {i}, {media}", media, shown)
     except (KeyError, TypeError, AttributeError) as error:
-        raise UnreadableError(f"no notebook: {error!r}") from error
+        raise ValueError(f"no notebook: {error!r}") from error
     return leaves
 
 
 def _shown(output: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return the contents of a notebook cell's output by media type, such as text/plain."""
-    match output["output_type"]:
-        case "stream":
-            return {output["name"]: output["text"]}
-        case "error":
-            return {"error": f"{output['ename']}: {output['evalue']}"}
+    if output["output_type"] == "stream":
+        return {output["name"]: output["text"]}
     shown: Mapping[str, Any] = output["data"]
     return shown
 

@@ -1,17 +1,16 @@
 """The paper's claims, and whether each holds for the results in a folder."""
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
-from pipeline.compare.artifacts import ABSENT, Found, UnreadableError, Value, json_leaves, read_json, read_recording
+from pipeline.compare.artifacts import ABSENT, Found, Parts, UnreadableError, Value, parts_of
 from pipeline.compare.model import JudgedClaim, Verdict, is_number, results_folder
 from pipeline.published.paper import printed_numbers
-from pipeline.storage.logs import TIME
-from pipeline.storage.results import read_columns
 from pipeline.yaml_file import Fields, validated
 from trackably.errors import InputError
 from trackably.files import read_yaml
@@ -174,33 +173,30 @@ def _value(locator: Locator, results: Path) -> Value:
     if not file.exists():
         raise UnreadableError(f"{locator.file} is not there")
     try:
-        return _leaf(locator, file) if locator.path else _pick(locator, _columns(locator, file))
+        return _found(locator, parts_of(file))
     except (UnreadableError, InputError) as error:
         raise UnreadableError(f"{locator.file}: {error}") from None
 
 
-def _leaf(locator: Locator, file: Path) -> Value:
-    if locator.topic:
-        data = read_recording(file).attachments.get(locator.topic.removeprefix(ATTACHMENT))
-        if data is None:
-            raise UnreadableError(f"there is no {locator.topic}")
-    else:
-        data = file.read_bytes()
-    found = json_leaves(read_json(data))
-    if locator.path not in found:
+def _found(locator: Locator, parts: Parts) -> Value:
+    topic = locator.topic or ""
+    if topic not in {name for name, _ in parts}:
+        raise UnreadableError(f"there is no {topic}")
+    if not locator.path:
+        return _pick(locator, _columns(parts, topic))
+    if (leaf := parts[topic, ""].get(locator.path)) is None:
         raise UnreadableError(f"there is no value {locator.path}")
-    return found[locator.path].value
+    return leaf.value
 
 
-def _columns(locator: Locator, file: Path) -> Columns:
-    if not locator.topic:
-        columns = read_columns(file)
-    else:
-        found = [series for series in read_recording(file).series if series.topic == locator.topic]
-        if not found:
-            raise UnreadableError(f"there is no topic {locator.topic}")
-        columns = {TIME: found[0].times, **found[0].fields}
-    return {name: values.tolist() for name, values in columns.items()}
+def _columns(parts: Parts, topic: str = "") -> Columns:
+    """Return the columns of a table, or of a topic of a log."""
+    columns: dict[str, list[Any]] = defaultdict(list)
+    for part, leaves in parts.items():
+        if part[0] == topic:
+            for leaf in leaves.values():
+                columns[leaf.field].append(leaf.value)
+    return columns
 
 
 def _differences(columns: Columns, column: str, against: Path) -> list[float]:
@@ -208,13 +204,13 @@ def _differences(columns: Columns, column: str, against: Path) -> list[float]:
 
     All differences are infinite if the first columns of both tables differ.
     """
-    published = read_columns(against)
+    published = _columns(parts_of(against))
     key, ours = next(iter(published)), columns[column]
-    if published[key].tolist() != [*columns.get(key, ())]:
+    if published[key] != columns.get(key):
         return [math.inf] * len(ours)
     return [
         math.inf if math.isnan(value) != math.isnan(other) else abs(value - other) / abs(other)
-        for value, other in zip(ours, published[column].tolist(), strict=True)
+        for value, other in zip(ours, published[column], strict=True)
     ]
 
 

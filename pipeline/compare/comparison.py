@@ -47,28 +47,26 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def artifact_rows(name: str, base: Path | None, new: Path | None, tolerances: Tolerances) -> list[Row]:
-    """Compare the files of one artifact, and return a row; for a log, a row for each of its parts.
+    """Compare the files of one artifact, and return a row; for logs that differ, a row for each of their parts.
 
     A file that is missing on one side is None.
     """
     if base is None or new is None:
         return [Row(name, "", "", Status.EXTRA if base is None else Status.MISSING)]
-    same, is_log = base.read_bytes() == new.read_bytes(), base.suffix == ".mcap"
-    if same and not is_log:
+    if base.read_bytes() == new.read_bytes():
         return [Row(name, "", "", Status.IDENTICAL)]
     sides: list[Parts] = []
     complaints = []
     for label, path in (("BASE", base), ("NEW", new)):
         try:
-            sides.append(sides[0] if same and sides else parts_of(path))
+            sides.append(parts_of(path))
         except UnreadableError as error:
             complaints.append(f"cannot be read in {label}: {error}")
     if complaints:
         return [Row(name, "", "", Status.DIFFERENT, notes=tuple(complaints))]
     rows = [_judge(name, part, sides[0].get(part), sides[1].get(part), tolerances) for part in {**sides[0], **sides[1]}]
-    if not same and all(row.status is Status.IDENTICAL for row in rows):
-        rows = rows if is_log else []
-        rows.append(Row(name, "", "", Status.WITHIN, notes=("the same content in other bytes",)))
+    if all(row.status is Status.IDENTICAL for row in rows):
+        return [Row(name, "", "", Status.WITHIN, notes=("the same content in other bytes",))]
     return rows
 
 
@@ -81,7 +79,7 @@ def _judge(
     found, left_out = [], set()
     rule_of = tolerances.rules_for(artifact, part[0])
     places = {**base, **new}
-    for place in places if base is not new else ():
+    for place in places:
         one, other = (side[place].value if place in side else ABSENT for side in (base, new))
         if same(one, other):
             continue
@@ -147,14 +145,7 @@ def _git(*arguments: str) -> "subprocess.CompletedProcess[bytes]":
         raise InputError("git is not installed; without git, give folders in place of revisions") from error
 
 
-def compare(
-    base: Path,
-    new: Path,
-    tolerances: Tolerances,
-    claims: Claims,
-    base_name: str | None = None,
-    new_name: str | None = None,
-) -> Comparison:
+def compare(base: Path, new: Path, tolerances: Tolerances, claims: Claims, base_name: str, new_name: str) -> Comparison:
     """Compare the folder `new` with the folder `base`, each of a project or of its results alone.
 
     Notebooks are compared if both sides have them. `base_name` and `new_name` are what a report shows. Raises
@@ -162,9 +153,9 @@ def compare(
     """
     with_notebooks = all((root / NOTEBOOKS).is_dir() for root in (base, new))
     sides = [artifacts(root, with_notebooks) for root in (base, new)]
-    for root, name, found in zip((base, new), (base_name, new_name), sides, strict=True):
+    for name, found in zip((base_name, new_name), sides, strict=True):
         if not found:
-            raise InputError(f"{name or root}: holds no results to compare")
+            raise InputError(f"{name}: holds no results to compare")
     rows = [
         row
         for name in sorted({*sides[0], *sides[1]})
@@ -172,8 +163,8 @@ def compare(
     ]
     versions = [recorded(results_folder(root)) for root in (base, new)]
     return Comparison(
-        base_name or str(base),
-        new_name or str(new),
+        base_name,
+        new_name,
         tuple(rows),
         tuple(judge_claim(claim, base, new) for claim in claims.claims),
         {name: (versions[0].get(name), versions[1].get(name)) for name in NAMES},

@@ -118,10 +118,9 @@ class Difference:
     @property
     def absolute(self) -> float:
         """Return |new − base|; infinite if one of them is not a finite number."""
-        if not (is_number(self.base) and is_number(self.new)):
-            return math.inf
-        off = abs(self.new - self.base)
-        return off if math.isfinite(off) else math.inf
+        if is_number(self.base) and is_number(self.new) and math.isfinite(self.base) and math.isfinite(self.new):
+            return abs(self.new - self.base)
+        return math.inf
 
     @property
     def relative(self) -> float:

@@ -93,15 +93,10 @@ def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
 
 
 def _environment_lines(comparison: Comparison) -> Iterator[str]:
-    unknown = [name for name, sides in comparison.environment.items() if None in sides]
-    differing = [
-        (name, *sides) for name, sides in comparison.environment.items() if name not in unknown and len({*sides}) > 1
-    ]
-    named = ", ".join(name for name, *_ in differing)
-    yield f"Environment: {named} differ" if differing else "Environment: no difference known"
-    yield from (f"    {name}: {base} | {new}" for name, base, new in differing)
-    if unknown:
-        yield f"    not recorded on both sides: {', '.join(unknown)}"
+    differing = {name: sides for name, sides in comparison.environment.items() if None in sides or len({*sides}) > 1}
+    yield "Environment: differs, or is not recorded" if differing else "Environment: no difference known"
+    for name, sides in differing.items():
+        yield f"    {name}: {' | '.join(side or 'not recorded' for side in sides)}"
 
 
 _MOST = 60_000  # characters: hosts of pull requests refuse longer comments

@@ -32,6 +32,7 @@ from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
     COLUMN,
+    DOTTED,
     FAINT,
     GREY,
     INK,
@@ -40,6 +41,7 @@ from trackably.exports.figures import (
     PALE,
     SAMPLE,
     legend_above,
+    panels_of,
     reference_styles,
     with_style,
 )
@@ -132,7 +134,7 @@ def _derivative_bound(axes: Axes, trace: Trace) -> None:
     """Draw the derivative bounds ±ṁ̄, and the growth rates between which they have to lie."""
     k, low, high, bound = trace.k_bar, trace.growth_lower, trace.growth_upper, trace.derivative_bound
     is_possible = (low < 0) & (high > 0)
-    axes.fill_between(k, low, high, where=is_possible, facecolor=FAINT, edgecolor="none")
+    axes.fill_between(k, low, high, where=is_possible, facecolor=FAINT)
     for rate, name, va in ((low, r"$\underline{\tau}$", "top"), (high, r"$\overline{\tau}$", "bottom")):
         axes.plot(k, rate, **_LIMIT)
         if np.isfinite(rate[-1]):
@@ -153,7 +155,7 @@ def _mark(
     """Draw a line at the first iteration at which a test holds, with the name of the test at its outer end."""
     if np.any(holds):
         first = trace.k_bar[np.argmax(holds)]
-        axes.axvline(first, *span, color=GREY, linewidth=0.8, linestyle=":", zorder=1)
+        axes.axvline(first, *span, color=GREY, **DOTTED, zorder=1)
         height, va = (1.0, "top") if span[0] > 0 else (0.04, "bottom")
         where = axes.get_xaxis_transform()
         label = f" {test} \n $\\bar{{k}}$ = {first:g} "
@@ -183,11 +185,11 @@ def landscape(panels: Sequence[Landscape], trace: Trace, references: Mapping[str
 
     The grids span the first two hyperparameters of the trace; other learned hyperparameters are not shown.
     """
-    figure = Figure(figsize=(PAGE, 4.0))
+    figure, (row,) = panels_of(4.0, 1, len(panels))
     lowest = min(float(np.nanmin(panel.objective)) for panel in panels)
     names = list(trace.hyperparameters)[:2]
     path = np.array([trace.hyperparameters[name] for name in names])
-    for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+    for axes, panel in zip(row, panels, strict=True):
         axes.set(xscale="log", yscale="log", xlim=panel.theta1[[0, -1]], ylim=panel.theta2[[0, -1]])
         axes.plot(*path, color=INK, marker=".", markersize=4, linewidth=0.8, zorder=4)
         _optima(axes, references, names)
@@ -240,8 +242,7 @@ def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
 @with_style
 def tube(reference: Reference, steps: Array) -> Figure:
     """Draw a scalar reference at consecutive `steps` k: states, the tube reachable from each state, and inputs."""
-    figure = Figure(figsize=(COLUMN, 3.5))
-    states, inputs = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
+    figure, [[states], [inputs]] = panels_of(3.5, 2, width=COLUMN, sharex=True, height_ratios=[2.2, 1])
     _fans(states, reference, steps)
     _inputs(inputs, reference, steps)
     states.set_ylabel(r"state $x$ [–]")
@@ -258,7 +259,7 @@ def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
     with_next = np.append(steps, steps[-1] + 1)
     x, (low, high) = state_at_steps(reference, with_next), tube_after_steps(reference, steps)
     corners = np.transpose([[steps, x[:-1]], [steps + 1, low], [steps + 1, high]], (2, 0, 1))
-    axes.add_collection(PolyCollection(list(corners), facecolors=FAINT, edgecolors="none"))
+    axes.add_collection(PolyCollection(list(corners), facecolors=FAINT))
     label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
     axes.add_collection(LineCollection(list(corners[:, 1:]), colors=GREY, linewidths=1.6, label=label))
     axes.plot(with_next, x, color=BLUE, marker="o", linewidth=0.9, label=r"reference $x_\mathrm{r}(k)$")
@@ -268,7 +269,7 @@ def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
 
 def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
     bounds, u = input_interval(reference), input_at_steps(reference, steps)
-    axes.axhspan(bounds.lower, bounds.upper, facecolor=FAINT, edgecolor="none", label=r"input set $\mathcal{U}$")
+    axes.axhspan(bounds.lower, bounds.upper, facecolor=FAINT, label=r"input set $\mathcal{U}$")
     axes.hlines([bounds.lower, bounds.upper], steps[0] - 0.4, steps[-1] + 1.4, colors=INK, linewidths=0.8)
     edges, label = np.append(steps, steps[-1] + 1), r"its input $u_\mathrm{r}(k)$"
     axes.stairs(u, edges, baseline=None, color=BLUE, linewidth=1.2, label=label)
@@ -284,19 +285,18 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     The true signal varies until `transient_step` and is constant afterwards; from `final_step` k̄ on, the bound lies
     inside X.
     """
-    figure = Figure(figsize=(COLUMN, 2.5))
-    axes = figure.subplots()
+    figure, [[axes]] = panels_of(2.5, width=COLUMN)
     plant = reference.plant
     k = np.linspace(0, last_step, 10 * last_step + 1)
     x = state_at_steps(reference, k)
     low, high = float(min(x.min(), samples.values.min())), float(max(x.max(), samples.values.max()))
     bottom, top = low - 0.1 * (high - low), high + 0.4 * (high - low)
     axes.set(xlim=(-1, last_step), ylim=(bottom, top))
-    axes.axvspan(0, transient_step, facecolor=PALE, edgecolor="none", zorder=0)
+    axes.axvspan(0, transient_step, facecolor=PALE, zorder=0)
     _envelope(axes, reference, k)
     axes.plot(k, x, color=BLUE, zorder=4, label=r"reference $x_\mathrm{r}$")
     axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
-    axes.axvline(final_step, color=GREY, linewidth=0.8, linestyle=":")
+    axes.axvline(final_step, color=GREY, **DOTTED)
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
     state_bounds(axes, state_interval(reference))
     legend_above(figure, columns=3)
@@ -356,7 +356,7 @@ def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | 
 def _panel(axes: Axes, title: str, last: float, lowest: float, bound: float) -> None:
     """Shade the area beyond the bound, and set limits, title and label of a panel without ticks."""
     room = _ROOM * (bound - lowest)
-    axes.axhspan(bound, bound + room, facecolor=FAINT, edgecolor="none")
+    axes.axhspan(bound, bound + room, facecolor=FAINT)
     axes.axhline(bound, color=INK, linewidth=0.8)
     axes.set(xlim=(0, last), ylim=(lowest - 0.4 * room, bound + room), xticks=[], yticks=[])
     axes.set_title(title, fontsize=8)

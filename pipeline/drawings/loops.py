@@ -23,20 +23,22 @@ from trackably.arrays import Array
 from trackably.control.bounds import Inequalities
 from trackably.exports.figures import (
     BLUE,
+    BOUND,
     COLUMN,
-    FAINT,
+    DOTTED,
     GREEN,
     GREY,
     INK,
     NAVY,
     ORANGE,
-    PAGE,
+    OUTSIDE,
     PURPLE,
     Units,
     axis_label,
     bounds_of,
     legend_above,
     pad_limits,
+    panels_of,
     shade_outside,
     with_style,
 )
@@ -59,8 +61,7 @@ def closed_loop(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, l
         column[0].set_title(f"{label} reference")
         for axes in column:
             _shade_where_none_has_a_plan(axes, by_state, last_step, named=axes is column[0])
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 def _over_steps(
@@ -101,8 +102,8 @@ def _grid(
     sharey: Literal["none", "row"] = "none",
 ) -> tuple[Figure, NDArray[Any]]:
     """Return a figure with a row of panels for each state and input, from the first to the last step of `shown`."""
-    figure = Figure(figsize=(PAGE, 0.9 + 1.25 * len(plant.names)))
-    panels = figure.subplots(len(plant.names), columns, sharex=True, sharey=sharey, squeeze=False)
+    count = len(plant.names)
+    figure, panels = panels_of(0.9 + 1.25 * count, count, columns, sharex=True, sharey=sharey)
     for axes, name in zip(panels[:, 0], plant.names, strict=True):
         axes.set_ylabel(axis_label(name, units))
     for axes in panels[-1]:
@@ -117,8 +118,7 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
 
     Values below 1e-16 are rounding, and are drawn at 1e-16.
     """
-    figure = Figure(figsize=(PAGE, 2.5))
-    panels = figure.subplots(1, len(loops), sharey=True, squeeze=False)[0]
+    figure, (panels,) = panels_of(2.5, 1, len(loops), sharey=True)
     for axes, (label, by_state) in zip(panels, loops.items(), strict=True):
         for initial_state, course in by_state.items():
             part = course.until(last_step)
@@ -126,8 +126,7 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
         _shade_where_none_has_a_plan(axes, by_state, last_step)
         axes.set(title=f"{label} reference", xlabel=step_label(plant.sampling_time), xlim=(0, last_step))
     panels[0].set(ylabel=r"optimal cost $V_N(k)$ [–]", yscale="log")
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
@@ -136,7 +135,7 @@ def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step
     lost = ({*course.infeasible.tolist(), *np.arange(course.steps[-1], ended)} for course in by_state.values())
     shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
     if ended < last_step:
-        axes.axvline(ended, color=GREY, linewidth=0.8, linestyle=":")
+        axes.axvline(ended, color=GREY, **DOTTED)
         if named:
             side = "right" if ended > last_step / 2 else "left"
             where = axes.get_xaxis_transform()
@@ -163,7 +162,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
     for axes in panels:
         shade_no_plan(axes, course.until(int(shown[1])).infeasible)
         for step in (first, first + horizon):
-            axes.axvline(step, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
+            axes.axvline(step, color=INK, **DOTTED, zorder=2.8)
     panels[0].annotate(
         "", (first, 1.04), (first + horizon, 1.04), xycoords=panels[0].get_xaxis_transform(),
         arrowprops={"arrowstyle": "<->", "linewidth": 0.7, "shrinkA": 0, "shrinkB": 0}, annotation_clip=False,
@@ -171,8 +170,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
     label = f" from step {first:.0f} no plan reaches step {first + horizon:.0f}"
     where = panels[0].get_xaxis_transform()
     direct_label(panels[0], first + horizon, 1.04, label, transform=where, va="center", clip_on=False)
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 @with_style
@@ -187,8 +185,7 @@ def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: 
             if steps.size:
                 axes.plot(steps, np.ones(steps.size), transform=where, **style)
                 axes.vlines(steps, 0, 1, transform=where, colors=GREY, linewidths=0.6, zorder=2)
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 # Styles from the shortest horizon to the longest. Wider bands lie below, and the dashes of their edges differ, too.
@@ -207,21 +204,19 @@ def feasible_intervals(
     feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units
 ) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
-    figure = Figure(figsize=(PAGE, 2.9))
-    axes = figure.subplots()
+    figure, [[axes]] = panels_of(2.9)
     for (horizon, ends), style in _widest_first(feasible):
         k, low, high = ends.steps, ends["lower"], ends["upper"]
-        axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
+        axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, zorder=1)
         axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
         axes.plot(k, high, **style, zorder=3)
     last, name = max(ends.steps[-1] for ends in feasible.values()), plant.system.states[0]
     part = loops[ON].until(int(last))
     axes.plot(part.steps, part[f"{name}_reference"], color=INK, linewidth=0.7, zorder=4, label="reference")
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
-        axes.axhline(bound / plant.state_set.rows[0, 0], color=INK, linewidth=0.8, zorder=2.5)
+        axes.axhline(bound / plant.state_set.rows[0, 0], **BOUND)
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=axis_label(name, units), xlim=(0, last))
-    legend_above(figure, columns=6)
-    return figure
+    return legend_above(figure, columns=6)
 
 
 @with_style
@@ -230,23 +225,19 @@ def feasible_polygons(
 ) -> Figure:
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     states = plant.system.states
-    figure = Figure(figsize=(1.4 * COLUMN, 3.6))
-    axes = figure.subplots()
+    figure, [[axes]] = panels_of(3.6, width=1.4 * COLUMN)
     for (horizon, of), style in _widest_first(feasible):
         corners = of.together(states)
-        axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, edgecolor="none", zorder=1)
+        axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, zorder=1)
         axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
-    everything = np.vstack([of.together(states) for of in feasible.values()])
+    axes.margins(0.06)  # around the sets, and not the loops
+    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     for initial_state, course in loops.items():
         x = course.until(max(feasible)).together(states)
         axes.plot(x[:, 0], x[:, 1], **INITIAL_STATE_STYLES[initial_state] | {"color": INK, "linewidth": 1.0})
         axes.plot(*x[0], "o", color=INK, zorder=5)
-    padding = 0.06 * np.ptp(everything, axis=0)
-    (left, bottom), (right, top) = everything.min(axis=0) - padding, everything.max(axis=0) + padding
     axes.set(xlabel=axis_label(states[0], units), ylabel=axis_label(states[1], units))
-    axes.set(xlim=(left, right), ylim=(bottom, top))
-    legend_above(figure, columns=3)
-    return figure
+    return legend_above(figure, columns=3)
 
 
 def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
@@ -271,8 +262,7 @@ def loops_in_plane(
 
     Thin lines lead from the state at every fifth step to the reference at the same step.
     """
-    figure = Figure(figsize=(PAGE, 4.2))
-    axes = figure.subplots()
+    figure, [[axes]] = panels_of(4.2)
     for initial_state, course in loops.items():
         part = course.until(last_step)
         states, reference = part.together(plane), part.together(plane, "_reference")
@@ -285,8 +275,7 @@ def loops_in_plane(
     reference = longest.together(plane, "_reference")
     axes.plot(*reference.T, color=INK, linewidth=0.7, zorder=3.6, label="reference")
     label_plane(axes, plane, units)
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 _KINDS: Final[dict[str, dict[str, Any]]] = {
@@ -294,7 +283,7 @@ _KINDS: Final[dict[str, dict[str, Any]]] = {
     "greedy": INITIAL_STATE_STYLES["above"] | {"label": "greedy ones"},
     "constant": INITIAL_STATE_STYLES["below"] | {"label": "constant ones"},
 }
-_TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "edgecolor": "none", "zorder": 1.5, "label": "tube"}
+_TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "zorder": 1.5, "label": "tube"}
 _RANGE: Final = _TUBE | {"alpha": 0.34, "zorder": 1.6}
 _REFERENCE: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
@@ -321,25 +310,25 @@ def tube_runs(
     """
     figure, panels = _grid(plant, 2, (runs.steps[0], runs.steps[-1]), units)
     bounds, K, n, (below, above) = bounds_of(plant), len(runs.steps), len(plant.system.states), room
-    for i, (name, (left, right)) in enumerate(zip(plant.names, panels, strict=True)):
-        reference = window.states[:K, i] if i < n else window.inputs[:K, i - n]
-        step: dict[str, Any] = {"step": "post"} if i >= n else {}
-        style: dict[str, Any] = {"drawstyle": "steps-post"} if i >= n else {}
+    references = np.hstack([window.states[:K], window.inputs[:K]]).T
+    for i, (name, reference, (left, right)) in enumerate(zip(plant.names, references, panels, strict=True)):
+        step: Literal["post"] | None = None if i < n else "post"
+        drawstyle = "default" if i < n else "steps-post"
         for axes, off in ((left, np.zeros(K)), (right, reference)):
             around = reference - off
-            axes.fill_between(runs.steps, around - below[i], around + above[i], **_TUBE, **step)
+            axes.fill_between(runs.steps, around - below[i], around + above[i], step=step, **_TUBE)
             ends = runs[f"{name}_lowest"] - off, runs[f"{name}_highest"] - off
-            axes.fill_between(runs.steps, *ends, **_RANGE | {"label": f"range of {count} runs"}, **step)
-            axes.plot(runs.steps, around, **_REFERENCE, **style)
+            axes.fill_between(runs.steps, *ends, step=step, **_RANGE | {"label": f"range of {count} runs"})
+            axes.plot(runs.steps, around, drawstyle=drawstyle, **_REFERENCE)
         for r, run in enumerate(single):
-            right.plot(runs.steps, run[name] - reference, **_SINGLE, **style, label="" if r else "single runs")
+            label = "" if r else "single runs"
+            right.plot(runs.steps, run[name] - reference, drawstyle=drawstyle, label=label, **_SINGLE)
         pad_limits(left, Interval(float(np.nanmin(reference - below[i])), float(np.nanmax(reference + above[i]))))
         shade_outside(left, bounds.get(name))
         pad_limits(right, Interval(-below[i], above[i]))
         _shade_beyond(right, runs.steps, reference, bounds.get(name))
     panels[0, 1].set_title("minus the reference")
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 @with_style
@@ -352,8 +341,7 @@ def disturbed_loops(
     broken; large margins are cut off. `failures` are the first steps without a plan or outside of the bounds, by the
     same labels, None without a failure. Steps at which no loop of a column has a plan are shaded.
     """
-    figure = Figure(figsize=(PAGE, 3.4))
-    panels = figure.subplots(2, len(loops), sharex=True, sharey="row", squeeze=False)
+    figure, panels = panels_of(3.4, 2, len(loops), sharex=True, sharey="row")
     last, every = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values()), []
     for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
         first = failures[label]
@@ -367,16 +355,15 @@ def disturbed_loops(
                 axes.plot(course.steps, values, **_KINDS[kind])
         for axes in column:
             shade_no_plan(axes, np.array(sorted(lost)))
-            axes.axhspan(_SHOWN[0], 0, facecolor=FAINT, edgecolor="none", zorder=0)
-            axes.axhline(0, color=INK, linewidth=0.8, zorder=2.5)
+            axes.axhspan(_SHOWN[0], 0, **OUTSIDE)
+            axes.axhline(0, **BOUND)
             if first is not None:
-                axes.axvline(first, color=INK, linewidth=0.8, linestyle=":", zorder=2.8)
+                axes.axvline(first, color=INK, **DOTTED, zorder=2.8)
     for axes, name, of_all in zip(panels[:, 0], ("states", "inputs"), zip(*every, strict=True), strict=True):
         most = max(float(np.nanmin(of)) for of in of_all)
         axes.set(ylabel=f"smallest margin\nof {name} / width [–]", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
     panels[0, 0].set_xlim(0, last)
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 @with_style
@@ -391,25 +378,18 @@ def price_of_room(
 
     Sizes are factors of the given sets. A misfit may have a unit, if `misfit_unit` names one.
     """
-    figure = Figure(figsize=(PAGE, 2.8))
+    figure, (panels,) = panels_of(2.8, 1, 2)
     unit = f" [{misfit_unit}]" if misfit_unit else ""
     labels = (r"price $J - \min l$ [–]", f"misfit of the samples{unit}")
-    for axes, values, label in zip(figure.subplots(1, 2), (price, misfit), labels, strict=True):
+    for axes, values, label in zip(panels, (price, misfit), labels, strict=True):
         axes.plot(sizes, values, color=GREEN, marker="o", markersize=3.5, linewidth=1.4)
         for (size, name), (color, marker) in zip(named.items(), cycle(_NAMED)):
-            style: dict[str, Any] = {
-                "color": color,
-                "marker": marker,
-                "markersize": 6,
-                "linestyle": "none",
-                "zorder": 4,
-            }
-            axes.plot(size, values[list(sizes).index(size)], **style, label=name)
+            value = values[list(sizes).index(size)]
+            axes.plot(size, value, marker, color=color, markersize=6, zorder=4, label=name)
         axes.margins(x=0.1, y=0.12)
         axes.set(xlabel="disturbance sets / those given [–]", ylabel=label)
         axes.set_ylim(0)
-    legend_above(figure)
-    return figure
+    return legend_above(figure)
 
 
 def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval | None) -> None:
@@ -418,9 +398,9 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
         return
     for bound, end in zip((bounds.lower, bounds.upper), axes.get_ylim(), strict=True):
         beyond = bound - reference
-        axes.plot(steps, beyond, color=INK, linewidth=0.8, zorder=2.5)
+        axes.plot(steps, beyond, **BOUND)
         outside = np.minimum(beyond, end) if bound == bounds.lower else np.maximum(beyond, end)
-        axes.fill_between(steps, beyond, outside, facecolor=FAINT, edgecolor="none", zorder=0)
+        axes.fill_between(steps, beyond, outside, **OUTSIDE)
 
 
 def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, NullLocator
+from matplotlib.ticker import NullLocator
 
 from pipeline.drawings.style import (
     PUBLISHED,
@@ -25,13 +25,16 @@ from pipeline.storage.archive import Conservatism
 from trackably.arrays import Array
 from trackably.exports.figures import (
     COLUMN,
+    DOTTED,
     FAINT,
     INK,
-    PAGE,
+    OUTSIDE,
     PALE,
     SAMPLE,
+    TRUTH,
     legend_above,
     pad_limits,
+    panels_of,
     reference_styles,
     with_style,
 )
@@ -42,13 +45,8 @@ _MARKERS: Final = 16
 """Number of markers of a published curve in a panel, approximately."""
 
 
-@dataclass(frozen=True)
-class Closer:
-    """A second panel: its title, and the first and the last step that it shows."""
-
-    title: str
-    first: float
-    last: float
+Closer = tuple[str, float, float]
+"""A second panel: its title, and the first and the last step that it shows."""
 
 
 @with_style
@@ -70,40 +68,38 @@ def prediction(
     of the state are shown. `published` are curves over the steps `k`: means, and the ends of the tube at k + 1, which
     is reachable from step k.
     """
-    figure = Figure(figsize=(PAGE, 3.3))
-    windows = [(float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1]))]
-    windows += [(closer.first, closer.last)] if closer else []
-    panels = figure.subplots(1, len(windows), squeeze=False, width_ratios=[1.8, 1][: len(windows)])[0]
-    plant = references[tube_of].plant
-    for axes, (first, last) in zip(panels, windows, strict=True):
-        for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
-            axes.plot(steps, state_at_steps(reference, steps), **style)
-            _mark_inadmissible(axes, reference, steps, style["color"])
+    windows: list[Closer] = [("", float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1]))]
+    windows += [closer] if closer else []
+    figure, (panels,) = panels_of(3.3, 1, len(windows), width_ratios=[1.8, 1][: len(windows)])
+    plant, X, styles = references[tube_of].plant, state_interval(references[tube_of]), reference_styles(references)
+    for axes, (title, first, last) in zip(panels, windows, strict=True):
+        for label, reference in references.items():
+            axes.plot(steps, state_at_steps(reference, steps), **styles[label])
+            _mark_inadmissible(axes, reference, steps, styles[label]["color"])
         if true_reference is not None:
-            axes.plot(steps, true_reference, color=INK, linewidth=0.8, zorder=2.9, label="true reference")
+            axes.plot(steps, true_reference, **TRUTH | {"label": "true reference"})
         draw_tube(axes, references[tube_of], steps)
         axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
         if published:
             _published(axes, published, max(1, round((last - first) / _MARKERS)))
         if final_step is not None:
-            axes.axvline(final_step, color=INK, linewidth=0.8, linestyle=":", zorder=2)
-        axes.set(xlabel=step_label(plant.sampling_time), xlim=(first, last))
+            axes.axvline(final_step, color=INK, **DOTTED, zorder=2)
+        axes.set(xlabel=step_label(plant.sampling_time), xlim=(first, last), title=title)
         if axes is panels[0] and final_step is None:
-            pad_limits(axes, state_interval(references[tube_of]))
-        state_bounds(axes, state_interval(references[tube_of]), side="right" if axes is panels[0] else None)
+            pad_limits(axes, X)
+        state_bounds(axes, X, side="right" if axes is panels[0] else None)
     panels[0].set_ylabel(r"state $x$ [–]")
     if closer:
-        shown = steps[(steps >= closer.first) & (steps <= closer.last)]
+        shown = steps[(steps >= first) & (steps <= last)]
         x = np.array([state_at_steps(reference, shown) for reference in references.values()])
         bottom, top = x.min() - 0.15 * np.ptp(x), x.max() + 0.15 * np.ptp(x)
-        panels[1].set(ylim=(bottom, top), title=closer.title)
-        rectangle = (closer.first, bottom, closer.last - closer.first, top - bottom)
+        axes.set_ylim(bottom, top)
+        rectangle = (first, bottom, last - first, top - bottom)
         panels[0].indicate_inset(rectangle, edgecolor=INK, linewidth=0.6, alpha=1, zorder=4)
     if final_step is not None:
         label = rf" $\bar{{k}}$ = {final_step}"
         direct_label(panels[0], final_step, panels[0].get_ylim()[0], label, va="bottom")
-    legend_above(figure, columns=min(4, ceil(len({*panels[0].get_legend_handles_labels()[1]}) / 2)))
-    return figure
+    return legend_above(figure, columns=min(4, ceil(len({*panels[0].get_legend_handles_labels()[1]}) / 2)))
 
 
 def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
@@ -117,16 +113,16 @@ def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
         return None
     around = 2 + np.ptp(leaving) / 4
     first, last = max(steps[0], leaving[0] - around), min(steps[-1], leaving[-1] + around)
-    return Closer(r"where a reference leaves $\mathcal{X}$", float(first), float(last))
+    return r"where a reference leaves $\mathcal{X}$", float(first), float(last)
 
 
 def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
     """Draw the reachable tube one step after each of the `steps` in a pale colour, and its part inside X darker."""
     (low, high), states = tube_after_steps(reference, steps), state_interval(reference)
     inside = np.maximum(low, states.lower), np.minimum(high, states.upper)
-    axes.fill_between(steps + 1, low, high, facecolor=FAINT, edgecolor="none", label=r"tube $\mathcal{T}_k$")
+    axes.fill_between(steps + 1, low, high, facecolor=FAINT, label=r"tube $\mathcal{T}_k$")
     label = r"$\mathcal{T}_k \cap \mathcal{X}$"
-    axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, edgecolor="none", label=label)
+    axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, label=label)
 
 
 def _published(axes: Axes, published: Mapping[str, Array], every: int) -> None:
@@ -138,7 +134,6 @@ def _published(axes: Axes, published: Mapping[str, Array], every: int) -> None:
     axes.plot(shown["k"] + 1, shown["successor_upper"], "_", **style)
 
 
-_SHADE: Final[dict[str, Any]] = {"facecolor": FAINT, "edgecolor": "none", "zorder": 0}
 _EDGE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 1}
 
 
@@ -168,26 +163,23 @@ def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: st
 @with_style
 def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
     """Draw derivatives and the growth rates that bound them, constant on intervals, in one panel for each title."""
-    figure = Figure(figsize=(PAGE, 4.0))
-    for axes, (title, shown) in zip(
-        figure.subplots(1, len(panels), sharey=True, squeeze=False)[0], panels.items(), strict=True
-    ):
+    figure, (row,) = panels_of(4.0, 1, len(panels), sharey=True)
+    for axes, (title, shown) in zip(row, panels.items(), strict=True):
         styles = reference_styles(shown.derivatives)
         axes.fill_between(
             np.repeat(shown.edges, 2)[1:-1],
             np.repeat(shown.lower, 2),
             np.repeat(shown.upper, 2),
             label=r"growth rates $[\underline{\tau}_i, \overline{\tau}_i]$",
-            **_SHADE,
+            **OUTSIDE,
         )
         for rate in (shown.lower, shown.upper):
             axes.stairs(rate, shown.edges, baseline=None, **_EDGE)
         for name, values in shown.derivatives.items():
             axes.plot(shown.times, values, **styles[name])
         axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
-    figure.axes[0].set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
-    legend_above(figure, columns=3)
-    return figure
+    row[0].set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
+    return legend_above(figure, columns=3)
 
 
 @with_style
@@ -196,8 +188,7 @@ def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
 
     `levels` are the optima of other methods by their labels, in the order in which other figures draw their references.
     """
-    figure = Figure(figsize=(COLUMN, 2.6))
-    axes = figure.subplots()
+    figure, [[axes]] = panels_of(2.6, width=COLUMN)
     counts = found.counts
     *styles, program = reference_styles((*levels, "program (8)")).values()
     axes.plot(counts, found.objectives, color=program["color"], marker="o", linewidth=1.6, zorder=3)
@@ -220,8 +211,6 @@ def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
     axes.xaxis.set_major_formatter("{x:g}")
     axes.set_xticks(counts)
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ or $J$ [–]")
-    axes.set_ylim(bottom=0, top=top)
+    axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ or $J$ [–]", ylim=(0, top))
     axes.annotate("program (8)", (counts[0], found.objectives[0]), (-2, -15), textcoords="offset points", fontsize=7)
     return figure

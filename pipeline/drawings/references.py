@@ -10,24 +10,26 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from pipeline.drawings.style import direct_label, stacked_panels
+from pipeline.drawings.style import direct_label
 from pipeline.margins import MarginProfile
 from pipeline.storage.archive import Tightness
 from trackably.arrays import Array
 from trackably.checker.certificate import TrueSignal
 from trackably.exports.figures import (
     BLUE,
-    FAINT,
+    DOTTED,
     GREY,
     INK,
     NAVY,
-    PAGE,
+    OUTSIDE,
     PALE,
     PURPLE,
     SAMPLE,
+    TRUTH,
     Units,
     axis_label,
     legend_above,
+    panels_of,
     reference_styles,
     with_style,
 )
@@ -45,8 +47,8 @@ def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units) -> Fi
     """Draw the margins of references by label, a panel for each bounded quantity, and mark the smallest margins."""
     styles = reference_styles(profiles)
     quantities = [profile.quantity for profile in next(iter(profiles.values()))]
-    figure, panels = stacked_panels(len(quantities), 0.5, 1.7)
-    for i, (axes, quantity) in enumerate(zip(panels, quantities, strict=True)):
+    figure, panels = panels_of(0.5 + 1.7 * len(quantities), len(quantities), sharex=True)
+    for i, (axes, quantity) in enumerate(zip(panels[:, 0], quantities, strict=True)):
         of_quantity = {name: of_reference[i] for name, of_reference in profiles.items()}
         for name, profile in of_quantity.items():
             _profile(axes, profile, styles[name])
@@ -59,7 +61,7 @@ def margins(profiles: Mapping[str, Sequence[MarginProfile]], units: Units) -> Fi
         _shade_violations(axes, shown_below)
         axes.set_ylabel(f"margin of {axis_label(quantity.name, units)}")
         axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), borderaxespad=0, labelspacing=1)
-    panels[-1].set_xlabel("time $t$ [s]")
+    axes.set_xlabel("time $t$ [s]")
     figure.align_ylabels()
     return figure
 
@@ -75,7 +77,7 @@ def _shade_violations(axes: Axes, shown_below: float) -> None:
     """Shade the range of negative margins, and let the axis reach down to −`shown_below` at least."""
     bottom = min(axes.get_ylim()[0], -shown_below)
     axes.set_ylim(bottom)
-    axes.axhspan(bottom, 0, facecolor=FAINT, edgecolor="none", zorder=0)
+    axes.axhspan(bottom, 0, **OUTSIDE)
     axes.axhline(0, color=INK, linewidth=1.4, zorder=2)
 
 
@@ -89,8 +91,8 @@ def true_signals(
     distance in each interval between samples; dotted lines are the proved distance of the plant at steps, if it is
     disturbed.
     """
-    figure, panels = stacked_panels(len(truths), 0.6, 2.2)
-    for axes, truth in zip(panels, truths, strict=True):
+    figure, panels = panels_of(0.6 + 2.2 * len(truths), len(truths), sharex=True)
+    for axes, truth in zip(panels[:, 0], truths, strict=True):
         times = np.unique(np.concatenate([np.linspace(a, b, _IN_A_CELL) for a, b in pairwise(truth.ends)]))
         off = _course(reference, truth.state, times)
         upper, lower = sides_at(truth.of, times, truth.derived)
@@ -107,9 +109,8 @@ def true_signals(
                 named = "that of the plant" if label else None
                 axes.axhline(sign * truth.plant, color=PURPLE, linewidth=1.0, linestyle=":", label=named)
         axes.set_ylabel(f"{axis_label(truth.state, units)} minus reference")
-    panels[-1].set(xlabel="time $t$ [s]", xlim=(truths[0].ends[0], truths[0].ends[-1]))
-    legend_above(figure, columns=5)
-    return figure
+    axes.set(xlabel="time $t$ [s]", xlim=(truths[0].ends[0], truths[0].ends[-1]))
+    return legend_above(figure, columns=5)
 
 
 def _course(reference: Reference, state: str, times: Array) -> Array:
@@ -139,10 +140,9 @@ def path(
     The parts of the first reference that break a bound are marked. `samples` of both states are drawn if they were
     taken at the same times, and the true signal `truth` if it is known.
     """
-    figure = Figure(figsize=(PAGE, 4.2))
-    axes = figure.subplots()
+    figure, [[axes]] = panels_of(4.2)
     if truth is not None:
-        axes.plot(*truth, color=INK, linewidth=0.8, zorder=2.9, label="true signal")
+        axes.plot(*truth, **TRUTH)
     courses = {label: _in_plane(reference, plane, times) for label, reference in references.items()}
     for (label, style), course in zip(reference_styles(references).items(), courses.values(), strict=True):
         axes.plot(*course.T, **style)
@@ -152,8 +152,7 @@ def path(
     if len(samples) == 2 and np.array_equal(samples[0].times, samples[1].times):
         axes.plot(samples[0].values, samples[1].values, **SAMPLE | {"markersize": 4})
     label_plane(axes, plane, units)
-    legend_above(figure, columns=3)
-    return figure
+    return legend_above(figure, columns=3)
 
 
 def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
@@ -202,8 +201,7 @@ def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise
     The price is J minus `least`, the l of the reference `baseline`. References have the styles of other figures, in
     which `baseline` is the first one. `noise_std` is drawn beside the misfit.
     """
-    figure = Figure(figsize=(PAGE, 2.7))
-    panels = figure.subplots(1, 3)
+    figure, (panels,) = panels_of(2.7, 1, 3)
     uppers = sorted({upper for of in found.values() for upper in of.uppers.tolist()}, reverse=True)
     _, *styles = reference_styles((baseline, *found)).values()
     for of, style, marker in zip(found.values(), styles, cycle(_MARKS), strict=False):
@@ -216,8 +214,7 @@ def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise
         axes.invert_xaxis()
         axes.set_xticks(uppers[::2], [f"{upper:g}" for upper in uppers[::2]])
         axes.xaxis.set_minor_locator(NullLocator())
-    panels[1].axhline(noise_std, color=GREY, linewidth=0.8, linestyle=":", zorder=2)
+    panels[1].axhline(noise_std, color=GREY, **DOTTED, zorder=2)
     where = panels[1].get_yaxis_transform()
     direct_label(panels[1], 0.02, noise_std, r"noise $\sigma_\mathrm{n}$", transform=where, va="bottom", color=INK)
-    legend_above(figure)
-    return figure
+    return legend_above(figure)

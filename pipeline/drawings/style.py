@@ -5,17 +5,16 @@ from typing import Any, Final
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from pipeline.loops.trajectory import Course, runs_of
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
+    BOUND,
     GREEN,
     INK,
     ORANGE,
-    PAGE,
     PALE,
     svg,
 )
@@ -48,7 +47,6 @@ CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
 _REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
 _NO_PLAN: Final[dict[str, Any]] = {
     "facecolor": PALE,
-    "edgecolor": "none",
     "alpha": 0.6,
     "zorder": 1,
     "label": "no plan",
@@ -70,7 +68,7 @@ def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> No
     bottom, top = axes.get_ylim()
     for bound in (states.lower, states.upper):
         if bottom < bound < top:
-            axes.axhline(bound, color=INK, linewidth=0.8, zorder=2.5)
+            axes.axhline(bound, **BOUND)
             if side:
                 x, indent = (1, -2) if side == "right" else (0, 3)
                 style: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6, "textcoords": "offset points"}
@@ -83,17 +81,11 @@ def save(figure: Figure, path: Path) -> None:
     write_atomically(path, svg(figure))
 
 
-def stacked_panels(count: int, base_height: float, each: float) -> tuple[Figure, NDArray[Any]]:
-    """Return a figure with `count` panels below each other, and the panels; heights are in inches."""
-    figure = Figure(figsize=(PAGE, base_height + each * count))
-    return figure, figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
-
-
 def draw_coordinate(axes: Axes, course: Course, name: str, plant: ConstrainedSystem, style: dict[str, Any]) -> None:
     """Draw a state or an input of a loop and of its reference; inputs are constant between steps."""
-    held: dict[str, Any] = {"drawstyle": "steps-post"} if name in plant.system.inputs else {}
-    axes.plot(course.steps, course[name], **style, **held)
-    axes.plot(course.steps, course[f"{name}_reference"], **_REFERENCE, **held)
+    drawstyle = "steps-post" if name in plant.system.inputs else "default"
+    axes.plot(course.steps, course[name], drawstyle=drawstyle, **style)
+    axes.plot(course.steps, course[f"{name}_reference"], drawstyle=drawstyle, **_REFERENCE)
 
 
 def shade_no_plan(axes: Axes, steps: Array) -> None:

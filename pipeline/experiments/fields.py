@@ -162,32 +162,20 @@ class PriorFields(Fields):
     """The prior mean, the kernel, and the noise; hyperparameters and the mean are known or learned in an interval.
 
     Hyperparameters that are left out, noise_std among them, are learned in an interval chosen from the samples. A mean
-    that is left out is learned without an interval.
+    that is left out is learned without an interval. Samples of a second state that shows the same flat output as
+    another one have no kernel and no mean of their own, and known noise.
     """
 
     mean: Annotated[float | tuple[float, float] | None, BeforeValidator(_mean)] = None
-    kernel: Annotated[Kernel, PlainValidator(parse_kernel)]
+    kernel: Annotated[Kernel | None, PlainValidator(parse_kernel)] = None
     noise_std: Annotated[float, PlainValidator(parse_hyperparameter)] = hyperparameter(None)
 
     @property
     def prior(self) -> Prior:
         """The prior of the sampled state; a mean to be learned starts in the middle of its interval, or at zero."""
+        assert self.kernel, "asked for where there is one"
         mean = sum(self.mean) / 2 if isinstance(self.mean, tuple) else self.mean
         return Prior(self.kernel, self.noise_std, mean or 0.0)
-
-
-class NoiseFields(Fields):
-    """The noise of samples of a second state that shows the same flat output as another one, which has the prior."""
-
-    noise_std: PositiveFloat
-
-
-def _which_prior(written: object) -> object:
-    alone = isinstance(written, dict) and not {"mean", "kernel"} & written.keys()
-    return (NoiseFields if alone else PriorFields).model_validate(written)
-
-
-PriorField = Annotated[PriorFields | NoiseFields, BeforeValidator(_which_prior)]
 
 
 class Search(Fields):

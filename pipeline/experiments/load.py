@@ -1,15 +1,17 @@
 """Load the experiments of params.yaml, validated, and the references that the fit stage learned for one of them."""
 
 import json
-import math
+import re
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pipeline.experiments.model import Experiment, refused_names
 from pipeline.storage.archive import Fitted, read_fit
 from pipeline.storage.results import Results
 from pipeline.yaml_file import validated
-from trackably.codec import encode
+from trackably.codec import dumps
 from trackably.errors import InputError
 from trackably.files import read_yaml
 
@@ -50,6 +52,7 @@ def _experiment(path: Path, name: str, fields: object) -> Experiment:
     return validated(Experiment, {**fields, "name": name}, path, "experiments", name)
 
 
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 _NEAR = 1e-6  # relative tolerance, as other machines round sampled systems and tightened bounds differently
 
 
@@ -60,7 +63,7 @@ def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
     """
     fitted = read_fit(results)
     for method, learned in fitted.learned.items():
-        if not _is_near(encode(learned.reference.plant), encode(experiment.plant_of(method))):
+        if not _is_near(dumps(learned.reference.plant).decode(), dumps(experiment.plant_of(method)).decode()):
             raise InputError(
                 f"{results.log('fit')}: {method} was learned for another system, or within other bounds, than those of "
                 f"experiment {experiment.name}; run `python -m pipeline fit {experiment.name}`, or `dvc repro`"
@@ -68,13 +71,9 @@ def read_fit_of(experiment: Experiment, results: Results) -> Fitted:
     return fitted
 
 
-def _is_near(one: object, other: object) -> bool:
-    """Whether two JSON values are equal up to rounding of their numbers."""
-    match one, other:
-        case dict(), dict():
-            return one.keys() == other.keys() and all(_is_near(one[key], other[key]) for key in one)
-        case list(), list():
-            return len(one) == len(other) and all(map(_is_near, one, other))
-        case ((int() | float()), (int() | float())):
-            return math.isclose(one, other, rel_tol=_NEAR, abs_tol=_NEAR**2)
-    return one == other
+def _is_near(one: str, other: str) -> bool:
+    """Whether two texts are equal up to rounding of their numbers."""
+    (words, numbers), (other_words, other_numbers) = (
+        (_NUMBER.sub("#", text), np.array(_NUMBER.findall(text), dtype=float)) for text in (one, other)
+    )
+    return words == other_words and np.allclose(numbers, other_numbers, rtol=_NEAR, atol=_NEAR**2)

@@ -14,8 +14,6 @@ from pipeline.experiments.fields import (
     CentresField,
     ClaimField,
     Control,
-    NoiseFields,
-    PriorField,
     PriorFields,
     ProjectPath,
     Published,
@@ -73,17 +71,17 @@ def refused_names(names: Iterable[object]) -> list[str]:
     return found
 
 
-def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields | NoiseFields]) -> Iterator[str]:
+def mistakes_of_priors(plant: ConstrainedSystem, prior: Mapping[str, PriorFields]) -> Iterator[str]:
     """Yield one sentence for each prior that does not fit the state of its name. ValueError: a name is unknown."""
     for first, *others in kinds_by_name(plant, prior):
-        of_first = prior[first]
-        if isinstance(of_first, NoiseFields):
-            yield f"prior.{first}: mean and kernel are missing: expected a kernel, and a mean unless it is learned"
-        elif others and isinstance(of_first.noise_std, Learned):
-            yield f"prior.{first}.noise_std: must be a number, as {' and '.join(others)} show the same flat output"
+        if prior[first].kernel is None:
+            yield f"prior.{first}.kernel: is missing"
         for name in others:
-            if isinstance(prior[name], PriorFields):
+            if prior[name].model_fields_set - {"noise_std"}:
                 yield f"prior.{name}: expected noise_std alone, as {first} shows the same flat output"
+        for name in (first, *others) if others else ():
+            if isinstance(prior[name].noise_std, Learned):
+                yield f"prior.{name}.noise_std: must be a number, as {' and '.join(others)} show the same flat output"
 
 
 _ROUNDING = 1e-9  # in steps: an end of a window this near to a step counts as at the step
@@ -128,7 +126,7 @@ class Experiment(Fields):
     margin: Annotated[float, Field(ge=0, lt=0.5)] = 0.0
     samples: Annotated[dict[str, SourceField], BeforeValidator(by_name)]
     centres: CentresField = "auto"
-    prior: Annotated[dict[str, PriorField], BeforeValidator(by_name)]
+    prior: Annotated[dict[str, PriorFields], BeforeValidator(by_name)]
     shared: Annotated[frozenset[str], LISTED] = frozenset()
     plane: Annotated[tuple[str, str] | None, LISTED] = None
     claim: ClaimField
@@ -271,7 +269,7 @@ class Experiment(Fields):
     @property
     def learned_prior(self) -> JointPrior:
         """The prior of the flat outputs."""
-        believed = {name: fields.prior for name, fields in self.prior.items() if isinstance(fields, PriorFields)}
+        believed = {name: fields.prior for name, fields in self.prior.items() if fields.kernel}
         return prior_for(self.plant, believed, self.shared)
 
     @property
@@ -370,7 +368,7 @@ def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> 
 
     Raises NoReferenceError if the likelihood of the samples cannot be evaluated.
     """
-    given = {name: of.mean for name, of in experiment.prior.items() if isinstance(of, PriorFields)}
+    given = {name: of.mean for name, of in experiment.prior.items() if of.kernel}
     names = experiment.learned_prior.names
     of_level = {name: of.of_level for name, of in zip(names, samples, strict=True)}
     begun, between = split_means(given, names, of_level)

@@ -4,7 +4,15 @@ from math import inf
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    NonNegativeFloat,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+    model_validator,
+)
 
 from pipeline.experiments.fields import LISTED, GroundTruthName, ProjectPath, Steps
 from pipeline.yaml_file import Fields
@@ -114,7 +122,7 @@ class CsvColumn(Recorded):
     samples. With a `ground_truth`, errors are computed.
     """
 
-    csv: ProjectPath
+    file: Annotated[ProjectPath, Field(alias="csv")]
     time_column: str | Annotated[tuple[str, ...], LISTED] | None
     time_unit: Annotated[str | DateTimes, BeforeValidator(_known_clock)]
     value_column: str
@@ -126,25 +134,15 @@ class CsvColumn(Recorded):
     skip: Annotated[tuple[PositiveInt, ...], LISTED] = ()
     missing: Annotated[tuple[str, ...], LISTED] = MISSING
 
-    @property
-    def file(self) -> Path:
-        """The recording."""
-        return self.csv
-
 
 class McapField(Recorded):
     """Samples in a field of the messages on a topic of an MCAP file; see trackably.recordings.read_mcap."""
 
-    mcap: ProjectPath
+    file: Annotated[ProjectPath, Field(alias="mcap")]
     topic: str
     field: str
     time: Annotated[MessageTime, BeforeValidator(_message_time)] = LOG_TIME
     noise_field: str | None = None
-
-    @property
-    def file(self) -> Path:
-        """The recording."""
-        return self.mcap
 
 
 Source = Drawn | CsvColumn | McapField

@@ -239,12 +239,11 @@ def scaled(tightened: Tightening, size: float) -> Tightening:
     assert tightened.invariant is not None, "it belongs to a disturbance"
     noise, wrong = None if V is None else V.scaled(by), None
     if tightened.model_error:
-        model = tightened.given.linear
-        nominal = np.column_stack([model.A, model.B, model.c])
-        whole = [np.column_stack([v.A, v.B, v.c]) for v in tightened.model_error.vertices]
-        parts = np.array([nominal + size * (each - nominal) for each in whole])
-        n = len(model.A)
-        wrong = ModelError.of([(of[:, :n], of[:, n:-1], of[:, -1]) for of in parts])
+        A, B, c = (getattr(tightened.given.linear, name) for name in "ABc")
+        parts = (
+            (A + size * (v.A - A), B + size * (v.B - B), c + size * (v.c - c)) for v in tightened.model_error.vertices
+        )
+        wrong = ModelError.of([*parts])
     return tightening(tightened.given, W.scaled(by), tightened.invariant.feedback, tightened.margin, noise, wrong)
 
 

@@ -1,6 +1,6 @@
 """The feasible set of a controller: the states from which N admissible steps lead onto the reference."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import scipy
@@ -17,103 +17,73 @@ _CORNER = 1e-7
 """A support point that lies beyond an edge by at most this part of the set's size counts as on the edge."""
 
 
+class _NoStateError(ArithmeticError):
+    """The set is empty, or the solver fails."""
+
+
 def feasible_set(controller: Controller, reference: TrackedReference, k: int) -> Array:
     """Return the corners of the set of states x(k) ∈ X from which the controller has a plan at step `k`.
 
-    The shape is (corners, n): both ends of an interval for one state, the corners of a polygon in counterclockwise
-    order for two, and no corner if the set is empty. The corners are exact up to the accuracy of linear programs,
-    because a linear program decides for each edge whether the set extends beyond it. Raises ValueError for more than
-    two states, for a nonlinear system, and if the set is unbounded.
+    The system is linear and has one or two states. The shape is (corners, n): both ends of an interval for one state,
+    the corners of a polygon in counterclockwise order for two, and no corner if the set is empty. The corners are exact
+    up to the accuracy of linear programs, because a linear program decides for each edge whether the set extends beyond
+    it. Raises ValueError if the set is unbounded.
     """
     n = len(controller.plant.system.states)
-    if not isinstance(controller.plant.system, LinearSystem):
-        raise ValueError("feasible set: expected a linear system, whose feasible sets are convex, got a nonlinear one")
-    if n > 2:
-        raise ValueError(f"feasible set: expected a system of one or two states, got {n}")
-    projection = _Projection.at(controller, reference, k)
-    if projection.support(np.eye(n)[0]) is None:
+    farthest = _farthest(controller, reference, k)
+    try:
+        first = [farthest(direction) for direction in (*np.eye(n), *-np.eye(n))]
+    except _NoStateError:
         return np.empty((0, n))
     if n == 1:
-        return np.array([projection.farthest(np.array([-1.0])), projection.farthest(np.array([1.0]))])
-    directions = [np.array(d) for d in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
-    first = [projection.farthest(d) for d in directions]
+        return np.array(first[::-1])
     size = np.ptp(first, axis=0)
-    if not np.all(size > 0):
-        return _distinct(first, size)
-    corners: list[Array] = []
-    for p, q in zip(first, [*first[1:], first[0]], strict=True):
-        corners += [p, *_between(projection, p, q, size)]
-    return _distinct(corners, size)
+    corners = first
+    if np.all(size > 0):
+        sides = zip(first, [*first[1:], first[0]], strict=True)
+        corners = [corner for p, q in sides for corner in (p, *_between(farthest, p, q, size))]
+    scale = np.where(size > 0, size, 1.0)
+    different = [np.max(np.abs(p - q) / scale) > _CORNER for p, q in zip(corners, np.roll(corners, -1, 0), strict=True)]
+    return np.array(corners)[different] if any(different) else np.array(corners[:1])
 
 
-@dataclass(frozen=True, eq=False)
-class _Projection:
-    """{x : M z ≤ b and E z = f for some z}, with x = `origin` + `scales` e(0) and z = (e(0), …, e(N), v(0), …).
+def _farthest(controller: Controller, reference: TrackedReference, k: int) -> Callable[[Array], Array]:
+    """Return a function that gives a state, of the feasible ones at step `k`, that is farthest in a direction (n,).
 
-    Errors e of states and v of inputs are divided by their scales, because the solver's tolerances are absolute.
+    These states are {x : M z ≤ b and E z = f for some z}, with z = (e(0), …, e(N), v(0), …). Errors e = x − x_r of
+    states and v of inputs are divided by their scales, because the solver's tolerances are absolute.
     """
+    plant, window, scales = controller.plant, reference.window(k, controller.horizon), controller.formulation.scales
+    problem = StepProblem.of(controller.formulation, k, window.states[0], window)
+    programs, X, x_r = problem.programs, Inequalities.of(plant.state_set), window.states[0]
+    tracking, (r, n) = programs.tracking, X.rows.shape
+    now = np.hstack([X.in_widths(scales.states), np.zeros((r, len(tracking.q) - n))])
+    M, E = np.vstack([programs.bounds, now]), np.asarray(tracking.A)[n : tracking.equations]
+    b, f = np.append(problem.slack, X.slack(x_r)), np.append(-problem.defects, np.zeros(n))
 
-    M: Array
-    b: Array
-    E: Array
-    f: Array
-    origin: Array
-    scales: Array
-
-    @classmethod
-    def at(cls, controller: Controller, reference: TrackedReference, k: int) -> "_Projection":
-        """Return the states at step `k` from which input errors v lead onto the reference."""
-        plant, window, scales = controller.plant, reference.window(k, controller.horizon), controller.formulation.scales
-        problem = StepProblem.of(controller.formulation, k, window.states[0], window)
-        programs, X, x_r = problem.programs, Inequalities.of(plant.state_set), window.states[0]
-        tracking, (r, n) = programs.tracking, X.rows.shape
-        now = np.hstack([X.in_widths(scales.states), np.zeros((r, len(tracking.q) - n))])
-        M, E = np.vstack([programs.bounds, now]), np.asarray(tracking.A)[n : tracking.equations]
-        b, f = np.append(problem.slack, X.slack(x_r)), np.append(-problem.defects, np.zeros(n))
-        return cls(M, b, E, f, x_r, scales.states)
-
-    def support(self, direction: Array) -> Array | None:
-        """Return a state of the set that is farthest in a direction; None if the set is empty."""
-        n, along = len(self.scales), direction * self.scales
-        program = scipy.optimize.linprog(
-            np.concatenate([-along / np.max(np.abs(along)), np.zeros(self.M.shape[1] - n)]),
-            A_ub=self.M if len(self.M) else None,
-            b_ub=self.b if len(self.M) else None,
-            A_eq=self.E,
-            b_eq=self.f,
-            bounds=(None, None),
-            method="highs-ds",
-        )
+    def farthest(direction: Array) -> Array:
+        along = direction * scales.states
+        costs = np.concatenate([-along / np.max(np.abs(along)), np.zeros(M.shape[1] - n)])
+        program = scipy.optimize.linprog(costs, M, b, E, f, bounds=(None, None), method="highs-ds")
         if program.status == 3:
             raise ValueError("feasible set: expected a bounded set, which has corners; bound all states")
-        return None if program.x is None else np.asarray(self.origin + self.scales * program.x[:n])
+        if program.x is None:
+            raise _NoStateError("feasible set: the solver fails; choose other units if numbers are extreme")
+        return np.asarray(x_r + scales.states * program.x[:n])
 
-    def farthest(self, direction: Array) -> Array:
-        """Return a state that is farthest in a direction; the set is not empty. ArithmeticError: the solver fails."""
-        found = self.support(direction)
-        if found is None:
-            raise ArithmeticError("feasible set: the solver fails; choose other units if numbers are extreme")
-        return found
+    return farthest
 
 
-def _between(projection: _Projection, p: Array, q: Array, size: Array) -> list[Array]:
+def _between(farthest: Callable[[Array], Array], p: Array, q: Array, size: Array) -> list[Array]:
     """Return the corners between p and q, counterclockwise, without p and q."""
     edge = (q - p) / size
     if np.max(np.abs(edge)) <= _CORNER:
         return []
     normal = np.array([edge[1], -edge[0]]) / np.hypot(*edge)
-    r = projection.farthest(normal / size)
+    r = farthest(normal / size)
     if normal @ ((r - p) / size) <= _CORNER:
         return []
-    return [*_between(projection, p, r, size), r, *_between(projection, r, q, size)]
-
-
-def _distinct(corners: list[Array], size: Array) -> Array:
-    """Drop each corner that equals the next one."""
-    scale = np.where(size > 0, size, 1.0)
-    kept = [p for p, q in zip(corners, [*corners[1:], corners[0]], strict=True)
-            if np.max(np.abs(p - q) / scale) > _CORNER]  # fmt: skip
-    return np.array(kept or corners[:1])
+    return [*_between(farthest, p, r, size), r, *_between(farthest, r, q, size)]
 
 
 _INSTANTS = 80

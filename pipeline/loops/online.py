@@ -45,19 +45,17 @@ def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> t
 
 @dataclass(frozen=True)
 class ReferenceUpdate:
-    """A reference learned at step `k`, and whether the controller tracks it from then on.
+    """A reference learned at a `step`, and whether it was `taken`: the controller tracks it from then on.
 
-    `sample_counts` are the numbers of samples of each flat output. `reason` says why the reference was `accepted` or
-    not. If the reason is that there is no plan, `widening` is the least part of their widths by which the sets would
-    have to be widened for a plan.
+    `samples` are the numbers of samples of each flat output. `reason` says why the reference was taken or not. If there
+    is no plan, `widening` is the least part of their widths by which the sets would have to be widened for a plan.
     """
 
-    k: int
-    sample_counts: tuple[int, ...]
-    learned: LearningResult
-    accepted: bool
+    step: int
+    samples: tuple[int, ...]
+    taken: bool
+    widening: float | None
     reason: str
-    widening: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,21 +69,9 @@ class OnlineLoop:
     @property
     def offers(self) -> Course:
         """Return for each update whether it was `taken` (1 or 0), and the `widening`; NaN without a widening."""
-        rows = np.array([(o.k, o.accepted, o.widening) for o in self.updates], dtype=float).reshape(-1, 3)
+        rows = np.array([(o.step, o.taken, o.widening) for o in self.updates], dtype=float).reshape(-1, 3)
         steps, taken, widening = rows.T
         return Course(steps, {"taken": taken, "widening": widening})
-
-    @property
-    def records(self) -> list[dict[str, object]]:
-        """Return the updates in the form in which control.json stores them."""
-        names = {
-            "step": "k",
-            "samples": "sample_counts",
-            "taken": "accepted",
-            "widening": "widening",
-            "reason": "reason",
-        }
-        return [{name: getattr(update, of) for name, of in names.items()} for update in self.updates]
 
 
 def simulate_online(
@@ -98,28 +84,24 @@ def simulate_online(
 ) -> OnlineLoop:
     """Simulate the closed loop from `initial_state` (n,) at step 0, and learn the reference again at each arrival.
 
-    The loop begins on the reference `first`. An arrival is (k, samples): a step, in increasing order, and the samples
-    of the window that ends there (`receding_window`). Since the current reference is certified for all times, the loop
-    can stay on it if a new one is not accepted. Raises ValueError if `first` is certified for less.
+    The loop begins on the reference `first`, which is certified for all times. An arrival is (k, samples): a step, in
+    increasing order, and the samples of the window that ends there (`receding_window`). Since the current reference is
+    certified for all times, the loop can stay on it if a new one is not taken.
     """
-    if not holds_for_all_times(first):
-        raise ValueError(
-            "online: the first reference must be certified for all time, but it is certified for "
-            f"{times_of(first.certificate.claim)} only"
-        )
     now, state, reference = 0, np.asarray(initial_state, dtype=float), first.reference
     parts: list[ClosedLoop] = []
     updates: list[ReferenceUpdate] = []
     for k, samples in arrivals:
         parts.append(simulate(controller, reference, state, k - now, first_step=now))
         if parts[-1].without_plan:
-            return OnlineLoop(concatenate(parts), tuple(updates), reference)
+            break
         now, state = k, parts[-1].states[-1]
         learned = learner(samples)
         updates.append(decide_update(controller, k, state, samples, learned))
-        if updates[-1].accepted and isinstance(learned, Certified):
+        if updates[-1].taken and isinstance(learned, Certified):
             reference = learned.reference
-    parts.append(simulate(controller, reference, state, steps - now, first_step=now))
+    else:
+        parts.append(simulate(controller, reference, state, steps - now, first_step=now))
     return OnlineLoop(concatenate(parts), tuple(updates), reference)
 
 
@@ -127,7 +109,7 @@ def decide_update(
     controller: Controller, k: int, state: Array, samples: tuple[Samples, ...], learned: LearningResult
 ) -> ReferenceUpdate:
     """Decide whether the controller may track a learned reference from `state` (n,) at step `k` on."""
-    accepted, widening = False, None
+    taken, widening = False, None
     if not isinstance(learned, Certified):
         why = "learned, but not proved" if isinstance(learned, Counterexample | Unproved) else "no solution"
         reason = f"{why}: {learned.explanation}"
@@ -135,13 +117,13 @@ def decide_update(
         reason = f"proved for {times_of(learned.certificate.claim)} only"
     else:
         result = controller.step(k, state, learned.reference)
-        accepted, reason = isinstance(result, Plan), result.explanation
+        taken, reason = isinstance(result, Plan), result.explanation
         if isinstance(result, Infeasible):
             widening = result.widening
         # The tolerance allows for rounding on a reference that is tracked already; plans on a new one must keep bounds.
         elif isinstance(result, Plan) and not result.keeps_sets:
-            accepted, reason, widening = False, f"within the tolerance only: {reason}", -result.slack
-    return ReferenceUpdate(k, tuple(map(len, samples)), learned, accepted, reason, widening)
+            taken, reason, widening = False, f"within the tolerance only: {reason}", -result.slack
+    return ReferenceUpdate(k, tuple(map(len, samples)), taken, widening, reason)
 
 
 def concatenate(loops: Sequence[ClosedLoop]) -> ClosedLoop:

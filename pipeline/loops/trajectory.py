@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from trackably.arrays import Array
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop
 from trackably.control.stepping import Plan
-from trackably.files import from_json, to_json
+from trackably.files import to_json
 from trackably.systems.constrained import ConstrainedSystem
 
 if TYPE_CHECKING:
@@ -21,26 +21,25 @@ if TYPE_CHECKING:
 
 
 ON, ABOVE, BELOW = "on", "above", "below"
-_SMALLEST = 1e-3
-"""Initial states that differ from the reference by less than this part of the widths are not tried."""
+_PARTS = 0.5 ** np.arange(1, 10)
+"""By how much initial states differ from the reference, as parts of the widths."""
 
 
 def initial_states(controller: "Controller", reference: TrackedReference, step: int = 0) -> dict[str, Array]:
     """Return states (n,) at a step by name: `on` the reference, `above` it and `below` it.
 
     `above` and `below` differ from the reference by ± half the widths of the state set, or by less: the difference is
-    halved until the state lies in the set and the controller has a plan there. They are left out if a thousandth of the
-    widths is still too much.
+    halved until the state lies in the set and the controller has a plan there. They are left out if 1/512 of the widths
+    is still too much.
     """
     on_reference = reference.window(step, 1).states[0]
     widths = 1 / np.sqrt(np.diag(controller.Q))
     found = {ON: on_reference}
     for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
-        part = 0.5
-        while part > _SMALLEST and not _is_feasible(controller, reference, step, on_reference + sign * part * widths):
-            part /= 2
-        if part > _SMALLEST:
-            found[name] = np.asarray(on_reference + sign * part * widths)
+        tried = (on_reference + sign * part * widths for part in _PARTS)
+        state = next((state for state in tried if _is_feasible(controller, reference, step, state)), None)
+        if state is not None:
+            found[name] = state
     return found
 
 
@@ -106,16 +105,15 @@ class Course:
     @classmethod
     def of(cls, loop: ClosedLoop, plant: ConstrainedSystem) -> Self:
         """Return all steps of a closed loop."""
-        states, inputs = plant.system.states, plant.system.inputs
-        columns = {
-            **_named(states, loop.states),
-            **_named(inputs, _with_last(loop.inputs)),
-            **_named([f"{name}_reference" for name in states], loop.reference_states),
-            **_named([f"{name}_reference" for name in inputs], _with_last(loop.reference_inputs)),
-            **dict(zip(_OF_PLANS, map(_with_last, (loop.costs, loop.stage_costs, loop.slacks)), strict=True)),
-        }
-        finite = {name: np.where(np.isfinite(values), values, np.nan) for name, values in columns.items()}
-        return cls(loop.first_step + np.arange(len(loop.states), dtype=float), finite)
+        names = [*plant.names, *(f"{name}_reference" for name in plant.names), *_OF_PLANS]
+        plans = np.column_stack([loop.costs, loop.stage_costs, loop.slacks])
+        inputs, reference_inputs, plans = (
+            np.pad(of, ((0, 1), (0, 0)), constant_values=np.nan) for of in (loop.inputs, loop.reference_inputs, plans)
+        )
+        table = np.hstack([loop.states, inputs, loop.reference_states, reference_inputs, plans])
+        finite = np.where(np.isfinite(table), table, np.nan)
+        steps = loop.first_step + np.arange(len(table), dtype=float)
+        return cls(steps, dict(zip(names, finite.T, strict=True)))
 
     def __getitem__(self, name: str) -> Array:
         return self.columns[name]
@@ -146,22 +144,12 @@ Courses = Mapping[str, Course]
 """Courses by topic: /loops/REFERENCE/START, /feasible/horizon_N, /online, /offers, /disturbed/REFERENCE/…"""
 
 
-def _with_last(values: Array) -> Array:
-    """Append NaN for the last step, which has no value."""
-    return np.concatenate([values, np.full((1, *values.shape[1:]), np.nan)])
-
-
-def _named(names: Sequence[str], values: Array) -> dict[str, Array]:
-    return {name: values[:, i] for i, name in enumerate(names)}
-
-
 def many_courses(steps: Array, plant: ConstrainedSystem, runs: Array, kept: int) -> dict[str, Course]:
     """Return the range of `runs` (R, K, n + m) of states and inputs at `steps` (K,), and `kept` runs, by topic."""
-    names = (*plant.system.states, *plant.system.inputs)
-    ends = {"lowest": runs.min(axis=0), "highest": runs.max(axis=0)}
-    columns = {f"{name}_{end}": values[:, i] for end, values in ends.items() for i, name in enumerate(names)}
-    single = {f"/disturbed_runs/{r}": Course(steps, _named(names, run)) for r, run in enumerate(runs[:kept])}
-    return {"/disturbed_range": Course(steps, columns), **single}
+    names = [f"{name}_{end}" for end in ("lowest", "highest") for name in plant.names]
+    columns = dict(zip(names, np.hstack([runs.min(axis=0), runs.max(axis=0)]).T, strict=True))
+    single = (Course(steps, dict(zip(plant.names, run.T, strict=True))) for run in runs[:kept])
+    return {"/disturbed_range": Course(steps, columns)} | {f"/disturbed_runs/{r}": of for r, of in enumerate(single)}
 
 
 STAGE = "control"
@@ -189,10 +177,3 @@ def read_loops(results: Results, plant: ConstrainedSystem) -> Courses:
     """Read what `write_loops` wrote. Raises InputError if the stage has not run, or for a damaged log."""
     series = read_stage(results, STAGE).series
     return {of.topic: Course(np.round(of.times / plant.sampling_time), of.fields) for of in series}
-
-
-def read_loop_metrics(results: Results) -> dict[str, Any]:
-    """Read the metrics that the log holds. Raises as `read_loops`."""
-    metrics = from_json(read_stage(results, STAGE).attachments["control.json"])
-    assert isinstance(metrics, dict), "written as one"
-    return metrics

@@ -10,13 +10,13 @@ from typing import Self
 
 import numpy as np
 
-from pipeline.published.scalar import coefficients, equilibrium_input, growth_rates, interval_sets, state_and_input
+from pipeline.published.periodic import on_grid
+from pipeline.published.scalar import coefficients, equilibrium_input, growth_rates, interval_sets
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Steps
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution, tightened
 from trackably.learning.space import SearchSpace
@@ -79,22 +79,17 @@ def tail(signal: KernelSum, start: float) -> Tail | None:
 class Reading:
     """A reading of the paper, which leaves open the steps that iteration k̄ constrains and the states of growth rates.
 
-    `last_state(k̄)` and `last_input(k̄)` are the last constrained steps; the input at k leads to the state at k + 1.
-    `growth_states` returns the interval of states for which the growth rates have to hold.
+    States are constrained up to step k̄ − `before`, and inputs up to the step before it, as the input at k leads to the
+    state at k + 1. `growth_states` returns the interval of states for which the growth rates have to hold.
     """
 
     name: str
-    last_state: Callable[[int], int]
-    last_input: Callable[[int], int]
+    before: int
     growth_states: Callable[[Tail, JointPosterior], Interval]
 
     def constraints(self, plant: ConstrainedSystem, k_bar: int) -> tuple[Constraint, ...]:
         """Return the constraints of iteration k̄. Raises ValueError for systems that are not scalar."""
-        state, input_ = state_and_input(plant)
-        return (
-            Constraint(state, Steps(0, self.last_state(k_bar), plant.sampling_time)),
-            Constraint(input_, Steps(0, self.last_input(k_bar), plant.sampling_time)),
-        )
+        return on_grid(plant, k_bar - self.before)
 
 
 def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
@@ -102,10 +97,10 @@ def _around_posterior_mean(bounds: Tail, posterior: JointPosterior) -> Interval:
     return Interval(centre - bounds.mean_bound, centre + bounds.mean_bound)
 
 
-AS_PUBLISHED = Reading("as_published", lambda k: k - 1, lambda k: k - 2, _around_posterior_mean)
+AS_PUBLISHED = Reading("as_published", 1, _around_posterior_mean)
 """The reading that reproduces the published trace. The step from k̄ − 1 to k̄ is not constrained."""
 
-SOUND = Reading("sound", lambda k: k, lambda k: k - 1, lambda bounds, _: bounds.states)
+SOUND = Reading("sound", 0, lambda bounds, _: bounds.states)
 """The reading that the paper's proof supports: states up to k̄, inputs up to k̄ − 1, rates for all later states."""
 
 

@@ -2,7 +2,7 @@
 
 import pkgutil
 import re
-from functools import cache
+from functools import cache, partial
 from html import escape
 from importlib import import_module
 from typing import Any
@@ -68,13 +68,8 @@ def _outline(points: Any, codes: Any) -> str:
     return "".join(parts)
 
 
-def _inline(writer: Any, node: Any) -> None:
-    writer.body.append(_shown(node))
-    raise SkipNode
-
-
-def _display(writer: Any, node: Any) -> None:
-    writer.body.append(f'<div class="math">{_shown(node)}</div>')
+def _write(around: str, writer: Any, node: Any) -> None:
+    writer.body.append(around.format(_shown(node)))
     raise SkipNode
 
 
@@ -141,7 +136,8 @@ def _spans(text: str) -> list[nodes.Node]:
 
 def setup(app: Any) -> dict[str, bool]:
     """Register the extension with Sphinx."""
-    app.add_html_math_renderer("drawn", (_inline, None), (_display, None))
+    inline, display = (partial(_write, around) for around in ("{}", '<div class="math">{}</div>'))
+    app.add_html_math_renderer("drawn", (inline, None), (display, None))
     app.connect("autodoc-process-docstring", _clean, priority=400)  # before Sphinx reads sections
     app.add_directive("rooms", Rooms)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
+from itertools import chain, groupby
+from operator import attrgetter
 
 import numpy as np
 
@@ -163,7 +164,7 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
     """Write references and traces losslessly; for viewers also curves at `times` [s] and active bounds."""
     series = [
         *(
-            _trace(name, trace, fitted.learned[name].reference.plant.sampling_time)
+            Series(f"/iterations/{name}", fitted.learned[name].reference.instants(trace.k_bar), trace.columns())
             for name, trace in fitted.traces.items()
         ),
         *(_curves(fitted.sampled, reference, times) for reference in fitted.learned.values()),
@@ -233,10 +234,6 @@ def _margin_rows(topic: str, profile: MarginProfile) -> Series:
     return Series(topic, times, {"margin": of.margins, "at_time": of.times, "margin_at_step": of.at_steps})
 
 
-def _trace(name: str, trace: Trace, sampling_time: float) -> Series:
-    return Series(f"/iterations/{name}", trace.k_bar * sampling_time, trace.columns())
-
-
 def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series:
     """Return states, their standard deviations and inputs over time, and for scalar systems the tube at t + T_s."""
     reference, posterior = learned.reference, JointPosterior(learned.prior, sampled.samples)
@@ -255,14 +252,11 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
 
 def _active_bounds(learned: LearnedReference) -> Iterator[Series]:
     """Yield the active bounds of each quantity over time, with what they cost in the unit of l."""
-    for name in sorted({bound.name for bound in learned.active_bounds}):
-        active = sorted((bound for bound in learned.active_bounds if bound.name == name), key=lambda bound: bound.time)
-        columns = {
-            "side": np.array([_SIDES[bound.side] for bound in active]),
-            "multiplier": np.array([bound.multiplier for bound in active]),
-            "price": np.array([bound.price for bound in active]),
-        }
-        times = np.array([bound.time for bound in active])
+    ordered = sorted(learned.active_bounds, key=attrgetter("name", "time"))
+    for name, active in groupby(ordered, attrgetter("name")):
+        rows = [(bound.time, _SIDES[bound.side], bound.multiplier, bound.price) for bound in active]
+        times, side, multiplier, price = np.array(rows).T
+        columns = {"side": side, "multiplier": multiplier, "price": price}
         yield Series(f"/active_bounds/{learned.method}/{name}", times, columns, {"side": _SIDES_MEAN})
 
 

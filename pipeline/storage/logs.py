@@ -6,14 +6,15 @@ Messages of a series are flat JSON objects of numbers with a JSON schema, so tha
 import json
 import math
 import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
-from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
 from pipeline.storage.results import Results
@@ -47,8 +48,7 @@ TIME = "t"
 class Series:
     """A topic: `fields` over `times` [s], each of shape (n,), float64; NaN where a field has no value.
 
-    Times are finite, not negative and never decrease. `units` gives the units of some or all fields. ValueError, with
-    topic and field: a field has the name of the time, or another length than the times.
+    Times are finite, not negative and never decrease. `units` gives the units of some or all fields.
     """
 
     topic: str
@@ -56,19 +56,31 @@ class Series:
     fields: Mapping[str, Array]
     units: Mapping[str, str] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
+    @property
+    def documents(self) -> Documents:
+        """The messages, one for each row, with the fields that have a value, and their schema."""
         if TIME in self.fields:
             raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, the name of the time: rename it")
-        times = _frozen(self.times)
-        fields = {name: _frozen(values) for name, values in self.fields.items()}
-        for name, array in {TIME: times, **fields}.items():
-            if array.ndim != 1 or array.shape != times.shape:
-                raise ValueError(
-                    f"{self.topic}: {name} must be one-dimensional, as long as the times, "
-                    f"got shape {array.shape} for times of shape {times.shape}"
-                )
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "fields", fields)
+        columns, units = {TIME: self.times, **self.fields}, {TIME: "s", **self.units}
+        properties = {
+            name: {"type": "number", **({"description": units[name]} if name in units else {})} for name in columns
+        }
+        schema = {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
+        rows = zip(*(np.asarray(column, dtype=float).tolist() for column in columns.values()), strict=True)
+        messages = (
+            {name: value for name, value in zip(columns, row, strict=True) if not math.isnan(value)} for row in rows
+        )
+        return Documents(self.topic, self.topic[1:], schema, tuple((round(of[TIME] * 1e9), of) for of in messages))
+
+    @classmethod
+    def of(cls, documents: Documents) -> Self:
+        """Return the series with these messages."""
+        properties = documents.schema["properties"]
+        rows = [message for _, message in documents.messages]
+        columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
+        units = {name: about["description"] for name, about in properties.items() if "description" in about}
+        units.pop(TIME, None)
+        return cls(documents.topic, columns.pop(TIME), columns, units)
 
 
 @dataclass(frozen=True)
@@ -84,12 +96,6 @@ class Log:
     metadata: Mapping[str, Mapping[str, str]]
     attachments: Mapping[str, bytes]
     documents: tuple[Documents, ...] = ()
-
-
-def _frozen(values: Array) -> Array:
-    array = np.array(values, dtype=float)
-    array.flags.writeable = False
-    return array
 
 
 _FORMAT = "1"
@@ -111,47 +117,19 @@ def encode(log: Log, compression: CompressionType = CompressionType.ZSTD, chunk_
         writer.add_metadata(record, dict(content))
     for name, data in log.attachments.items():
         writer.add_attachment(create_time=0, log_time=0, name=name, media_type=_JSON, data=data)
-    channels = [_register(writer, series) for series in log.series]
-    messages = [
-        (nanoseconds, channel, row, data)
-        for channel, series in zip(channels, log.series, strict=True)
-        for row, (nanoseconds, data) in enumerate(_messages(series))
-    ]
-    for documents in log.documents:
-        channel = _register_schema(writer, documents.topic, documents.name, documents.schema)
+    messages: list[tuple[int, int, int, bytes]] = []
+    for topic in (*(series.documents for series in log.series), *log.documents):
+        schema = json.dumps(topic.schema, ensure_ascii=False).encode()
+        number = writer.register_schema(name=topic.name, encoding="jsonschema", data=schema)
+        channel = writer.register_channel(topic=topic.topic, message_encoding="json", schema_id=number)
         messages += [
             (time, channel, row, _COMPACT.encode(message).encode())
-            for row, (time, message) in enumerate(documents.messages)
+            for row, (time, message) in enumerate(topic.messages)
         ]
-    for nanoseconds, channel, row, data in sorted(messages):
-        writer.add_message(channel, nanoseconds, data, publish_time=nanoseconds, sequence=row)
+    for time, channel, row, data in sorted(messages):
+        writer.add_message(channel, time, data, publish_time=time, sequence=row)
     writer.finish()  # type: ignore[no-untyped-call]
     return buffer.getvalue()
-
-
-def _register(writer: Writer, series: Series) -> int:
-    """Register the channel of a series and its schema, and return the channel's number."""
-    properties = {TIME: {"type": "number", "description": "s"}}
-    for name in series.fields:
-        unit = {"description": series.units[name]} if name in series.units else {}
-        properties[name] = {"type": "number", **unit}
-    schema = {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
-    return _register_schema(writer, series.topic, series.topic[1:], schema)
-
-
-def _register_schema(writer: Writer, topic: str, name: str, schema: Mapping[str, Any]) -> int:
-    data = json.dumps(schema, ensure_ascii=False).encode()
-    number = writer.register_schema(name=name, encoding="jsonschema", data=data)
-    return writer.register_channel(topic=topic, message_encoding="json", schema_id=number)
-
-
-def _messages(series: Series) -> Iterator[tuple[int, bytes]]:
-    """Yield the time [ns] and the content of each row."""
-    names = (TIME, *series.fields)
-    columns = (series.times, *series.fields.values())
-    for row in zip(*(column.tolist() for column in columns), strict=True):
-        content = {name: value for name, value in zip(names, row, strict=True) if not math.isnan(value)}
-        yield round(row[0] * 1e9), _COMPACT.encode(content).encode()
 
 
 def decode(records: Iterable[McapRecord]) -> Log:
@@ -159,37 +137,25 @@ def decode(records: Iterable[McapRecord]) -> Log:
 
     Raises ValueError, LookupError, TypeError or AttributeError if they hold none.
     """
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    messages: dict[int, list[Message]] = {}
-    metadata: dict[str, dict[str, str]] = {}
-    attachments: dict[str, bytes] = {}
+    found: dict[type, list[Any]] = defaultdict(list)
     for record in records:
-        match record:
-            case Header() if record.library != LIBRARY:
-                raise ValueError(f"its writer calls itself {record.library!r}, not {LIBRARY!r}")
-            case Schema():
-                schemas[record.id] = record
-            case Channel():
-                channels[record.id] = record
-            case Message():
-                messages.setdefault(record.channel_id, []).append(record)
-            case Metadata():
-                metadata[record.name] = record.metadata
-            case Attachment():
-                attachments[record.name] = record.data
+        found[type(record)].append(record)
+    metadata = {record.name: record.metadata for record in found[Metadata]}
     if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
         raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}; run its stage again")
+    schemas = {record.id: record for record in found[Schema]}
+    messages: dict[int, list[tuple[int, dict[str, Any]]]] = defaultdict(list)
+    for record in found[Message]:
+        messages[record.channel_id].append((record.log_time, _object(record.data)))
     series, documents = [], []
-    for id_, channel in sorted(channels.items()):
+    for number, channel in sorted({record.id: record for record in found[Channel]}.items()):
         schema = schemas[channel.schema_id]
-        described, of = _object(schema.data), messages.get(id_, [])
+        topic = Documents(channel.topic, schema.name, _object(schema.data), tuple(messages[number]))
         if schema.name.startswith(KNOWN):
-            contents = tuple((message.log_time, _object(message.data)) for message in of)
-            documents.append(Documents(channel.topic, schema.name, described, contents))
+            documents.append(topic)
         else:
-            rows = [_object(message.data) for message in of]
-            series.append(_series(channel.topic, described["properties"], rows))
+            series.append(Series.of(topic))
+    attachments = {record.name: record.data for record in found[Attachment]}
     return Log(tuple(series), metadata, attachments, tuple(documents))
 
 
@@ -198,13 +164,6 @@ def _object(data: bytes) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise TypeError(f"expected an object, got {content!r}")
     return content
-
-
-def _series(topic: str, properties: Mapping[str, Any], rows: list[dict[str, Any]]) -> Series:
-    columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
-    units = {name: about["description"] for name, about in properties.items() if "description" in about}
-    units.pop(TIME, None)
-    return Series(topic, columns.pop(TIME), columns, units)
 
 
 def write_log(path: Path, log: Log) -> None:
@@ -233,12 +192,11 @@ def read_log(path: Path) -> Log:
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of a log: the name of its schema, its fields except the time, and the number of its messages."""
+    """A topic of a log that has messages: the name of its schema, and its fields except the time."""
 
     name: str
     schema: str
     fields: tuple[str, ...]
-    rows: int
 
 
 def logs_of(results: Results) -> tuple[Path, ...]:
@@ -250,12 +208,9 @@ def logs_of(results: Results) -> tuple[Path, ...]:
 
 
 def topics_of(results: Results) -> dict[str, Topic]:
-    """Return the topics of all logs of an experiment by name. Raises InputError."""
-    return {topic.name: topic for path in logs_of(results) for topic in _topics(read_log(path))}
-
-
-def _topics(log: Log) -> Iterator[Topic]:
-    for series in log.series:
-        yield Topic(series.topic, series.topic[1:], tuple(series.fields), len(series.times))
-    for of in log.documents:
-        yield Topic(of.topic, of.name, tuple(of.schema["properties"]), len(of.messages))
+    """Return the topics with messages in all logs of an experiment, by name. Raises InputError."""
+    logs = [read_log(path) for path in logs_of(results)]
+    found = [Topic(of.topic, of.topic[1:], tuple(of.fields)) for log in logs for of in log.series if len(of.times)]
+    for of in (of for log in logs for of in log.documents if of.messages):
+        found.append(Topic(of.topic, of.name, tuple(of.schema["properties"])))
+    return {topic.name: topic for topic in found}

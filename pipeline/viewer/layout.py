@@ -7,7 +7,7 @@ these names, in which each node says in which direction its two children lie bes
 import json
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import cycle
+from itertools import chain, cycle
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from pipeline.experiments.load import read_fit_of
 from pipeline.loops.trajectory import ON, Courses, below, read_loops
 from pipeline.methods import JOINT
 from pipeline.storage.archive import Fitted, write_stage
-from pipeline.storage.logs import Documents, Topic, topics_of
+from pipeline.storage.logs import KNOWN, Documents, Topic, topics_of
 from pipeline.storage.results import Results
 from pipeline.viewer.scene import (
     COLORS,
@@ -146,33 +146,30 @@ OBSERVED = {"samples": (INK, False), "held_out": (GREY, False), "ground_truth": 
 """Colours of samples and true signals by topic, and whether lines join their values."""
 
 
-class Topics:
-    """Topics that have messages, by name. `rest` are the topics that no method has returned yet."""
+_GROUPS = {
+    *OBSERVED, *("references", "margins", "active_bounds", "iterations", "loops", "feasible", "online", "offers")
+}  # fmt: skip
 
-    def __init__(self, topics: Mapping[str, Topic]) -> None:
-        self._all = {name: topic for name, topic in topics.items() if topic.rows}
-        self.rest = dict(self._all)
-
-    def below(self, group: str) -> dict[str, Topic]:
-        """Return the topics `/group/…` by the rest of their names, which is '' for the topic `/group` itself."""
-        found = {
-            topic.name.removeprefix(f"/{group}").removeprefix("/"): topic
-            for topic in self._all.values()
-            if topic.name == f"/{group}" or topic.name.startswith(f"/{group}/")
-        }
-        for topic in found.values():
-            self.rest.pop(topic.name, None)
-        return found
-
-    def of_schema(self, schema: str) -> list[str]:
-        """Return the names of the topics with this schema."""
-        found = [name for name, topic in self._all.items() if topic.schema == schema]
-        for name in found:
-            self.rest.pop(name, None)
-        return found
+Topics = Mapping[str, Topic]
+"""Topics that have messages, by name."""
 
 
-def lines_of(topics: Mapping[str, Topic], field: str) -> list[Line]:
+def group(topics: Topics, name: str) -> dict[str, Topic]:
+    """Return the topics `/name/…` by the rest of their names, which is '' for the topic `/name` itself."""
+    start = f"/{name}"
+    return {
+        topic.name.removeprefix(start).removeprefix("/"): topic
+        for topic in topics.values()
+        if f"{topic.name}/".startswith(f"{start}/")
+    }
+
+
+def of_schema(topics: Topics, schema: str) -> list[str]:
+    """Return the names of the topics with this schema."""
+    return [name for name, topic in topics.items() if topic.schema == schema]
+
+
+def lines_of(topics: Topics, field: str) -> list[Line]:
     """Return one line for each topic that has the field; topics with the same first part have the same colour."""
     colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in topics), cycle(COLORS), strict=False))
     return [
@@ -182,7 +179,7 @@ def lines_of(topics: Mapping[str, Topic], field: str) -> list[Line]:
     ]
 
 
-def by_field(plant: ConstrainedSystem, topics: Mapping[str, Topic], left_out: Collection[str] = ()) -> Iterator[Panel]:
+def by_field(plant: ConstrainedSystem, topics: Topics, left_out: Collection[str] = ()) -> Iterator[Panel]:
     """Yield a plot of each field with its bounds, a line for each topic that has it, and its reference in grey."""
     fields = fields_of(topics.values())
     references = {f"{field}_reference" for field in fields}
@@ -195,7 +192,7 @@ def by_field(plant: ConstrainedSystem, topics: Mapping[str, Topic], left_out: Co
             yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
-def by_topic(topics: Mapping[str, Topic]) -> Iterator[Panel]:
+def by_topic(topics: Topics) -> Iterator[Panel]:
     """Yield a plot of each topic, with a line for each of its fields."""
     for name, topic in topics.items():
         lines = [line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
@@ -205,9 +202,9 @@ def by_topic(topics: Mapping[str, Topic]) -> Iterator[Panel]:
 
 def observed(topics: Topics, name: str) -> Iterator[Line]:
     """Yield the lines of a coordinate's samples, held-out samples and true signal, if the logs have them."""
-    for group, (color, joined) in OBSERVED.items():
-        if topic := topics.below(group).get(name):
-            yield line(topic.name, "value", _spoken(group), color, joined)
+    for kind, (color, joined) in OBSERVED.items():
+        if topic := group(topics, kind).get(name):
+            yield line(topic.name, "value", _spoken(kind), color, joined)
 
 
 def fields_of(topics: Iterable[Topic]) -> list[str]:
@@ -221,7 +218,7 @@ def _spoken(name: str) -> str:
 
 def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Iterator[Panel]:
     """Yield a 3D panel with all scenes, seen from above, of the given `size`; no panel without scenes."""
-    scenes, frames = topics.of_schema(SCENE), topics.of_schema(FRAME)
+    scenes, frames = of_schema(topics, SCENE), of_schema(topics, FRAME)
     if scenes:
         yield panel(
             "3D",
@@ -249,29 +246,31 @@ def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Ite
 _SIZE = 10.0  # size of a scene whose states are unbounded, in their unit
 
 
-def layout_of(
-    plant: ConstrainedSystem, topics: Mapping[str, Topic], plane: tuple[str, str] | None = None
-) -> dict[str, Any]:
+def layout_of(plant: ConstrainedSystem, topics: Topics, plane: tuple[str, str] | None = None) -> dict[str, Any]:
     """Return the layout for the topics of an experiment's logs; topics of unknown kinds have a tab of their own.
 
     `plane` are the two states of the scene, None without a scene. The result depends on the system, and on names,
-    schemas and fields of topics that have messages, but not on values.
+    schemas and fields of topics, but not on values.
     """
-    found = Topics(topics)
-    tabs = {
-        "References": list(_references(plant, found)),
-        "Scene": list(scene_panel(found, *_view(plant, plane))),
-        "Margins": list(_margins(found)),
-        "Iterations": list(by_field(plant, found.below("iterations"), ["k_bar"])),
-        "Closed loops": list(by_field(plant, found.below("loops"))),
-        "Feasible sets": list(_feasible(plant, found)),
-        "Learned again": [*by_field(plant, found.below("online")), *by_topic(found.below("offers"))],
-        "Uncertainty": list(by_field(plant, found.below("references"), plant.names)),
+    further = {
+        name: topic
+        for name, topic in topics.items()
+        if name.split("/")[1] not in _GROUPS and not topic.schema.startswith(KNOWN)
     }
-    logs = found.of_schema(LOG)
-    tabs["Further"] = list(by_topic(found.rest))
+    tabs = {
+        "References": _references(plant, topics),
+        "Scene": scene_panel(topics, *_view(plant, plane)),
+        "Margins": _margins(topics),
+        "Iterations": by_field(plant, group(topics, "iterations"), ["k_bar"]),
+        "Closed loops": by_field(plant, group(topics, "loops")),
+        "Feasible sets": _feasible(plant, topics),
+        "Learned again": chain(by_field(plant, group(topics, "online")), by_topic(group(topics, "offers"))),
+        "Uncertainty": by_field(plant, group(topics, "references"), plant.names),
+        "Further": by_topic(further),
+    }
+    logs = of_schema(topics, LOG)
     below = [panel("RosOut", topic, topicToRender=topic, searchTerms=[], minLogLevel=1) for topic in logs]
-    return layout({title: panels for title, panels in tabs.items() if panels}, below)
+    return layout({title: panels for title, every in tabs.items() if (panels := [*every])}, below)
 
 
 def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
@@ -292,18 +291,18 @@ def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tupl
 
 
 def _references(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
-    references = topics.below("references")
+    references = group(topics, "references")
     for name in plant.names:
         lines = [*lines_of(references, name), *observed(topics, name)]
         if lines:
             yield plot(name, lines, bounds_of(plant, name))
-    sampled = dict.fromkeys(name for group in OBSERVED for name in topics.below(group))
+    sampled = dict.fromkeys(name for kind in OBSERVED for name in group(topics, kind))
     for name in sampled.keys() - set(plant.names):
         yield plot(name, observed(topics, name))
 
 
 def _margins(topics: Topics) -> Iterator[Panel]:
-    margins, active = _by_last(topics.below("margins")), _by_last(topics.below("active_bounds"))
+    margins, active = (_by_last(group(topics, kind)) for kind in ("margins", "active_bounds"))
     for quantity, by_method in margins.items():
         yield plot(f"margin of {quantity}", lines_of(by_method, "margin"), {"bound": 0.0})
     prices = {f"{method}, {name}": topic for name, by in active.items() for method, topic in by.items()}
@@ -311,7 +310,7 @@ def _margins(topics: Topics) -> Iterator[Panel]:
         yield plot("price of the active bounds", ({**of, "showLine": False} for of in lines_of(prices, "price")))
 
 
-def _by_last(topics: Mapping[str, Topic]) -> dict[str, dict[str, Topic]]:
+def _by_last(topics: Topics) -> dict[str, dict[str, Topic]]:
     """Return topics named `a/b` as b → a → topic."""
     found: dict[str, dict[str, Topic]] = {}
     for name, topic in topics.items():
@@ -322,7 +321,7 @@ def _by_last(topics: Mapping[str, Topic]) -> dict[str, dict[str, Topic]]:
 
 def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     """Yield plots of feasible sets: intervals over time for one state, and polygons for two."""
-    sets = topics.below("feasible")
+    sets = group(topics, "feasible")
     if len(plant.system.states) == 1:
         ends = [of | {"label": f"{of['label']}, {end}"} for end in ("lower", "upper") for of in lines_of(sets, end)]
         if ends:

@@ -4,13 +4,10 @@ import contextlib
 import io
 import subprocess
 import sys
-from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
-from typing import Any
 from unittest import mock
 
 from pipeline import __main__ as command_line
-from pipeline.fit import Row
 from tests.project import ROOT
 from trackably.learning import search
 
@@ -19,12 +16,9 @@ few_periods = mock.patch.object(search, "_FEWEST_BASINS", 6)
 """With few periods to begin from: how many are tried says nothing about a stage."""
 
 
-@contextlib.contextmanager
-def _mapped_here(*tasks: tuple[Callable[[Any], Row], Collection[object]]) -> Iterator[list[tuple[Iterator[Row], int]]]:
-    yield [(map(function, arguments), len(arguments)) for function, arguments in tasks]
-
-
-studies_here = mock.patch("pipeline.fit.mapped", _mapped_here)
+studies_here = mock.patch(
+    "pipeline.fit.in_processes", lambda calls: (of(*given, **named) for of, given, named in calls)
+)
 """With studies in this process: others take seconds to start."""
 
 

@@ -79,7 +79,8 @@ def drawn_here(folder: Path, experiment: str, *names: str) -> dict[str, bytes]:
 def moved(base: Path, new: Path) -> list[Row]:
     """What differs, beyond the committed tolerances, in artifacts that both folders have."""
     names = [{str(path) for path in written(folder)} for folder in (base, new)]
-    rows = compare(base / "results", new / "results", load_tolerances(ROOT / "tolerances.yaml"), Claims(claims=())).rows
+    tolerances, claims = load_tolerances(ROOT / "tolerances.yaml"), Claims(claims=())
+    rows = compare(base / "results", new / "results", tolerances, claims, "BASE", "NEW").rows
     assert any(row.status is Status.WITHIN for row in rows), "nothing moved: the runs were the same"
     return [row for row in rows if row.artifact in names[0] & names[1] and row.status not in _AGREE]
 

@@ -32,7 +32,7 @@ def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     pushed = constant(case.tube.invariant.disturbance, np.ones(1))
     as_modelled = case.tightening.given.linear.successor
     plant = (lambda k, x, u: as_modelled(x, u), lambda k, x: 30 * pushed(k, x))
-    monkeypatch.setattr(counts, "plant_of", lambda case, i: plant)
+    monkeypatch.setattr(counts, "disturbed_plant", lambda kind, tightened, seed: plant)
     found = disturbed_runs(case, 1)
     assert found["broken"] + found["without_plan"] > 0
 

@@ -9,8 +9,9 @@ from pathlib import Path
 from unittest import mock
 
 import pytest
+from joblib import delayed
 
-from pipeline.fit import mapped
+from pipeline.fit import in_processes
 from pipeline.storage.results import Results
 from tests.pipeline.command import call, refused
 from tests.pipeline.params import EXAMPLE1, changed, undisturbed, written_to
@@ -95,8 +96,8 @@ def test_an_interrupt_has_its_exit_code_and_no_traceback(tmp_path: Path) -> None
 
 def test_an_interrupt_ends_processes_of_a_study_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
     """A terminal interrupts all of them."""
-    with pytest.raises(KeyboardInterrupt), mapped((interrupt_all, [os.getpid()])) as ((results, _),):
-        list(results)
+    with pytest.raises(KeyboardInterrupt):
+        list(in_processes([delayed(interrupt_all)(os.getpid())]))
     assert capfd.readouterr() == ("", "")
 
 

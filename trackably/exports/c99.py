@@ -78,7 +78,7 @@ def kernel_function(kernel: Kernel, name: str) -> str:
         case SquaredExponential():
             body += ["const double phi = exp(s * s * -0.5);"]
         case Matern():
-            phi = horner(kernel.polynomial.coef.tolist(), "x")
+            phi = horner(kernel.polynomial.coef.tolist())
             body += [f"const double x = {number(kernel.rate)} * fabs(s);", f"const double phi = {phi} * exp(-x);"]
         case RationalQuadratic():
             body += [
@@ -86,7 +86,7 @@ def kernel_function(kernel: Kernel, name: str) -> str:
                 f"const double phi = pow(q, {number(-kernel.shape)});",
             ]
         case PiecewisePolynomial2() | PiecewisePolynomial3():
-            phi = horner(kernel.polynomial.coef.tolist(), "x")
+            phi = horner(kernel.polynomial.coef.tolist())
             body += [
                 "const double x = fabs(s) < 1.0 ? fabs(s) : 1.0;",
                 "const double y = 1.0 - x;",
@@ -98,11 +98,11 @@ def kernel_function(kernel: Kernel, name: str) -> str:
     return _filled(_KERNEL, NAME=name, BODY=_indented(body))
 
 
-def horner(coefficients: Sequence[float], x: str) -> str:
+def horner(coefficients: Sequence[float]) -> str:
     """Return Σ_k c_k xᵏ by Horner's rule, as an expression in C."""
     found = number(coefficients[-1])
     for coefficient in reversed(coefficients[:-1]):
-        found = f"({found} * {x} + {number(coefficient)})"
+        found = f"({found} * x + {number(coefficient)})"
     return found
 
 

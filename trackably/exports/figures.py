@@ -17,6 +17,7 @@ import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from trackably.arrays import Array
 from trackably.gp.samples import Samples
@@ -35,6 +36,11 @@ PAGE: Final = 7.0
 INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
 BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
 SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
+BOUND: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.8, "zorder": 2.5}
+OUTSIDE: Final[dict[str, Any]] = {"facecolor": FAINT, "zorder": 0}
+"""Lines at bounds, and the area outside of them."""
+TRUTH: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.8, "zorder": 2.9, "label": "true signal"}
+DOTTED: Final[dict[str, Any]] = {"linewidth": 0.8, "linestyle": ":"}
 # If two references coincide, both stay visible, also in grey: the solid line is wider and lies below dark dashes.
 _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.4, 1.2, 1.4)), "linewidth": 1.3, "zorder": 3.2},
@@ -93,27 +99,25 @@ def tracking(
     """
     plant = next(iter(references.values())).plant
     names, bounds = plant.names, bounds_of(plant)
-    figure = Figure(figsize=(PAGE, 0.7 + 1.25 * len(names)))
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for i, (axes, name) in enumerate(zip(panels, names, strict=True)):
-        n = len(plant.system.states)
-        for style, reference in zip(reference_styles(references).values(), references.values(), strict=True):
-            values = reference.state_at(times)[:, i] if i < n else reference.input_at(times)[:, i - n]
-            axes.plot(times, np.unwrap(values) if i in plant.angles else values, **style)
+    figure, panels = panels_of(0.7 + 1.25 * len(names), len(names), sharex=True)
+    styles = reference_styles(references)
+    curves = {label: np.hstack([of.state_at(times), of.input_at(times)]) for label, of in references.items()}
+    for i, (axes, name) in enumerate(zip(panels[:, 0], names, strict=True)):
+        for label, values in curves.items():
+            axes.plot(times, np.unwrap(values[:, i]) if i in plant.angles else values[:, i], **styles[label])
         _draw_observed(axes, observed.get(name, Observed()), times)
         if name in bounds:
             pad_limits(axes, bounds[name])
             shade_outside(axes, bounds[name])
         axes.set_ylabel(axis_label(name, units))
         axes.yaxis.set_label_coords(-0.075, 0.5)  # aligned, whatever the width of the tick labels
-    panels[-1].set(xlabel="time $t$ [s]", xlim=(times[0], times[-1]))
-    legend_above(figure, columns=5)
-    return figure
+    axes.set(xlabel="time $t$ [s]", xlim=(times[0], times[-1]))
+    return legend_above(figure, columns=5)
 
 
 def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
     if observed.truth is not None:
-        axes.plot(times, observed.truth, color=INK, linewidth=0.8, zorder=2.9, label="true signal")
+        axes.plot(times, observed.truth, **TRUTH)
     if observed.band is not None:
         axes.fill_between(times, *observed.band, color=PALE, linewidth=0, alpha=0.7, zorder=2.6, label="true signal")
     if observed.samples is not None:
@@ -122,7 +126,7 @@ def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
     if observed.held_out is not None:
         style = SAMPLE | {"marker": ".", "markersize": 2.5, "color": GREY, "label": "held out"}
         axes.plot(observed.held_out.times, observed.held_out.values, **style)
-        axes.axvline(observed.held_out.times[0], color=GREY, linewidth=0.8, linestyle=":")
+        axes.axvline(observed.held_out.times[0], color=GREY, **DOTTED)
 
 
 def axis_label(name: str, units: Units) -> str:
@@ -161,14 +165,14 @@ def shade_outside(axes: Axes, bounds: Interval | None) -> None:
         times = np.unique(np.concatenate([times, *(np.nextafter(jumps, end) for end in (-np.inf, np.inf))]))
         for moving, end in zip(bounds.ends(times), (bottom, top), strict=True):
             level = np.clip(np.broadcast_to(moving, times.shape), bottom, top)
-            axes.plot(times, level, color=INK, linewidth=0.8, zorder=2.5)
-            axes.fill_between(times, level, end, facecolor=FAINT, edgecolor="none", zorder=0)
+            axes.plot(times, level, **BOUND)
+            axes.fill_between(times, level, end, **OUTSIDE)
         axes.set(xlim=(left, right), ylim=(bottom, top))
         return
     for bound, end in ((bounds.lower, bottom), (bounds.upper, top)):
         if bottom < bound < top:
-            axes.axhline(bound, color=INK, linewidth=0.8, zorder=2.5)
-            axes.axhspan(*sorted((bound, end)), facecolor=FAINT, edgecolor="none", zorder=0)
+            axes.axhline(bound, **BOUND)
+            axes.axhspan(*sorted((bound, end)), **OUTSIDE)
 
 
 def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -179,12 +183,21 @@ def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
     return {label: {**style, "label": label.replace("_", " ")} for label, style in zip(labels, cycle(_REFERENCES))}
 
 
-def legend_above(figure: Figure, columns: int | None = None) -> None:
-    """Draw one legend above all panels, with each label once."""
+def panels_of(
+    height: float, rows: int = 1, columns: int = 1, width: float = PAGE, **shared: Any
+) -> tuple[Figure, NDArray[Any]]:
+    """Return a figure of this size [in] and its panels (rows, columns); `shared` is as in `Figure.subplots`."""
+    figure = Figure(figsize=(width, height))
+    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
+
+
+def legend_above(figure: Figure, columns: int | None = None) -> Figure:
+    """Draw one legend above all panels, with each label once, and return the figure."""
     found = {
         label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
     figure.legend(found.values(), found, loc="outside upper center", ncols=columns or len(found))
+    return figure
 
 
 def svg(figure: Figure) -> bytes:

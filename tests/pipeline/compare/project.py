@@ -177,7 +177,7 @@ def edit_log(path: Path, change: Callable[[Series], Series | None]) -> Plant:
 
 
 def compared(base: Path, new: Path) -> Comparison:
-    return compare(base, new, TOLERANCES, CLAIMS)
+    return compare(base, new, TOLERANCES, CLAIMS, "BASE", "NEW")
 
 
 def moved(comparison: Comparison) -> list[Row]:

@@ -18,7 +18,7 @@ BOUND = {"file": "example1/iterations.csv", "column": "bound"}
 
 def judged(base: Path, new: Path, **claim: Any) -> JudgedClaim:
     entry = {"claim": "a claim", "source": "own", **claim}
-    (found,) = compare(base, new, TOLERANCES, Claims.model_validate({"claims": [entry]})).claims
+    (found,) = compare(base, new, TOLERANCES, Claims.model_validate({"claims": [entry]}), "BASE", "NEW").claims
     return found
 
 

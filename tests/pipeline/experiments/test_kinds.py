@@ -74,9 +74,9 @@ def test_it_learns_what_the_library_learns(tmp_path: Path) -> None:
     ("of_first", "of_other", "sentence"),
     [
         (_PRIOR, _PRIOR, r"prior\.velocity: expected noise_std alone, as position shows the same flat output"),
-        ("{noise_std: 0.1}", "{noise_std: 0.1}", r"prior\.position: mean and kernel are missing"),
+        ("{noise_std: 0.1}", "{noise_std: 0.1}", r"prior\.position\.kernel: is missing"),
         (_PRIOR, "{noise_std: [0.01, 0.1]}", r"prior\.velocity\.noise_std: "),
-        (_PRIOR, "{}", r"prior\.velocity\.noise_std: is missing"),
+        (_PRIOR, "{}", r"prior\.velocity\.noise_std: must be a number"),
     ],
 )
 def test_priors_that_do_not_fit_are_refused(tmp_path: Path, of_first: str, of_other: str, sentence: str) -> None:
