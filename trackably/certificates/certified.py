@@ -35,7 +35,6 @@ from trackably.systems.trajectories import Quantity
 from trackably.threads import one_blas_thread
 from trackably.work import done
 
-_LENGTHSCALE = "lengthscale"
 _LARGEST_BACKOFF = 1e-2
 _MOST_ATTEMPTS = 30
 # If the error of float64 evaluation is at least this part of a bound's width, the learner's fallback (hyperparameters
@@ -86,10 +85,6 @@ class Certified:
     def is_with(self, prior: JointPrior) -> bool:
         """Whether the reference was learned with a prior that has the same hyperparameters to learn as `prior`."""
         return self.solution.posterior.prior.learned == prior.learned
-
-    @property
-    def explanation(self) -> str:
-        return f"{self.certificate.explanation}; bounds tightened by up to {self.backoff:.1g} of their width"
 
 
 @one_blas_thread()
@@ -301,7 +296,7 @@ class _Learning:
             return False
         bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
         for name, interval in self.space.bounds.items():
-            if name.endswith(_LENGTHSCALE) and values[name] / 2 > interval.lower:
+            if name.endswith("lengthscale") and values[name] / 2 > interval.lower:
                 bounds[name] = Interval(interval.lower, values[name] / 2)
         if bounds == self.space.bounds or not error < self.error:
             return False

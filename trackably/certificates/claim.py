@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Literal
 
 from trackably.arguments import is_number
-from trackably.checker.certificate import KINDS, AllPhases, AllTimes, Claim, Instants, Window
+from trackably.checker.certificate import AllPhases, AllTimes, Claim, Instants, Window
 from trackably.gp.joint import JointPrior, has_period
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.intervals import ends_within
@@ -39,11 +39,6 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
                 raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
             return Window(float(start), float(end))
     raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {written!r}")
-
-
-def kind_of(claim: Claim) -> str:
-    """Return the name that files give to a kind of claim."""
-    return next(kind for kind, of in KINDS.items() if isinstance(claim, of))
 
 
 def times_of(claim: Claim) -> str:

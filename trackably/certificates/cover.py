@@ -21,9 +21,10 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
 from trackably.work import done
 
-# The search ends if more boxes are refused in a round than the first number, plus the second number for each centre;
-# or after the last number of halvings.
-_MOST_BOXES, _MOST_BY_CENTRE, _MOST_HALVINGS = 2_000, 8, 30
+# The search ends if more boxes are refused in a round than the first number, plus the second number for each centre and
+# for each correlation time of the window, as signals with a periodic part change far from all centres, too; of these
+# times, the third number count at most. It also ends after the last number of halvings.
+_MOST_BOXES, _MOST_FOR_EACH, _MOST_TIMES, _MOST_HALVINGS = 2_000, 8, 2_500, 30
 # From the first number of halvings on, refused boxes are checked again in mpmath if there are at most as many as the
 # second number.
 _EXACT_FROM, _MOST_EXACT = 12, 16
@@ -44,7 +45,9 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
     first = pairwise(_first_edges(draft, reference, start, end).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
     kinks, accepted = _kinks(draft), {q.name: list[Box]() for q in draft.quantities}
-    most = _MOST_BOXES + _MOST_BY_CENTRE * sum(len(signal.centres) for signal in draft.subject.signals)
+    signals, span = reference.kernel_sums, end - start
+    changes = sum(len(of.centres) + min(span / of.kernel.correlation_time, _MOST_TIMES) for of in signals)
+    most = _MOST_BOXES + _MOST_FOR_EACH * changes
     for halvings in range(_MOST_HALVINGS):
         ends = np.array([*wanted]).T
         boxes = np.vstack([ends, discs(draft.subject, reference, draft.arguments, *ends)]).T.tolist()

@@ -141,9 +141,9 @@ class Draft:
         return self.certificate.errors
 
     @property
-    def unbounded(self) -> str | None:
-        """The name of a quantity whose error is not bounded; None if all errors are bounded."""
-        return next((name for name, error in self.errors.items() if not np.isfinite(error)), None)
+    def has_bounded_errors(self) -> bool:
+        """Whether a bound of each quantity's error is known."""
+        return all(map(np.isfinite, self.errors.values()))
 
     @cached_property
     def has_sane_sizes(self) -> bool:

@@ -8,11 +8,10 @@ from functools import lru_cache
 from typing import Any
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.claim import kind_of
 from trackably.certificates.outcome import Counterexample
 from trackably.checker import certificate as of_certificate
 from trackably.checker import counterexample as of_counterexample
-from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Steps
+from trackably.checker.certificate import KINDS, AllPhases, AllTimes, Claim, Cover, Steps
 from trackably.checker.form import subject_of
 from trackably.checker.subject import Subject
 from trackably.systems.constrained import ConstrainedSystem
@@ -63,7 +62,8 @@ def encode_counterexample(found: Counterexample) -> dict[str, Any]:
 
 
 def _claim(claim: Claim) -> dict[str, Any]:
-    return {"kind": kind_of(claim), **dataclasses.asdict(claim)}
+    kind = next(kind for kind, of in KINDS.items() if isinstance(claim, of))
+    return {"kind": kind, **dataclasses.asdict(claim)}
 
 
 def _proof(claim: Claim, proof: Cover | Steps) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property as cached
-from operator import itemgetter
 
 import numpy as np
 
@@ -48,13 +47,6 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
     All times are all phases of a period, or else all real t ≥ 0: boxes come first, then a decaying envelope that stays
     inside the bounds. ValueError: nothing is bounded, or a signal has no centres.
     """
-    _refuse_empty(reference)
-    repeat = [signal.beyond == "period" for signal in reference.pieces] or [reference.period is not None]
-    return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
-
-
-def _refuse_empty(reference: Reference) -> None:
-    """Raise ValueError if nothing is bounded, or a signal has no centres."""
     if not reference.quantities:
         raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
     for i, signal in enumerate(reference.signals):
@@ -63,6 +55,8 @@ def _refuse_empty(reference: Reference) -> None:
                 f"reference: signal z{i + 1} has no centres, so that it is the constant {signal.mean:g}; give it one "
                 "centre, of weight 0, to prove its bounds"
             )
+    repeat = [signal.beyond == "period" for signal in reference.pieces] or [reference.period is not None]
+    return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
 
 
 def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
@@ -119,7 +113,9 @@ class _ProofProblem:
     def outcome(self) -> Outcome:
         """A certificate that the checker may refuse, or the reason why there is none."""
         if not self.draft.has_sane_sizes:
-            return self._beyond_analysis
+            reason = "a stored number is too large or too small for the analysis of rounding"
+            first = self.reference.quantities[0]
+            return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
         if self.reference.pieces:
             return self._outcome_of_pieces
         start, last = self.span
@@ -136,8 +132,7 @@ class _ProofProblem:
         found = cover(self.draft, self.reference, start, end)
         if not isinstance(found, Unproved):
             return self._certificate(Cover(start, end, found, TERMS))
-        (first, last), quantity = found.box, self.reference.quantity(found.quantity)
-        return self._failure_at(quantity, first + (last - first) / 2) or found
+        return self._failure_at(self.reference.quantity(found.quantity), sum(found.box) / 2) or found
 
     @property
     def _outcome_of_pieces(self) -> Outcome:
@@ -171,7 +166,7 @@ class _ProofProblem:
     @cached
     def _tail_start(self) -> float | None:
         """Nearly the earliest time [s] after which the decay of the kernels keeps all bounds; None if none is found."""
-        if self.draft.unbounded:
+        if not self.draft.has_bounded_errors:
             return None
         moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
         origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
@@ -188,10 +183,10 @@ class _ProofProblem:
         """
         every = zip(self.reference.quantities, lowest_margins(self.reference, self.claim, start, end), strict=True)
         return self._failure_among(
-            (q, time)
+            (q, float(times[i]))
             for q, (times, margins) in every
-            for time, margin in sorted(zip(times.tolist(), margins.tolist(), strict=True), key=itemgetter(1))[:_TRIED]
-            if margin <= self.draft.errors[q.name]
+            for i in np.argsort(margins, kind="stable")[:_TRIED]
+            if margins[i] <= self.draft.errors[q.name]
         )
 
     @property
@@ -200,17 +195,11 @@ class _ProofProblem:
         far = _FAR * self.window
         late = self._failure_among((quantity, far) for quantity in self.reference.quantities)
         found = late if isinstance(late, Counterexample) else self.broken(*self.span)
-        if isinstance(found, Counterexample) or (found and self.draft.unbounded):
+        if isinstance(found, Counterexample) or (found and not self.draft.has_bounded_errors):
             return found
         reason = "values of the kernel decay too slowly, or not into this bound; a finite window can still be claimed"
         quantity = self.reference.quantity(late.quantity) if late else self.reference.quantities[0]
         return Unproved(quantity.name, quantity.bounds, (far, np.inf), 0.0, reason)
-
-    @property
-    def _beyond_analysis(self) -> Unproved:
-        reason = "a stored number is too large or too small for the analysis of rounding"
-        first = self.reference.quantities[0]
-        return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
 
     def _failure_among(self, places: Iterable[tuple[Quantity, float]]) -> Failure | None:
         """Return the first counterexample at `places`, or else the first failure; None if there is none.

@@ -279,7 +279,9 @@ def _as_trajectory() -> Iterator[None]:
 def _span(
     claim: Claim | None, curves: Mapping[str, PolynomialPieces], beyond: Beyond, step: float
 ) -> tuple[float, float]:
-    """Return the first and the last time [s] of `Given.span`. ValueError: a claimed window exceeds the curves.
+    """Return the first and the last time [s] of `Given.span`.
+
+    ValueError: a claimed window exceeds the curves, or curves to be proved at all phases have different periods.
 
     If a motion begins after t = 0, the span also has up to a quarter of its duration at rest before it, in which a
     repair may begin.
@@ -295,6 +297,9 @@ def _span(
         return start, end
     first, last = min(firsts), max(lasts)
     if beyond == "period":
+        if len(periods := sorted({curve.period for curve in curves.values()})) > 1:
+            lengths = " and ".join(f"{period:.9g} s" for period in periods)
+            raise ValueError(f"claim: all phases need curves of one period, got {lengths}; a window can be claimed")
         return first, last
     last = max(last, step)  # the span is not empty, even if the motion ends before t = 0
     return max(0.0, first - _LEAD * (last - max(0.0, first))), last

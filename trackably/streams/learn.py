@@ -25,9 +25,9 @@ from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
 from trackably.reference.condensed import NODES, Centres
 from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
-from trackably.reference.explanation import IgnoresSamplesWarning
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.feasibility import impossible
-from trackably.reference.fit import edges_of, narrow_limits
+from trackably.reference.fit import Fit, edges_of, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
@@ -36,6 +36,7 @@ from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
+from trackably.systems.reference import Reference
 from trackably.systems.sampling import prior_for
 from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
@@ -208,6 +209,14 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
         lambda of, _: found_or_raise(first.best(partial(learn_with, of))),
         lambda found: found.posterior.prior.as_known(),
     )
+    if solution.unconstrained and (
+        sentence := ignores_samples(Fit.of(Reference(solution.signals, plant), solution, solution.unconstrained, ()))
+    ):
+        warnings.warn(
+            f"in the window with most motion, from which hyperparameters are learned, {sentence}",
+            IgnoresSamplesWarning,
+            stacklevel=_CALLER + 1,
+        )
     learned = solution.posterior.prior
     warn_about(narrow_limits(edges_of(learned, solution.posterior.samples)), _CALLER + 1)
     return learned.as_known()
