@@ -26,6 +26,7 @@ from trackably import (
     Unproved,
     certify,
     check,
+    repair,
 )
 from trackably import ConstrainedSystem as Plant
 
@@ -98,6 +99,14 @@ def test_several_flat_outputs_by_name():
     assert found.off == {"a": 0.0, "b": 0.0}
     assert found(1.5) == pytest.approx(np.full(2, CURVES["cubic"](1.5)))
     assert isinstance(certify({"z1": CURVES["cubic"], "z2": CURVES["cubic"]}, MIXED), Counterexample)
+
+
+@pytest.mark.parametrize("ask", [certify, repair])
+def test_curves_of_different_periods_are_refused_as_no_span_of_time_shows_all_of_them(ask):
+    """Distances over one period of the first curve would be stated for all times."""
+    a, b = (CubicSpline(np.linspace(0, T, 5), [0, 0.1, 0, -0.1, 0], bc_type="periodic") for T in (2.0, 1.5))
+    with pytest.raises(ValueError, match=r"curves of one period, got 1\.5 s and 2 s"):
+        ask({"a": a, "b": b}, CART)
 
 
 def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
