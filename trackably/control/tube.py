@@ -180,7 +180,8 @@ class TubeController(SteppedController):
     horizon: int
     Q: Array
     R: Array
-    plant: ConstrainedSystem = field(init=False)  # with its given sets, in which states and inputs stay
+    plant: ConstrainedSystem = field(init=False)
+    """The system with its given sets, in which states and inputs stay."""
 
     def __init__(
         self, tightening: Tightening, horizon: int, Q: ArrayLike | None = None, R: ArrayLike | None = None

@@ -91,7 +91,7 @@ def doubts(
         yield from _of_times(claim, name, of_name)
         yield from _of_span(name, of_name, plant.sampling_time)
         yield from _of_gaps(name, of_name)
-        yield from _of_outliers(name, of_name, noise_std.get(name))
+        yield from _of_outliers(name, of_name, noise_std.get(name), bounds.get(name))
         yield from _of_turns(name, of_name)
         if name in bounds:
             yield from _of_bounds(name, of_name, bounds[name])
@@ -251,12 +251,12 @@ def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
         )
 
 
-def _of_outliers(name: str, samples: Samples, noise_std: float | None) -> Iterator[str]:
+def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: Interval | None) -> Iterator[str]:
     """Ask about the sample that is farthest off, if only a few samples are far off.
 
-    Two measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
-    compared with the spread of all samples; and, if the noise is known, the distance from neighbours in time. Otherwise
-    the fit without bounds shows outliers later.
+    Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
+    compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
+    fit without bounds shows outliers later); and the distance outside of the bounds, if both neighbours are inside.
     """
     if len(samples) < _FEWEST:
         return
@@ -265,6 +265,9 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None) -> Iterat
     away = np.abs(y - middle)
     spread = float(np.sort(away)[-few - 1])
     beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
+    outside = _outside(samples, bounds) if bounds else np.zeros(len(y))
+    if bounds and np.count_nonzero(outside > bounds.width) <= few:
+        outside = _alone(outside)
     for off, least, where in (
         (
             away,
@@ -273,12 +276,19 @@ def _of_outliers(name: str, samples: Samples, noise_std: float | None) -> Iterat
             f"{middle:g}",
         ),
         (beside, 0.0, f"{np.max(beside):.3g} off those before and after it, with a noise of {noise_std or 0.0:g}"),
+        (outside, bounds.width if bounds else np.inf, f"{np.max(outside):.3g} outside of its bounds {bounds}"),
     ):
         far = np.flatnonzero(off > least)
         if 0 < len(far) <= few:
             i = int(far[np.argmax(off[far])])
             yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, {where}: is it an outlier to be left out?"
             return
+
+
+def _alone(outside: Array) -> Array:
+    """Return the distances `outside` of bounds (n,), set to 0 unless the samples before and after are inside."""
+    beside = np.pad(outside, 1)
+    return np.where((beside[:-2] <= 0) & (beside[2:] <= 0), outside, 0.0)
 
 
 def _off_neighbours(samples: Samples, noise_std: float) -> Array:

@@ -85,6 +85,7 @@ DOUBTFUL = {
     "degrees": (asked(np.mod(5 - 99 * TIMES, 360) - 180, plant=WIDE), r"np.unwrap\(values, period=360\) counts turns"),
     "an outlier": (asked(np.where(FOURTH, 1e6, SAMPLES.values)), r"samples: position is 1e\+06 at 0\.6 s, more"),
     "one sample off its neighbours": (asked(lost(19), OFTEN, noise_std=1e-3), r"at 0\.95 s, 0\.299 off those before"),
+    "far outside": (asked(np.where(OFTEN == 0, 2.0, 0.1), OFTEN), r"is 2 at 0 s, 1\.8 outside .*: is it an outlier"),
     "noise in millimetres": (asked(lost(), OFTEN, noise_std=1.0), "noise_std: that of position is 1, but its samples"),
     "a mean in millimetres": (asked(claim=(0.0, 3.0), mean=-500.0), "mean: that of position is -500, far outside"),
 }  # fmt: skip
@@ -103,6 +104,7 @@ ORDINARY = {
     "first and last": asked(lost(0, 59), OFTEN, noise_std=1e-3),
     "at rest, with a noise that is known": asked(np.zeros(60), OFTEN, noise_std=0.1),
     "pulses, with a noise that is known": asked(0.1 * (np.arange(60) % 20 == 7), OFTEN, noise_std=1e-3),
+    "a smooth peak that bounds cut": asked(1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)), OFTEN),
     "a drag whose speed is positive": asked(plant=dragged(0.1, lambda v: v * np.abs(v)), name="v"),
     "a drag that is smooth at zero": asked(plant=dragged(-1.0, lambda v: v * np.sqrt(v * v + 1e-6)), name="v"),
     "a short signal beside a long one": [
