@@ -238,6 +238,8 @@ class _Learning:
             if isinstance(outcome, Counterexample):  # twice the violation, as back-offs are halved (`_problem`)
                 backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))
+            if most > _LARGEST_BACKOFF and not isinstance(found, Solution):
+                return outcome  # there is a function, but none that leaves so much room for errors
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
     def _largest_own(self, needed: float, errors: dict[str, float], room: float, found: Solution) -> float | None:
@@ -245,12 +247,13 @@ class _Learning:
 
         A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs of `room`
         times the errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first order.
-        They help if 0.2 is more than each error and than each own back-off so far.
+        They help if 0.2 is more than each error and than each own back-off so far. With hyperparameters alone, the rise
+        of J is not known, and none is allowed.
         """
         if needed < _LARGEST_BACKOFF:
             return _LARGEST_BACKOFF
         known = self.rounding
-        if max(*errors.values(), *known.values(), 0.0) >= _LARGEST_OWN:
+        if found.method == "hyperparameters" or max(*errors.values(), *known.values(), 0.0) >= _LARGEST_OWN:
             return None
         own = {name: min(max(room * error, known.get(name, 0.0)), _LARGEST_OWN) for name, error in errors.items()}
         rise = sum(own[q.name] * found.rise([q]) for q in self.plant.quantities)

@@ -21,6 +21,9 @@ from trackably.systems.trajectories import Signals
 
 # Limits of an exchange. A back-off tightens the bounds: a later, larger one removes small violations that are left.
 MAX_ROUNDS = 40  # most programs in an exchange
+# Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
+# large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
+ALMOST = 3e-3
 _CROWD = 800  # if bounds are active at more times, new times are thinned out; a larger back-off removes violations left
 _CROWDED = 100  # if bounds are violated at more times than this, a bound is active along whole stretches of time
 _MATTERS = 1e-5  # part of a width: with bounds at many times, a larger back-off removes smaller violations than this
@@ -78,6 +81,7 @@ def exchange_bounds(
     is_thinned, is_close, jumps = False, False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
+    merges = is_convex and not is_rough
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     for _ in range(rounds):
@@ -88,7 +92,7 @@ def exchange_bounds(
         minima = seen.closest(places)
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
         removed = _removed_by_backoff(problem, bent) if is_convex else 0.0
-        if is_convex and not is_rough:
+        if merges:
             same = same_time(posterior.signals, max(removed, tolerance))
         is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
         # Violations between kinks are searched only in the last rounds: earlier there would be thousands of them. No
@@ -108,6 +112,11 @@ def exchange_bounds(
             met = merge(kept, at_steps(problem, seen.places(large), places, same), _SPARSE * step)
         if not is_thinned or all(map(np.array_equal, met, places)):
             met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
+        ends = is_stuck or all(map(np.array_equal, met, places))
+        if merges and ends and margin < -max(tolerance, removed, ALMOST):
+            # The function crosses a bound near a time at which it meets it: the bound has to be met there too.
+            merges, is_stuck, same = False, False, same_time(posterior.signals)
+            met = merge(kept, seen.places(minima), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time)
         jumps += not is_convex and margin < -_JUMPED
         if (

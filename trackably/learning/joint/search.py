@@ -21,6 +21,7 @@ from trackably.gp.prior import NOISE
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
 from trackably.learning.joint.exchange import (
+    ALMOST,
     MAX_ROUNDS,
     ExchangeResult,
     exchange_bounds,
@@ -59,9 +60,6 @@ _NEARBY = 0.1  # in each ln θ: the largest first step in a relaxation, and from
 # The largest first step in each ln θ, for linear plants and for nonlinear ones. A rejected step is divided by _SHORTER;
 # a descent ends when steps are limited to less than _SHORTEST.
 _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
-# Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
-# large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
-_ALMOST = 3e-3
 _ROUGH = 1e-6  # part of a width: after a larger violation no fine descent follows, as it would impose too many bounds
 _MOST_GIVEN_UP = 3  # for linear plants: most steps of a descent that lead to no function; a shorter step follows each
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tightened by these parts of a width, in turn
@@ -148,7 +146,7 @@ class Point:
     @property
     def is_solution(self) -> bool:
         """Whether the function satisfies its bounds, up to violations that a larger back-off (tightening) removes."""
-        return not self.function.mean.contradicts and self.function.margin >= -_ALMOST
+        return not self.function.mean.contradicts and self.function.margin >= -ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
         """Whether the exchange ended too early: bounds are violated without contradiction, yet J ≤ `ceiling`."""
@@ -215,19 +213,19 @@ class JointSearch:
         if places is None and self._takes_long:
             start = self._with_noise(start)
         begun_at = no_places(self.problem) if places is None else places
-        point = self.at(start, begun_at, near, _ALMOST)
+        point = self.at(start, begun_at, near, ALMOST)
         if point is None:
             return
         reach = min(_FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS, farthest)
         gain = _COARSE_GAIN if is_linear(self.problem) else _OF_GAP * point.allowed_gap / (1 + abs(point.objective))
-        path = self._descend(_Descent(point, point.function.places, reach=reach), _ALMOST, gain)
+        path = self._descend(_Descent(point, point.function.places, reach=reach), ALMOST, gain)
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
         crowded = is_linear(self.problem) and sum(map(len, coarse.function.active)) > MANY_CONTACTS
         fine = None
         if not crowded:
-            tolerance = 0.0 if is_linear(self.problem) else _ALMOST / 10
+            tolerance = 0.0 if is_linear(self.problem) else ALMOST / 10
             fine = self.at(coarse.log_theta, coarse.function.places, coarse.function.mean.signals, tolerance)
             if fine is not None and fine.function.margin >= -max(tolerance, _ROUGH):
                 again = replace(path, point=fine, reach=max(path.reach, _NEARBY))
@@ -246,7 +244,7 @@ class JointSearch:
         steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))
         least, best = np.inf, start
         for log_theta in steps if np.any(noise) else ():
-            point = self.at(log_theta, no_places(self.problem), None, _ALMOST, rounds=_GLANCE)
+            point = self.at(log_theta, no_places(self.problem), None, ALMOST, rounds=_GLANCE)
             if point is None or point.objective >= least:
                 break
             least, best = point.objective, log_theta
@@ -337,7 +335,7 @@ class JointSearch:
         found = list[tuple[Point, ConstrainedProblem]]()
         for places, near in paths:
             search = JointSearch(with_backoff(self.problem, backoff), closest=self.closest)
-            point, self.closest = search.at(log_theta, places, near, _ALMOST), search.closest
+            point, self.closest = search.at(log_theta, places, near, ALMOST), search.closest
             if point is None or not point.is_solution:
                 continue
             if all(abs(point.objective - other.objective) > point.allowed_gap for other, _ in found):
