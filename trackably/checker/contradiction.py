@@ -60,7 +60,7 @@ from trackably.checker.intervals import (
 from trackably.checker.limits import INSTANTS, ROWS
 from trackably.checker.models import enclose
 from trackably.checker.moving import ends_at
-from trackably.checker.redundancy import null_space
+from trackably.checker.redundancy import row_echelon
 from trackably.checker.statement import bounds_text, dynamics
 from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System, single_bounds
 from trackably.checker.trajectories import why_no_plant
@@ -290,10 +290,11 @@ def _cancelling(
 ) -> list[_Weighted] | None:
     """Return rows with multipliers ν_i for which Σ_i ν_i lines[i] = −vector; None if there are no such multipliers."""
     columns = [*lines, [*map(Fraction, vector)]]
-    found = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
-    if not found or not found[-1][-1]:
+    reduced, pivots = row_echelon([[column[j] for column in columns] for j in range(len(vector))], len(columns))
+    if len(lines) in pivots:
         return None
-    return [replace(row, multiplier=nu) for row, nu in zip(rows, found[-1][:-1], strict=True) if nu]
+    factors = zip(pivots, [line[-1] for line in reduced], strict=False)
+    return [replace(rows[i], multiplier=-factor) for i, factor in factors if factor]
 
 
 def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:

@@ -640,6 +640,8 @@ def _covered(
     start: float = 0.0,
     **ends: float,
 ) -> Stated:
+    if (covers is None) == bool(terms):
+        raise UnreadableError("certificate.claim must have both `covers` and `terms`, or neither")
     (end,) = ends.values()
     return of(start, end) if of is Window else of(), Cover(start, end, covers or {}, terms)
 
@@ -688,11 +690,7 @@ def _certificate(
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("disturbance: this field is for linear systems only")
     proof = claim[1]
-    if isinstance(proof, Steps):
-        is_unfit = bool(subject.pieces)
-    else:
-        is_unfit = bool(proof.boxes if subject.pieces else not proof.terms)
-    if is_unfit:
+    if bool(subject.pieces) == (isinstance(proof, Steps) or bool(proof.terms)):
         raise UnreadableError(
             "certificate.claim must have `covers` and `terms`; for polynomial pieces neither, and no kind `instants`"
         )
