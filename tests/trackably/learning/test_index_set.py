@@ -3,16 +3,21 @@
 import math
 from itertools import groupby
 from operator import itemgetter
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.published.scalar import scalar
 from trackably.checker.certificate import Window
+from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
+from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes, Steps
+from trackably.systems.intervals import Interval
 
 KERNEL = SquaredExponential(1.0, 0.5)
 
@@ -77,3 +82,14 @@ def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
     for kernels in ([fast, slow], [slow, fast]):
         found = RealTimes(Window(0.0, 3.0)).local_minima(margin, kernels)
         assert np.min(np.abs(found - 0.5031)) < 1e-4
+
+
+def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
+    """The kernel's correlation time is 10 s, but the signal goes up and down from centre to centre, a second apart."""
+    kernel, centres, signs = Matern32(1.0, 17.0), np.arange(61.0), (-1.0) ** np.arange(61)
+    waves = KernelSum(kernel, 0.0, centres, np.linalg.solve(kernel(centres[:, None] - centres), signs))
+    plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
+    state = Constraint(plant.quantities[0], RealTimes(Window(10.2, 49.9)), 0.0)
+    times, margins = state.missed_minima(SimpleNamespace(signals=(waves,)))
+    assert np.all(margins < 0)
+    assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))

@@ -78,8 +78,8 @@ def test_models_that_were_kept_are_those_of_a_first_request_for_each_box(kernel,
     monkeypatch.setattr(signals, "_KEPT", 7)
     of, moved = drawn(kernel, np.random.default_rng(0)), [Fraction(0), Fraction(1, 3)]
     boxes = [Box(k / 4, (k + 1) / 4, radius) for k in range(3) for radius in (0.3, 0.4)]
-    every = boxes, moved, 5
-    for some, shifts, n in (boxes[:2], moved, 5), (boxes, moved[:1], 5), (boxes[::-1], moved[::-1], 4), every, every:
+    few, turned, every = boxes[:2], (boxes[::-1], moved[::-1], 5), (boxes, moved, 5)
+    for some, shifts, n in (few, moved, 4), (few, moved, 5), (boxes, moved[:1], 5), turned, every, every:
         found = of.models(some, shifts, n)
         for (s, shift), (b, box) in product(enumerate(shifts), enumerate(some)):
             first = replace(of, kept={}).models([box], [shift], n)
