@@ -1,6 +1,5 @@
 """Random changes of certificates and counterexamples, small and absurd."""
 
-import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -12,6 +11,7 @@ from tests.attack.counts import Counts
 from tests.attack.huge import HUGE, MOST_MEMORY, MOST_SECONDS, READ, RECORDINGS, answers, measured, write
 from tests.trackably.checker.changes import PLANT, changed, combined_changes, leaves, part_at, replacements, without
 from tests.trackably.checker.edges import hostile
+from tests.trackably.checker.edges.test_names import renamed
 from tests.trackably.systems.test_naming import NAMES, NO_NAMES
 from trackably.checker import Proved, limits
 
@@ -20,7 +20,7 @@ def attack_certificate(counts: dict[str, Counts], known: list[Base], seed: int, 
     """Change one of the known files, by the random numbers of this number, and count whether it is accepted."""
     rng = np.random.default_rng((seed, number))
     if number % 10 == 8:
-        _attack_names(counts, known[0], rng)
+        _attack_names(counts, rng)
     elif number % 500 == 29:
         _attack_machine(counts, number // 500)
     elif number % 50 == 9:
@@ -75,20 +75,16 @@ def _others(value: Any) -> list[Any]:
         return [None, [], 1.0]
 
 
-def _attack_names(counts: dict[str, Counts], base: Base, rng: np.random.Generator) -> None:
-    """Another name for the state, wherever it stands; what is printed has to be a line that can be printed."""
-    family, data = counts.setdefault("hostile names", Counts()), copy.deepcopy(base.data)
-    is_name = rng.random() < 0.2
+def _attack_names(counts: dict[str, Counts], rng: np.random.Generator) -> None:
+    """Another name for the state; what is printed has to be a line that can be printed."""
+    family, is_name = counts.setdefault("hostile names", Counts()), rng.random() < 0.2
     pool = NAMES if is_name else NO_NAMES
     name = pool[int(rng.integers(len(pool)))]
     if not is_name and name != "(m)" and rng.random() < 0.7:  # any characters before what is none: a letter, by chance
         name = "".join(chr(int(c)) for c in rng.integers(1, 0xD900, int(rng.integers(1, 4)))) + name
         is_name = name.replace("-", "_").isidentifier()
-    data["reference"]["plant"]["system"]["states"] = [name]
-    for held in (data["claim"]["covers"], data["evaluation"]["errors"]):
-        held[name] = held.pop("state")
     family.tried += 1
-    verdict = family.checked(data)
+    verdict = family.checked(renamed(name))
     said = verdict.statement if isinstance(verdict, Proved) else verdict.reason
     if isinstance(verdict, Proved):
         family.accepted += 1

@@ -69,11 +69,11 @@ def written(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(results)): p.read_bytes() for p in files}
 
 
-def drawn_here(folder: Path, experiment: str, *names: str) -> dict[str, bytes]:
-    """Some figures of the results in `folder`, as `run_all_here` writes them, not saved."""
-    draw = drawings(load_experiment(experiment, folder / "params.yaml"), Results(experiment, folder / "results"))
+def drawn_here(folder: Path, *names: str) -> dict[str, bytes]:
+    """Some figures of the results of Example 1 in `folder`, as `run_all_here` writes them, not saved."""
+    draw = drawings(load_experiment("example1", folder / "params.yaml"), Results("example1", folder / "results"))
     with sketched():
-        return {f"{experiment}/figures/{name}.svg": svg(draw[name]()) for name in names}
+        return {f"example1/figures/{name}.svg": svg(draw[name]()) for name in names}
 
 
 def moved(base: Path, new: Path) -> list[Row]:

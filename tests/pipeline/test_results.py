@@ -38,12 +38,6 @@ def test_what_is_proved_keeps_every_bound_and_the_unconstrained_fit_does_not(nam
 
 
 @BY_NAME
-def test_every_state_and_input_has_a_unit(name: str) -> None:
-    system = EXPERIMENTS[name].plant.system
-    assert EXPERIMENTS[name].units.keys() == {*system.states, *system.inputs}
-
-
-@BY_NAME
 def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) -> None:
     metrics = content(RESULTS[name].metrics)
     free, alone, joint = (metrics[method] for method in ("unconstrained", "hyperparameters", "joint"))

@@ -66,7 +66,7 @@ def test_running_again_writes_the_same_bytes(finished: Path, tmp_path: Path) -> 
         assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), done.stderr
     before = written(finished)
     assert written(tmp_path) == {name: content for name, content in before.items() if not is_shown(name)}
-    again = drawn_here(tmp_path, "example1", "closed-loop", "prediction")
+    again = drawn_here(tmp_path, "closed-loop", "prediction")
     assert again == {name: before[name] for name in again}
 
 

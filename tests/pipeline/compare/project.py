@@ -15,6 +15,7 @@ from pipeline.storage.logs import Log, Series, read_log, write_log
 from tests.project import ROOT
 
 RESULTS = Path("data/results/example1")
+LOG = RESULTS / "fit.mcap"
 TOLERANCES = load_tolerances(ROOT / "tolerances.yaml")
 CLAIMS = Claims.model_validate(
     {
@@ -132,7 +133,7 @@ def build(root: Path) -> Path:
     mean = Series("/references/sound", times, {"mean": times * 10, "std": np.full(10, 0.1)}, {"mean": "1"})
     samples = Series("/samples", times, {"value": np.sin(times)})
     about = {"experiment": {"name": "example1", "written_by": "fit"}}
-    write_log(results / "fit.mcap", Log((mean, samples), about, {"sound.json": json.dumps(LEARNED).encode()}))
+    write_log(root / LOG, Log((mean, samples), about, {"sound.json": json.dumps(LEARNED).encode()}))
     return root
 
 
@@ -166,12 +167,12 @@ def edit_text(path: Path, old: str, new: str) -> Plant:
     return plant
 
 
-def edit_log(path: Path, change: Callable[[Series], Series | None]) -> Plant:
+def edit_log(change: Callable[[Series], Series | None]) -> Plant:
     """Each series replaced by what `change` makes of it, or dropped."""
 
     def plant(root: Path) -> None:
-        log = read_log(root / path)
-        write_log(root / path, replace(log, series=tuple(new for series in log.series if (new := change(series)))))
+        log = read_log(root / LOG)
+        write_log(root / LOG, replace(log, series=tuple(new for series in log.series if (new := change(series)))))
 
     return plant
 

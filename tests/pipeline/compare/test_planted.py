@@ -11,6 +11,7 @@ from pipeline.compare.artifacts import ABSENT
 from pipeline.compare.model import Status
 from pipeline.storage.logs import Series
 from tests.pipeline.compare.project import (
+    LOG,
     RESULTS,
     Plant,
     compared,
@@ -23,8 +24,8 @@ from tests.pipeline.compare.project import (
     only,
 )
 
-METRICS, TABLE, LOG, FIGURE, CERTIFICATE, NOTEBOOK = (
-    *(RESULTS / name for name in ("metrics.json", "iterations.csv", "fit.mcap", "figures/margins.svg")),
+METRICS, TABLE, FIGURE, CERTIFICATE, NOTEBOOK = (
+    *(RESULTS / name for name in ("metrics.json", "iterations.csv", "figures/margins.svg")),
     RESULTS / "certificates/sound.json",
     Path("notebooks/example1.ipynb"),
 )
@@ -37,7 +38,7 @@ def sample(topic: str, field: str, row: int, value: float) -> Plant:
         values = np.where(np.arange(len(series.times)) == row, value, series.fields[field])
         return replace(series, fields={**series.fields, field: values})
 
-    return edit_log(LOG, change)
+    return edit_log(change)
 
 
 MOVED: dict[str, tuple[Plant, str, str]] = {
@@ -114,7 +115,7 @@ UNMOVED: dict[str, Plant] = {
     "rounding in a sentence": metric(said="at 0.2812170167239515 s"),
     "rounding in a table": edit_text(TABLE, "0.7", "0.70000000001"),
     "rounding in a notebook": edit_text(NOTEBOOK, "0.659325", "0.65932500001"),
-    "rounding in a log": edit_log(LOG, lambda s: replace(s, fields={n: v * (1 + 1e-13) for n, v in s.fields.items()})),
+    "rounding in a log": edit_log(lambda s: replace(s, fields={n: v * (1 + 1e-13) for n, v in s.fields.items()})),
     "rounding in a figure": edit_text(FIGURE, "L 2 2", "L 2.001 2"),
     "a point on a line": edit_text(FIGURE, "M 1 1 L 2 2", "M 1 1 L 1.5 1.5 L 2 2"),
     "a line from its other end": edit_text(FIGURE, "M 1 1 L 2 2 L 3 1 L 4 2", "M 4 2 L 3 1 L 2 2 L 1 1"),
@@ -142,8 +143,8 @@ def test_what_says_the_same_is_within_tolerance(base: Path, new: Path, plant: Pl
 def test_what_is_missing_or_added_is_named(base: Path, new: Path) -> None:
     (new / TABLE).unlink()
     (new / RESULTS / "more.txt").write_text("more")
-    edit_log(LOG, lambda s: None if s.topic == "/samples" else s)(base)
-    edit_log(LOG, lambda s: replace(s, fields={n: s.fields[n] for n in s.fields if n != "std"}))(new)
+    edit_log(lambda s: None if s.topic == "/samples" else s)(base)
+    edit_log(lambda s: replace(s, fields={n: s.fields[n] for n in s.fields if n != "std"}))(new)
     assert [(row.name, row.status) for row in moved(compared(base, new))] == [
         ("example1/fit.mcap /references/sound std", Status.MISSING),
         ("example1/fit.mcap /samples t", Status.EXTRA),
@@ -157,7 +158,7 @@ def test_a_sample_left_out_is_missed_at_its_time(base: Path, new: Path) -> None:
     def without_one(s: Series) -> Series:
         return replace(s, times=np.delete(s.times, 4), fields={n: np.delete(v, 4) for n, v in s.fields.items()})
 
-    edit_log(LOG, without_one)(new)
+    edit_log(without_one)(new)
     rows = moved(compared(base, new))
     assert {(row.worst.place, row.worst.new, row.differing) for row in rows} == {("t = 0.04 s", ABSENT, 1)}
 

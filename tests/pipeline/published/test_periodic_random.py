@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from pipeline.published.periodic import all_phases
-from tests.pipeline.published.naive_periodic import Brute
+from pipeline.published.scalar import coefficients
 from tests.pipeline.published.periodic_instances import SEEDS, Instance, instance
+from tests.trackably.gp import naive
+from tests.trackably.learning.naive import relative_margins
 from trackably.learning.exchange import Exchange
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.screening import screen
@@ -41,6 +43,8 @@ def test_as_good_as_brute_force_and_never_outside(seed):
     case = instance(seed)
     outcome = learned(case, REFERENCES[seed] + 1e-4)
     assert outcome.objective <= REFERENCES[seed] + 1e-4
-    brute, theta = Brute(case), outcome.posterior.prior.log_hyperparameters
-    assert brute.objective(theta) == pytest.approx(outcome.objective, rel=1e-9)
-    assert np.min(brute.margins(theta, np.arange(PHASES) / PHASES)) >= -1e-9
+    (samples,), (prior,), (a, b, c) = case.samples, outcome.posterior.prior.parts, coefficients(case.plant)
+    assert naive.negative_log_marginal_likelihood(prior, samples) == pytest.approx(outcome.objective, rel=1e-9)
+    t = np.arange(PHASES) / PHASES * prior.hyperparameters["period"]
+    x, successor = (naive.mean(prior, samples, at) for at in (t, t + case.plant.sampling_time))
+    assert np.min(relative_margins(case.plant, x, (successor - a * x - c) / b)) >= -1e-9

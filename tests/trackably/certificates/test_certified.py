@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from tests.trackably.certificates.references import PROBLEMS, certified
-from tests.trackably.systems.instances import bounded
 from trackably.certificates import certified as learning
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import for_all_times, goal_for
-from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
 from trackably.gp.joint import JointPrior
@@ -18,10 +17,9 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
-from trackably.learning.problem import NothingFactored, NothingFeasible
+from trackably.learning.problem import NothingFactored
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
@@ -39,11 +37,6 @@ def test_example1_has_the_sound_optimum():
     assert theta["signal_std"] == pytest.approx(0.701178, abs=3e-5)
     assert theta["lengthscale"] == pytest.approx(0.219672, abs=3e-6)
     assert found.solution.objective == pytest.approx(-3.716033, abs=1e-5)
-
-
-def test_a_problem_without_solution_has_none():
-    impossible = bounded(PLANT, state_set=Interval(0.5, 1.0))
-    assert isinstance(learn_certified(SAMPLES, PRIOR, impossible, SPACE), NothingFeasible | Counterexample | Unproved)
 
 
 def test_a_learner_that_finds_nothing_is_followed_by_its_second_choice():

@@ -8,7 +8,6 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, boxes, check
 from trackably.checker.certificate import Window
-from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.posterior import Posterior
@@ -20,13 +19,13 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 
-def rough_on_its_bounds(kernel: Kernel, room: float) -> Reference:
+def rough_on_its_bounds() -> Reference:
     """A posterior mean with a kink at each sample, whose input nearly reaches its bounds most of the time."""
     times = 0.1 * np.arange(400)
     zigzag = np.abs(times % 8 - 4) + 0.02 * np.random.default_rng(0).standard_normal(len(times))
-    signal = Posterior(Prior(kernel, 0.05, 2.0), Samples(times, zigzag)).signal
+    signal = Posterior(Prior(Matern32(2.0, 15.0), 0.05, 2.0), Samples(times, zigzag)).signal
     speeds = np.diff(signal(np.arange(0, 39.8, 0.001))[::10]) / 0.01
-    fastest = (1 + room) * float(np.max(np.abs(speeds)))
+    fastest = (1 + 1e-4) * float(np.max(np.abs(speeds)))
     system = LinearSystem.scalar(1.0, 0.01, sampling_time=0.01)
     plant = ConstrainedSystem(system, Polytope.box([-10.0], [10.0]), Polytope.box([-fastest], [fastest]))
     return Reference((signal,), plant)
@@ -34,8 +33,7 @@ def rough_on_its_bounds(kernel: Kernel, room: float) -> Reference:
 
 def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(monkeypatch):
     """Halves of boxes never end at a sample less a step: they would all have to be tiny, or be enclosed exactly."""
-    reference = rough_on_its_bounds(Matern32(2.0, 15.0), 1e-4)
-    found = prove(reference, Window(0.0, 39.0))
+    found = prove(rough_on_its_bounds(), Window(0.0, 39.0))
     assert isinstance(found, Certificate)
     assert sum(len(cover.radii) for cover in found.proof.boxes.values()) < 2000
     monkeypatch.setattr(boxes, "enclose_signal", None)

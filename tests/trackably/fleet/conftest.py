@@ -2,10 +2,10 @@
 
 import pytest
 
-from tests.trackably.fleet.recordings import learned, motions
+from tests.trackably.fleet.recordings import TWO_MOTIONS, learned
 from trackably import Fleet
 
 
 @pytest.fixture(scope="session")
 def two(tmp_path_factory: pytest.TempPathFactory) -> Fleet:
-    return learned(motions(2), tmp_path_factory.mktemp("two"))
+    return learned(TWO_MOTIONS, tmp_path_factory.mktemp("two"))

@@ -18,8 +18,7 @@ def motion(seed: int) -> Samples:
     return Samples(times, -np.exp(-8 * (1 + 0.1 * draw.random()) * times) + 0.01 * draw.standard_normal(6))
 
 
-def motions(count: int) -> dict[str, Samples]:
-    return {f"run {i}": motion(i) for i in range(count)}
+TWO_MOTIONS = {f"run {i}": motion(i) for i in range(2)}
 
 
 def unreadable() -> Samples:

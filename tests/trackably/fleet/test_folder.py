@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyarrow import parquet
 
-from tests.trackably.fleet.recordings import learned, motions, unreadable
+from tests.trackably.fleet.recordings import TWO_MOTIONS, learned, unreadable
 from trackably import Fleet, Samples, Source, TrackableReference
 from trackably.errors import InputError
 from trackably.files import from_json, to_json
@@ -78,7 +78,7 @@ def test_what_is_loaded_is_what_the_row_says(two, tmp_path, harm):
     elif harm == "another row":
         row: Any = from_json((tmp_path / "run 0" / "row.json").read_bytes())
         (tmp_path / "run 0" / "row.json").write_bytes(to_json({**row, "fingerprint": two.rows[1].fingerprint}))
-        fleet = learned(motions(2), tmp_path)
+        fleet = learned(TWO_MOTIONS, tmp_path)
     else:
         path.unlink()
     with pytest.raises(InputError, match=r"reference\.json: (was changed since the row|there is no such file)"):

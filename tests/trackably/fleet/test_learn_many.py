@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.trackably.fleet.recordings import KERNEL, PLANT, contents, learned, motion, motions, unreadable
+from tests.trackably.fleet.recordings import KERNEL, PLANT, TWO_MOTIONS, contents, learned, motion, unreadable
 from trackably import Samples, Source, SquaredExponential, check, learn_reference, learn_stream
 from trackably.checker import Proved
 from trackably.errors import InputError
@@ -29,7 +29,7 @@ def test_a_cluster_writes_the_same_bytes(tmp_path, two):
     from distributed import LocalCluster  # noqa: PLC0415  only here
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        learned(motions(2), tmp_path, cluster=cluster.scheduler_address)
+        learned(TWO_MOTIONS, tmp_path, cluster=cluster.scheduler_address)
     assert contents(tmp_path) == contents(two.folder)
 
 
@@ -42,7 +42,7 @@ def changed_in(file: str):
 
 
 CHANGED = {
-    "samples": (lambda _: {"recordings": {**motions(2), "run 0": motion(7)}}, {"run 0"}),
+    "samples": (lambda _: {"recordings": {**TWO_MOTIONS, "run 0": motion(7)}}, {"run 0"}),
     "an option": (lambda _: {"noise_std": 0.02}, {"run 0", "run 1"}),
     "a reference": (changed_in("reference.json"), {"run 0"}),
     "a row": (changed_in("row.json"), {"run 0"}),
@@ -56,7 +56,7 @@ def test_what_an_answer_depends_on_makes_it_asked_again(tmp_path, two, what):
     shutil.copytree(two.folder, tmp_path, dirs_exist_ok=True)
     before = written(tmp_path)
     options = change(tmp_path) or {}
-    learned(options.pop("recordings", motions(2)), tmp_path, **options)
+    learned(options.pop("recordings", TWO_MOTIONS), tmp_path, **options)
     assert {name for name, when in written(tmp_path).items() if when != before[name]} == expected
     assert (contents(tmp_path) == contents(two.folder)) == (what not in ("samples", "an option"))
 

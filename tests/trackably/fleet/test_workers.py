@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tests.project import ROOT
-from tests.trackably.fleet.recordings import contents, learned, motions
+from tests.trackably.fleet.recordings import TWO_MOTIONS, contents, learned
 
 RUN = """
 import sys, time
@@ -63,7 +63,7 @@ def test_workers_end_where_their_parent_is_killed_and_what_they_answered_is_kept
     before = contents(fleet)
     assert {path.split("/")[0] for path in before} == {"run 0"}
     when = (fleet / "run 0" / "row.json").stat().st_mtime_ns
-    learned(motions(2), fleet)
+    learned(TWO_MOTIONS, fleet)
     assert (fleet / "run 0" / "row.json").stat().st_mtime_ns == when, "no work is done twice"
     assert contents(fleet) == contents(two.folder), "whoever learned it"
 

@@ -14,12 +14,12 @@ from trackably.joints.trajectory import JointTrajectory
 ORDERS = ("position", "velocity", "acceleration", "jerk")
 
 
-def random_spline(rng, joints=1, points=8, degree=5):
-    """Return a spline through random points, at rest at both ends."""
-    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 0.3, points - 1))])
-    q = np.cumsum(rng.normal(size=(points, joints)) * 0.1, axis=0)
-    flat = [(order, np.zeros(joints)) for order in range(1, degree // 2 + 1)]
-    return JointTrajectory.of(make_interp_spline(t, q, k=degree, bc_type=(flat, flat)))
+def random_spline(rng, joints=1):
+    """Return a spline of degree 5 through eight random points, at rest at both ends."""
+    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 0.3, 7))])
+    q = np.cumsum(rng.normal(size=(8, joints)) * 0.1, axis=0)
+    flat = [(order, np.zeros(joints)) for order in (1, 2)]
+    return JointTrajectory.of(make_interp_spline(t, q, k=5, bc_type=(flat, flat)))
 
 
 def random_content(rng, order, joints=1):

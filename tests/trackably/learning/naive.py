@@ -10,6 +10,7 @@ from pipeline.published.scalar import coefficients, interval_sets
 from tests.trackably.gp import naive
 from tests.trackably.learning.instances import Instance
 from trackably.gp.prior import Prior
+from trackably.systems.constrained import ConstrainedSystem
 
 
 def states_and_inputs(instance: Instance, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
@@ -26,9 +27,12 @@ def prior_at(instance: Instance, log_theta: Iterable[float]) -> Prior:
 
 
 def margins(instance: Instance, prior: Prior) -> np.ndarray:
-    """Distances to all bounds, as parts of their widths."""
-    x, u = states_and_inputs(instance, prior)
-    X, U = interval_sets(instance.plant)
+    """Distances to all bounds at the constrained steps, as parts of their widths."""
+    return relative_margins(instance.plant, *states_and_inputs(instance, prior))
+
+
+def relative_margins(plant: ConstrainedSystem, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    X, U = interval_sets(plant)
     parts = [(x - X.lower) / X.width, (X.upper - x) / X.width, (u - U.lower) / U.width, (U.upper - u) / U.width]
     return np.concatenate(parts)
 

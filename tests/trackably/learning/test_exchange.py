@@ -9,8 +9,6 @@ from tests.trackably.gp.instances import over
 from tests.trackably.learning import naive
 from tests.trackably.learning.instances import TIGHT_SEEDS, Instance, instance, tight, wild
 from trackably.gp.hyperparameter import Learned
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution, tightened
 
@@ -58,12 +56,3 @@ def test_an_admissible_equilibrium_is_enough_whatever_the_samples(seed):
     """Notes, section 5: as θ₁ → 0 the mean tends to the prior mean, so that a feasible point exists."""
     case = wild(seed)
     assert_keeps_every_bound(case, best_solution(case.problem))
-
-
-def test_with_nothing_to_learn_the_prior_itself_is_tried():
-    base = instance(0)
-    quiet = replace(base.prior, kernel=SquaredExponential(1e-3, 0.3))
-    assert quiet.learned == ()
-    answer = best_solution(replace(base, prior=quiet).problem)
-    assert isinstance(answer, Solution)
-    assert answer.posterior.prior == JointPrior((quiet,))

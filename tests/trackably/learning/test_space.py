@@ -10,7 +10,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.stencil import Stencil
-from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace, amplitude
 from trackably.systems.intervals import Interval
 
@@ -43,12 +42,6 @@ def test_defaults_follow_the_scales_of_the_samples():
     np.testing.assert_allclose(np.exp(louder.log_upper - space.log_upper), [10, 1, 10])
     assert space.bounds["lengthscale"].margin_of(Interval(0.2, 2.0)) >= 0  # smallest spacing, and span
     assert space.bounds["signal_std"].margin_of(Interval(0.3, 30.0)) >= 0
-
-
-def test_fewer_samples_than_hyperparameters_are_refused():
-    samples, prior = Samples([0.0, 1.0], [1.0, 2.0]), joint(SquaredExponential(1.0, 1.0), Learned(0.1))
-    with pytest.raises(ValueError, match=r"got 2 for 3 \(signal_std, lengthscale, noise_std\)"):
-        ConstrainedProblem((samples,), prior, SearchSpace.around((samples,), prior))
 
 
 TWO = JointPrior(

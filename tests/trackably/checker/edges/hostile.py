@@ -17,9 +17,9 @@ def tank() -> dict:
     return as_read(proved("tank"))
 
 
-def with_law(law: object, data: dict | None = None) -> dict:
+def with_law(law: object) -> dict:
     """A nonlinear certificate with another formula f."""
-    found = copy.deepcopy(data or tank())
+    found = copy.deepcopy(tank())
     found["reference"]["plant"]["system"]["f"] = [law]
     return found
 

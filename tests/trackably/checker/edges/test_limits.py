@@ -8,9 +8,6 @@ from tests.trackably.checker.edges import hostile
 from tests.trackably.checker.tight import data_of
 from trackably import checker
 from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
-from trackably.checker.formulas import Name, Number, Operation, names, numbers, parts
-from trackably.checker.intervals import exactly
-from trackably.checker.models import enclose
 
 
 @pytest.mark.parametrize(
@@ -42,16 +39,6 @@ def test_a_formula_that_doubles_with_each_state_is_checked_in_the_size_it_has() 
     verdict = check(hostile.chain(3))
     assert isinstance(verdict, Failed)
     assert not verdict.reason.startswith("system")
-
-
-def test_formulas_may_share_parts_and_be_deep() -> None:
-    formula = Operation("+", Name("x"), Number(0.0))
-    for _ in range(5000):
-        formula = Operation("-", Operation("+", formula, formula), formula)
-    assert names(formula) == {"x"}
-    assert numbers(formula) == [0.0]
-    assert len(parts(formula)) == 10_003
-    assert enclose(formula, {"x": exactly(3)}) == exactly(3)
 
 
 def test_a_time_that_is_given_is_kept() -> None:
