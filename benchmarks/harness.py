@@ -185,20 +185,18 @@ def burst(question: Callable[[], object], calls: int) -> float:
     return timeit(question, timer=process_time, number=calls) / calls
 
 
-def load() -> float:
-    """Return the load of the machine: the mean number of processes that could run in the last minute."""
-    return os.getloadavg()[0]
-
-
 def described(load_before: float) -> dict[str, str]:
-    """Return a description of the machine by name: processor, versions and load."""
+    """Return a description of the machine by name: processor, versions, and its load at the start and now.
+
+    The load is the mean number of processes that could run in the last minute.
+    """
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return {
         "processor": names[0] if names else platform.machine(),
         "cores": str(os.cpu_count()),
-        "load": f"{load_before:.1f} at the start, {load():.1f} at the end (one minute, others' work included)",
+        "load": f"{load_before:.1f} at the start, {os.getloadavg()[0]:.1f} at the end (one minute, all work included)",
         **environment(),
         **{found.name: found.version for found in distributions() if found.name.replace("_", "-") in _PARTNERS},
     }
