@@ -76,7 +76,8 @@ class Functionals:
         for c, shifts, weights in self._weights:
             step = self.functionals[0].sampling_time
             shifted = signals[c](t + (shifts * step).reshape(-1, *(1,) * t.ndim))
-            found = found + (weights @ shifted.reshape(len(shifts), -1)).reshape(found.shape)
+            summed = weights @ shifted.reshape(len(shifts), -1)
+            found = found + summed.reshape(len(weights), *shifted.shape[1:])  # of many signals at once too
         return found
 
     def combined(self, gains: Array) -> list[tuple[int, Array]]:

@@ -45,8 +45,8 @@ def test_the_support_is_that_of_the_definition(kind):
     for row in ([Fraction(1)] * n, [Fraction(-3, 7), Fraction(2), Fraction(1, 9)][:n]):
         support = naive_support(Z, row)
         assert support == Z.support(row)
-        assert errors.fits(row, support)
-        assert not errors.fits(row, support * (1 - Fraction(1, 10**30)))
+        assert errors.fit(row, support, None)
+        assert not errors.fit(row, support * (1 - Fraction(1, 10**30)), None)
 
 
 def test_nonlinear_systems_have_no_disturbances():
