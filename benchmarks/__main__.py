@@ -1,5 +1,6 @@
 """`python -m benchmarks [NAME …]`: run all comparisons and write them to this folder; with names, only print these."""
 
+import os
 import sys
 from collections.abc import Iterator
 from importlib import import_module
@@ -8,7 +9,7 @@ from itertools import chain
 from threadpoolctl import threadpool_limits
 
 from benchmarks import report
-from benchmarks.harness import Row, attempted, described, load
+from benchmarks.harness import Row, attempted, described
 
 _ALL = ("likelihood", "constrained", "recordings", "growth", "loops")
 
@@ -25,7 +26,7 @@ if __name__ == "__main__":
     if unknown := set(names) - set(_ALL):
         sys.exit(f"python -m benchmarks [NAME ...]: {', '.join(sorted(unknown))} is none of {', '.join(_ALL)}")
     with threadpool_limits(limits=1):
-        before = load()
+        before = os.getloadavg()[0]
         rows: list[Row] = []
         for row in chain.from_iterable(map(measured, names)):
             rows.append(row)

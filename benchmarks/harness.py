@@ -55,11 +55,6 @@ class Row:
     note: str = ""
     failure: str = ""
 
-    @classmethod
-    def failed(cls, topic: str, problem: str, rival: str, why: BaseException) -> "Row":
-        """Return a row without numbers, for a comparison that failed for the reason `why`."""
-        return cls(topic, problem, rival, failure=" ".join(f"{type(why).__name__}: {why}".split()))
-
     @property
     def verdict(self) -> str:
         """A word: whether the target is met or missed, or the comparison failed; empty without a target."""
@@ -86,11 +81,11 @@ def part_of(
 
 
 def attempted(topic: str, problem: str, rival: str, rows: Callable[[], Iterable[Row]]) -> Iterator[Row]:
-    """Yield rows as they are measured; if a measurement fails, yield a row with the reason."""
+    """Yield rows as they are measured; if a measurement fails, yield a row without numbers, with the reason."""
     try:
         yield from rows()
     except FAILURES as why:
-        yield Row.failed(topic, problem, rival, why)
+        yield Row(topic, problem, rival, failure=" ".join(f"{type(why).__name__}: {why}".split()))
 
 
 def within(
@@ -128,16 +123,17 @@ def duel(
 
     Processor time is the time that a clock shows on a machine without other work.
     """
-    try:
+
+    def row() -> Iterator[Row]:
         check()
         both = [(way, _calls(way)) for way in (ours, theirs)]
         times = [[burst(*each) for each in both] for _ in range(rounds)]
-        said = note if isinstance(note, str) else note()
-    except FAILURES as why:
-        return Row.failed(topic, problem, rival, why)
-    ratios = [a / b if at_most else b / a for a, b in times]
-    own, other = (median(column) for column in zip(*times, strict=True))
-    return Row(topic, problem, rival, own, other, median(ratios), min(ratios), max(ratios), target, at_most, said)
+        own, other = (median(column) for column in zip(*times, strict=True))
+        ratios = [a / b if at_most else b / a for a, b in times]
+        numbers = own, other, median(ratios), min(ratios), max(ratios)
+        yield Row(topic, problem, rival, *numbers, target, at_most, note if isinstance(note, str) else note())
+
+    return next(attempted(topic, problem, rival, row))
 
 
 def agree(what: str, ours: float, theirs: float, tolerance: float) -> None:
@@ -189,20 +185,18 @@ def burst(question: Callable[[], object], calls: int) -> float:
     return timeit(question, timer=process_time, number=calls) / calls
 
 
-def load() -> float:
-    """Return the load of the machine: the mean number of processes that could run in the last minute."""
-    return os.getloadavg()[0]
-
-
 def described(load_before: float) -> dict[str, str]:
-    """Return a description of the machine by name: processor, versions and load."""
+    """Return a description of the machine by name: processor, versions, and its load at the start and now.
+
+    The load is the mean number of processes that could run in the last minute.
+    """
     info = Path("/proc/cpuinfo")
     lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return {
         "processor": names[0] if names else platform.machine(),
         "cores": str(os.cpu_count()),
-        "load": f"{load_before:.1f} at the start, {load():.1f} at the end (one minute, others' work included)",
+        "load": f"{load_before:.1f} at the start, {os.getloadavg()[0]:.1f} at the end (one minute, all work included)",
         **environment(),
         **{found.name: found.version for found in distributions() if found.name.replace("_", "-") in _PARTNERS},
     }

@@ -25,6 +25,9 @@ _REGULAR = 2000
 _ROUNDS = 9
 _MEASURED = "import time; begin = time.process_time(); {}; print(time.process_time() - begin)"
 
+Likelihood = Callable[[], tuple[float, Any]]
+"""A function that returns a likelihood with its gradient."""
+
 
 def rows() -> Iterator[Row]:
     """Yield the rows of all comparisons of this module."""
@@ -57,11 +60,11 @@ def _likelihoods(n: int) -> Iterator[Row]:
     yield duel(topic, f"n = {n}", "scikit-learn", own, theirs, rounds=rounds, target=target, check=_same(own, theirs))
 
 
-def _same(own: Callable[[], tuple[float, Any]], theirs: Callable[[], tuple[float, Any]]) -> Callable[[], None]:
+def _same(own: Likelihood, theirs: Likelihood) -> Callable[[], None]:
     return lambda: agree("l", own()[0], -2 * theirs()[0], 1e-9)
 
 
-def scikit_learn(samples: Samples) -> Callable[[], tuple[float, Any]]:
+def scikit_learn(samples: Samples) -> Likelihood:
     """Return scikit-learn's function for the likelihood with its gradient, at the prior's hyperparameters."""
     regressor = _regressor(optimizer=None).fit(samples.times[:, None], samples.values)
     theta = regressor.kernel_.theta

@@ -352,7 +352,7 @@ def breathing(start: float) -> Recording:
 
 def axis() -> Recording:
     """Return the axis of the guide, which was moved by hand [m]."""
-    return _of_experiment("axis", 0.01, 0.01, 1e-6, forever=True)
+    return replace(_of_experiment("axis", 0.01, 0.01, 1e-6), forever=True)
 
 
 def hill() -> Recording:
@@ -360,13 +360,11 @@ def hill() -> Recording:
     return replace(_of_experiment("drive-cycle", 0.2, 0.1, 0.1), name="drive cycle")
 
 
-def _of_experiment(name: str, *programs: float, forever: bool = False) -> Recording:
+def _of_experiment(name: str, *programs: float) -> Recording:
     of = task(name)
     (samples,), sets = of.samples, (of.plant.state_set, of.plant.input_set)
     bounds = tuple(interval for bounded in sets for _, interval in bounded.intervals)
-    return Recording(
-        name, Samples(samples.times - samples.times[0], samples.values), bounds, *programs, forever=forever
-    )
+    return Recording(name, Samples(samples.times - samples.times[0], samples.values), bounds, *programs)
 
 
 def recordings() -> Iterator[Recording]:

@@ -78,7 +78,7 @@ def _named(row: Row) -> str:
 
 
 def _cells(row: Row) -> list[str]:
-    verdict = {"met": "met", "missed": "**missed**", "failed": "**failed**", "": ""}[row.verdict]
+    verdict = row.verdict if row.verdict in ("met", "") else f"**{row.verdict}**"
     last = "; ".join(part for part in (verdict, row.failure, row.note) if part)
     return [row.problem, row.rival, _time(row.seconds), _time(row.rival_seconds), _ratio(row), _target(row), last]
 

@@ -199,7 +199,7 @@ def rows() -> Iterator[Row]:
 
 def page(found: Sequence[Row]) -> str:
     """Return the table as Markdown."""
-    head = ("", "x′(1)", "printed", "largest \\|w\\| for all t", "largest violation", "time")
+    head = ("", "x′(1)", "printed", "largest |w| for all t", "largest violation", "time")
     return markdown(head, "lrrrrr", map(_cells, found))
 
 

@@ -17,7 +17,7 @@ def markdown(head: Sequence[str], columns: str, lines: Iterable[Sequence[str]]) 
 
 
 def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
 
 
 def number(value: float | None, digits: int = 6) -> str:

@@ -40,3 +40,7 @@ def test_a_rival_may_end_at_something_worse_but_not_at_something_better_or_at_no
     for theirs in (70.0, np.inf, np.nan):
         with pytest.raises(Disagreement, match="is worse than"):
             no_worse("l", 71.3, theirs, 1e-6)
+
+
+def test_a_bar_in_a_name_is_no_border_of_a_cell():
+    assert r"| breathing, \|v\| ≤ 5 | rival |" in report.table([Row("topic", "breathing, |v| ≤ 5", "rival")], {})
