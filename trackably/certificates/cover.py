@@ -45,9 +45,9 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
     first = pairwise(_first_edges(draft, reference, start, end).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
     kinks, accepted = _kinks(draft), {q.name: list[Box]() for q in draft.quantities}
-    signals, span = reference.kernel_sums, end - start
-    changes = sum(len(of.centres) + min(span / of.kernel.correlation_time, _MOST_TIMES) for of in signals)
-    most = _MOST_BOXES + _MOST_FOR_EACH * changes
+    changes = sum(
+        len(of.centres) + min((end - start) / of.kernel.correlation_time, _MOST_TIMES) for of in reference.kernel_sums
+    )
     for halvings in range(_MOST_HALVINGS):
         ends = np.array([*wanted]).T
         boxes = np.vstack([ends, discs(draft.subject, reference, draft.arguments, *ends)]).T.tolist()
@@ -62,7 +62,7 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
             return {name: _join(start, found) for name, found in accepted.items()}
         every = [(why, name, box) for box, of in refused.items() for name, why in of.items()]
         reason, name, box = max(every, key=lambda found: bool(found[0]))
-        if reason or len(refused) > most or halvings == _MOST_HALVINGS - 1:
+        if reason or len(refused) > _MOST_BOXES + _MOST_FOR_EACH * changes or halvings == _MOST_HALVINGS - 1:
             bounds = reference.quantity(name).bounds.at(box.start)
             reason = reason or "no enclosure found in this box is narrow enough"
             return Unproved(name, bounds, (box.start, box.end), 0.0, reason)
