@@ -51,7 +51,7 @@ from trackably import (
 from trackably.certificates import prove
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
-from trackably.checker import Contradicted, Failed, Proved, Refuted, check
+from trackably.checker import Contradicted, Failed, Proved, Refuted
 from trackably.given.accepted import NotAcceptedError
 from trackably.gp.signal import KernelSum
 from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
