@@ -9,10 +9,10 @@ from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
 
-def random_pieces(seed: int, count: int = 5, degree: int = 4) -> PolynomialPieces:
+def random_pieces(seed: int) -> PolynomialPieces:
     rng = np.random.default_rng(seed)
-    breaks = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, count))])
-    return PolynomialPieces(breaks, rng.standard_normal((count, degree + 1)))
+    breaks = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, 5))])
+    return PolynomialPieces(breaks, rng.standard_normal((5, 5)))
 
 
 def bounded(of: PolynomialPieces, low: float, high: float) -> Curve:

@@ -1,7 +1,6 @@
 """The liar's law: whatever proposes proofs, nothing false is handed out. And nothing is that the checker refuses."""
 
 import inspect
-import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -51,9 +50,8 @@ from trackably import (
 )
 from trackably.certificates import prove
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.judge import accepted_file
 from trackably.certificates.outcome import NotExcluded, OutOfReach, TooFar
-from trackably.checker import Contradicted, Failed, Proved, Refuted, check
+from trackably.checker import Contradicted, Failed, Proved, Refuted
 from trackably.given.accepted import NotAcceptedError
 from trackably.gp.signal import KernelSum
 from trackably.learning.problem import NoFunction, NoSolution, NothingFactored, NothingFeasible, OutOfTime, UnmetBounds
@@ -114,11 +112,6 @@ def test_no_violation_is_said_that_is_larger_by_a_hair(larger):
     with telling("", np.random.default_rng(0), {"": (prove._ProofProblem, "_failure_at", after(exaggerated))}):
         said = assert_nothing_false_is_claimed({seed: case(seed) for seed in range(9600, 9608)})
     assert (said[Counterexample] > 0) is (larger < 1 / 0.99)
-
-
-@pytest.mark.parametrize("example", ["example1", "example2"])
-def test_what_is_saved_is_what_the_checker_accepted(example):
-    assert isinstance(check(json.loads(accepted_file(certified(example).certificate))), Proved)
 
 
 def learned(claim: str = "all_times", **more: Any) -> TrackableReference:

@@ -49,10 +49,10 @@ def lines(heads, rows):
     return "\n".join([heads, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
 
 
-def positions(unit, step):
-    """Return positions at times, with a column that has no name of the system."""
+def milliseconds():
+    """Return positions at times in ms, with a column that has no name of the system."""
     k = np.arange(30)
-    return lines(f"time ({unit}),position [m],note", np.column_stack([step * k, k / 300, k]))
+    return lines("time (ms),position [m],note", np.column_stack([50.0 * k, k / 300, k]))
 
 
 BUMPED, COMMAS = table(bump=0.02), table().replace(",", ";").replace(".", ",")
@@ -65,7 +65,7 @@ ANSWERS = {
     "refuted": (BUMPED, [], 1, "at step 14 (t = 0.7 s) the system leads to another position"),
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
-    "times in ms": (positions("ms", 50.0), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
+    "times in ms": (milliseconds(), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
     "decimal commas": (COMMAS, ["--decimal", ","], 0, "proved for the steps 4 to 33"),
     "in mm": (MILLIMETRES, SCALE, 0, "proved for the steps 4 to 33"),
     "in mm, without a scale": (MILLIMETRES, [], 2, "names no units"),

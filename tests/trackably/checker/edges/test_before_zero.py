@@ -27,19 +27,28 @@ SHORT = {
 }
 
 
+def chain(signal: KernelSum, n: int, step: float) -> Reference:
+    """States in a row, so that the input looks n steps ahead."""
+    system = LinearSystem(np.eye(n, k=1), np.eye(n)[:, -1:], sampling_time=step)
+    plant = ConstrainedSystem(system, Polytope.box([-9.0] * n, [9.0] * n), Polytope.box([-9.0], [9.0]))
+    return Reference((signal,), plant)
+
+
 def steep(kernel) -> Reference:
-    """One kernel, at time zero; three states in a row, so that the input looks three steps ahead."""
-    system = LinearSystem(np.eye(3, k=1), np.eye(3)[:, -1:], sampling_time=STEP)
-    plant = ConstrainedSystem(system, Polytope.box([-9.0] * 3, [9.0] * 3), Polytope.box([-9.0], [9.0]))
-    return Reference((KernelSum(kernel, 0.0, [0.0], [1.0]),), plant)
+    """One kernel, at time zero."""
+    return chain(KernelSum(kernel, 0.0, [0.0], [1.0]), 3, STEP)
+
+
+def certificate(kernel, j: int) -> Certificate:
+    width = 4 * kernel.correlation_time
+    found = prove(steep(kernel), Window(-j * STEP - width, -j * STEP + width))
+    assert isinstance(found, Certificate), found.explanation
+    return found
 
 
 @pytest.mark.parametrize("kernel", SHORT.values(), ids=SHORT)
 def test_a_stated_error_below_what_occurs_where_a_kernel_is_steep_is_refused(kernel) -> None:
-    reference, at, width = steep(kernel), -3 * STEP, 4 * kernel.correlation_time
-    found = prove(reference, Window(at - width, at + width))
-    assert isinstance(found, Certificate), found.explanation
-    data = encode_certificate(found)
+    data, reference, at = encode_certificate(certificate(kernel, 3)), steep(kernel), -3 * STEP
     assert isinstance(check(data), Proved)
     times = at + np.append(np.spacing(at) * np.arange(-3, 4), kernel.correlation_time * np.linspace(-2, 2, 41))
     values = reference.quantity("u1")(reference.signals, times)
