@@ -98,8 +98,8 @@ def errors(entries: Sequence[Entry]) -> Figure:
                 axes[0, column].vlines(x, [e.lower for e in of], [e.upper for e in of], color=f"C{i}")
         axes[row, 0].set_ylabel(said, fontsize=6)
         axes[0, column].set_title(system, fontsize=7)
+        axes[row, column].set_xticks(range(len(LEVELS)), [of.replace(" ", "\n") for of in LEVELS], fontsize=5)
     axes[0, 0].set_yscale("log")
-    axes[0, 0].set_xticks(range(len(LEVELS)), [level.replace(" ", "\n") for level in LEVELS], fontsize=5)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=6)
     return figure
 

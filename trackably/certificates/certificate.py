@@ -99,13 +99,13 @@ class Certificate:
         """Return the index of the first of the times t [s] that is not proved, and the reason; None if all are."""
         (first, last), until, flat, claimed = self.claim.span, self.last_time, t.ravel(), times_of(self.claim)
         tolerance, step = self.time_tolerance * np.abs(flat), self.reference.plant.sampling_time
-        apart = np.abs(flat - np.round(flat / step) * step)
+        apart = np.abs(flat - np.round(flat / step) * step) if isinstance(self.proof, Steps) else np.zeros(flat.shape)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
         for refused, why in (
             (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {claimed}"),
             (np.abs(flat) > until, rounding),
             (
-                isinstance(self.proof, Steps) & (apart > tolerance),
+                apart > tolerance,
                 f"between the sampled instants, which alone are proved, {claimed}",
             ),
         ):

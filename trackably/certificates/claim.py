@@ -30,8 +30,10 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
             return Window(min(first, before * step), max(last, after * step))
         case AllTimes() | AllPhases():
             return written
-        case str("all_times") | str("all_phases"):
-            return AllTimes() if written == "all_times" else AllPhases()
+        case str("all_times"):
+            return AllTimes()
+        case str("all_phases"):
+            return AllPhases()
         case (start, end) | Window(start, end) if (
             is_number(start) and is_number(end) and isfinite(start) and isfinite(end)
         ):

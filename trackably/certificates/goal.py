@@ -39,8 +39,10 @@ class Goal:
         if not self.is_beyond(failed_at) or not failed_at - start < _FAR * (end - start):
             return None
         if failed_at < start:
-            return replace(self, times=Window(max(end - _LONGER * (end - failed_at), 0.0), end))
-        return replace(self, times=Window(start, start + _LONGER * (failed_at - start)))
+            start = max(end - _LONGER * (end - failed_at), 0.0)
+        else:
+            end = start + _LONGER * (failed_at - start)
+        return replace(self, times=Window(start, end))
 
 
 def goal_for(claim: Claim, samples: tuple[Samples, ...], prior: JointPrior, plant: ConstrainedSystem) -> Goal:

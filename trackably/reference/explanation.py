@@ -23,7 +23,7 @@ _OF_NOISE = 0.5  # a question is asked if σ_n learned with bounds differs from 
 # An outlier is also beyond the values before and after it by _BEYOND times its residual: where a signal jumps, a smooth
 # fit is far off samples that lie between their neighbours. If more than the part _FEW is far off, none is an outlier.
 _TIMES_TYPICAL = 10.0
-_TIMES_NOISE = 5.0
+_TIMES_NOISE = 3.0
 _BEYOND = 0.5
 _FEW = 0.1  # largest part of all samples that may be far off
 _FEWEST = 10  # with fewer samples, none is called an outlier

@@ -53,3 +53,10 @@ def test_noise_is_not_asked_about(n):
     normal = rng.standard_normal(n)
     for off in (normal, rng.uniform(-1, 1, n), np.sign(normal), rng.laplace(size=n), np.round(normal / 2)):
         assert asked(off, float(np.std(off)), off) == []
+
+
+def test_two_outliers_do_not_hide_each_other():
+    """Two equal outliers among 40 samples raise the learned noise to a fifth of their size, or more."""
+    off = 0.01 * np.cos(np.arange(40.0))
+    off[[10, 25]] += 1.0
+    assert asked(off, float(np.std(off)), off)
