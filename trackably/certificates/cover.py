@@ -168,7 +168,7 @@ def discs(
             after = np.minimum(np.searchsorted(centres, times), len(centres) - 1)
             nearest = np.minimum(np.abs(times - centres[after]), np.abs(times - centres[np.maximum(after - 1, 0)]))
             if has_periodic_part(kernel):  # κ repeats: far from a centre, it need not be small
-                nearest = np.zeros_like(nearest)
+                nearest = 0.0 * nearest
             bounds += on_disc(Floats.exact(nearest), Floats.exact(tried)).high
         sizes = bounds * (halves / tried) ** terms
     sizes[~np.isfinite(sizes)] = np.inf
