@@ -173,7 +173,8 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
         begin, known = wanted.first, receding_window(stream, wanted.first * sampling_time, wanted.window)
     first = learner(known)
     if not isinstance(first, Certified) or not holds_for_all_times(first):
-        raise NoReferenceError(f"experiment {experiment.name}, control.online: {first.explanation}")
+        why = (first.certificate if isinstance(first, Certified) else first).explanation
+        raise NoReferenceError(f"experiment {experiment.name}, control.online: {why}")
     arrivals = [
         (k, receding_window(stream, k * sampling_time, wanted.window))
         for k in range(begin + wanted.every, end + 1, wanted.every)
