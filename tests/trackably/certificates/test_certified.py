@@ -79,35 +79,28 @@ def test_constraints_are_extended_to_where_a_proof_failed_before_them(monkeypatc
     assert windows == [Window(0.0, goal.times.end)]
 
 
-def crane(step, end, distance, noise_std, kernel):
-    """A crane whose swing is limited to 0.05 rad, its samples need 0.08 rad: samples, prior and plant."""
-    g, length = 9.81, 2.0
-    A = np.array([[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -g / length, 0]])
-    B = np.array([[0], [1], [0], [-1 / length]])
-    system = LinearSystem.discretised(A, B, step, states=["x", "v", "phi", "w"], inputs=["a"])
+def crane(step, end, distance, noise_std, kernel, learner):
+    """What is learned for a crane whose swing is limited to 0.05 rad, while its samples need 0.08 rad."""
+    A = np.array([[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -9.81 / 2.0, 0]])
+    system = LinearSystem.discretised(A, np.array([[0], [1], [0], [-1 / 2.0]]), step)
     states = Polytope.box([-1, -1.5, -0.05, -0.5], [6, 1.5, 0.05, 0.5])
     plant = ConstrainedSystem(system, states, Polytope.box([-1.0], [1.0]))
     t = np.arange(0, end + 0.01, 0.1)
     s = np.clip((t - 1) / (0.6 * end), 0, 1)
     noise = 0.02 * np.random.default_rng(0).standard_normal(t.size)
     samples = (Samples(t, distance * (10 * s**3 - 15 * s**4 + 6 * s**5) + noise),)
-    return samples, JointPrior((Prior(kernel, noise_std, mean=distance / 2),)), plant
+    prior = JointPrior((Prior(kernel, noise_std, mean=distance / 2),))
+    goal = goal_for(Window(0.0, end), samples, prior, plant)
+    return learn_certified(samples, prior, plant, SearchSpace.around(samples, prior), goal, learner=learner)
 
 
 def test_bounds_that_hardly_cost_leave_room_for_large_errors_of_evaluation():
     """Float64 evaluates the input to 3 % only; where it does better, at shorter length scales, J is far larger."""
-    samples, prior, plant = crane(0.015, 5.0, 1.25, 0.0147, SquaredExponential())
-    window = Window(0.0, 5.0)
-    space = SearchSpace.around(samples, prior)
-    found = learn_certified(samples, prior, plant, space, goal_for(window, samples, prior, plant), learner=JOINT)
-    assert isinstance(found, Certified)
+    found = crane(0.015, 5.0, 1.25, 0.0147, SquaredExponential(), JOINT)
     assert found.solution.objective < 0
     assert found.backoff > 0.1
 
 
 def test_a_crane_with_known_hyperparameters_leaves_room_for_errors_of_evaluation():
     """No shorter length scales can be searched here: only its input's bounds, which hardly cost, can give way."""
-    samples, prior, plant = crane(0.05, 10.0, 5.0, 0.0192, SquaredExponential(1.33, 0.622))
-    goal = goal_for(Window(0.0, 10.0), samples, prior, plant)
-    found = learn_certified(samples, prior, plant, SearchSpace({}), goal, learner=FUNCTION)
-    assert isinstance(found, Certified)
+    assert isinstance(crane(0.05, 10.0, 5.0, 0.0192, SquaredExponential(1.33, 0.622), FUNCTION), Certified)

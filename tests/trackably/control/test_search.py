@@ -3,20 +3,16 @@
 import numpy as np
 import pytest
 
-from tests.local_search.cases import Case, cases
+from tests.local_search.cases import cases
 from tests.trackably.control import naive
 from trackably.control.stepping import Status
 
-SEARCHED = [(0.5, 3, 3), (0.5, 10, 6), (0.8, 10, 1), (0.7, 10, 4), (0.8, 10, 5), (0.9, 15, 1)]
 
-
-def hard(alpha: float, horizon: int, number: int) -> Case:
-    return cases(alpha, horizon, moving=False, states=number + 1)[number]
-
-
-@pytest.mark.parametrize("which", SEARCHED, ids=str)
-def test_what_is_found_is_followed_keeps_the_bounds_and_is_a_minimum(which):
-    case = hard(*which)
+@pytest.mark.parametrize(
+    ("alpha", "horizon", "number"), [(0.5, 3, 3), (0.5, 10, 6), (0.8, 10, 1), (0.7, 10, 4), (0.8, 10, 5), (0.9, 15, 1)]
+)
+def test_what_is_found_is_followed_keeps_the_bounds_and_is_a_minimum(alpha, horizon, number):
+    case = cases(alpha, horizon, moving=False, states=number + 1)[number]
     result, plant = case.answer, case.controller.plant
     assert result.status is not Status.ADMISSIBLE
     followed = plant.system.successor(result.states[:-1], result.inputs)
