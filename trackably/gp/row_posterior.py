@@ -41,12 +41,8 @@ class RowPosterior:
 
     @cached
     def rounding(self) -> Array:
-        """The rounding errors of the variances of the rows: about ε (Σ |w|)² κ(0) for a row with weights w."""
-        total, eps = np.zeros(len(self.rows)), np.finfo(float).eps
-        for part, terms in zip(self.posterior.parts, self.rows.terms, strict=True):
-            sizes = np.bincount(terms.of_row, np.abs(terms.weights), len(self.rows))
-            total += eps * part.prior.kernel(np.zeros(())) * sizes**2
-        return total
+        """The rounding errors of the variances of the rows, shape (n,)."""
+        return np.asarray(sum((kernel.rounding for kernel in self._kernels), np.zeros(len(self.rows))))
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for `multipliers` ν (n,) of rows L_a."""

@@ -137,16 +137,19 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
     first = terms.first_times(count)
     after = terms.times - first[terms.of_row]
     moments = terms.summed(after[:, None] ** np.arange(_LONGEST) / _FACTORIALS, count)
-    spread = np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * _LONGEST - 2)[::2]))  # standard deviations of g⁽ⁿ⁾
-    sizes = np.abs(moments) * spread
+    sizes = np.abs(moments) * _deviations(kernel, _LONGEST)
     row = np.max(sizes, axis=1)
-    error = _EPS * (np.bincount(terms.of_row, np.abs(terms.weights), count) * spread[0]) ** 2
-    if np.all(error <= _LARGEST_ERROR * row**2):
+    if np.all(direct.rounding <= _LARGEST_ERROR * row**2):
         return direct
     needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
     if needed[-1] == _LONGEST - 1:  # the series does not end: a row lasts too long, in correlation times
         return direct
     return Taylor(kernel, first, moments[:, : needed[-1] + 1])
+
+
+def _deviations(kernel: Kernel, count: int) -> Array:
+    """Return the prior's standard deviations of g, g⁽¹⁾, …, shape (count,)."""
+    return np.asarray(np.sqrt(np.abs(kernel.jet(np.zeros(()), 2 * count - 2)[::2])))
 
 
 @dataclass(frozen=True)
@@ -161,6 +164,12 @@ class Direct:
     def centres(self) -> Terms:
         """The times t_p and weights w_p of the kernels in κ(·, L_a) = Σ_p w_p κ(· − t_p), for each row L_a."""
         return self.terms
+
+    @property
+    def rounding(self) -> Array:
+        """The rounding errors of the rows' variances, shape (count,): about ε (Σ |w|)² κ(0) for weights w."""
+        sizes = np.bincount(self.terms.of_row, np.abs(self.terms.weights), self.count)
+        return np.asarray(_EPS * self.kernel(np.zeros(())) * sizes**2)
 
     def among(self) -> Array:
         """Return the prior covariances L_a L_b κ of the rows; the shape is (count, count)."""
@@ -232,6 +241,11 @@ class Taylor:
         times = self.first[:, None] + nodes
         of_row = np.broadcast_to(np.arange(len(self.first))[:, None], times.shape)
         return Terms(times.ravel(), weights.ravel(), of_row.ravel())
+
+    @property
+    def rounding(self) -> Array:
+        sizes = np.abs(self.moments) @ _deviations(self.kernel, self._order + 1)
+        return np.asarray(_EPS * sizes**2)
 
     def among(self) -> Array:
         jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
