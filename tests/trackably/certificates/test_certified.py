@@ -81,8 +81,8 @@ def test_constraints_are_extended_to_where_a_proof_failed_before_them(monkeypatc
 
 def crane(step, end, distance, noise_std, kernel, learner):
     """What is learned for a crane whose swing is limited to 0.05 rad, while its samples need 0.08 rad."""
-    A = np.array([[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -9.81 / 2.0, 0]])
-    system = LinearSystem.discretised(A, np.array([[0], [1], [0], [-1 / 2.0]]), step)
+    A = np.array([[0, 1, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1], [0, 0, -4.905, 0]])
+    system = LinearSystem.discretised(A, np.array([[0], [1], [0], [-0.5]]), step)
     states = Polytope.box([-1, -1.5, -0.05, -0.5], [6, 1.5, 0.05, 0.5])
     plant = ConstrainedSystem(system, states, Polytope.box([-1.0], [1.0]))
     t = np.arange(0, end + 0.01, 0.1)

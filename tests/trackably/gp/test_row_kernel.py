@@ -44,6 +44,7 @@ def assert_are_those_with_many_digits(kernel: Kernel, step: float, tolerance: fl
     exact, found = with_many_digits(kernel, terms, terms, COUNT), row_kernel(kernel, terms, COUNT)
     size = np.sqrt(np.diag(exact))  # 0 of the last row, whose covariances are exactly that
     assert np.all(np.abs(found.among() - exact) <= tolerance * np.outer(size, size))
+    assert np.all(found.rounding <= tolerance * size**2)
     times = np.linspace(-1, 4, 4) * min(time_scales(kernel))
     exact = with_many_digits(kernel, terms, Terms(times, np.ones(4), np.arange(4)), 4)
     scale = size[:, None] * np.sqrt(kernel(np.zeros(())))
