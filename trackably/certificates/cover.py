@@ -1,6 +1,6 @@
 """Propose boxes of time that cover a window: the checker says in which of them bounds hold; the others are halved."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.draft import TERMS, Draft, has_periodic_part
-from trackably.certificates.outcome import Unproved
+from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.certificate import Boxes
 from trackably.checker.floats.boxes import FIRST_PASS
@@ -19,6 +19,7 @@ from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import Subject
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
+from trackably.systems.trajectories import Quantity as Bounded
 from trackably.work import done
 
 # The search ends if more boxes are refused in a round than the first number, plus the second number for each centre and
@@ -37,10 +38,18 @@ _BESIDE = 2.0**16
 _RATIOS = np.array([1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0, 16.0, 20.0, 26.0, 32.0, 64.0, 128.0])
 
 
-def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[str, Boxes] | Unproved:
-    """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or a box that it refuses.
+def cover(
+    draft: Draft,
+    reference: Reference,
+    start: float,
+    end: float,
+    failure_at: Callable[[Bounded, float], Counterexample | Unproved | None],
+) -> dict[str, Boxes] | Counterexample | Unproved:
+    """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or how one of them fails.
 
     Boxes of all quantities come from the same repeated divisions, so that a signal is enclosed only once in each box.
+    `failure_at` says how a quantity fails at a time [s], and None if it keeps its bounds there. It is asked about the
+    refused box with the smallest margin, as no part of a box is accepted around a margin smaller than the stated error.
     """
     first = pairwise(_first_edges(draft, reference, start, end).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
@@ -61,11 +70,13 @@ def cover(draft: Draft, reference: Reference, start: float, end: float) -> dict[
         if not refused:
             return {name: _join(start, found) for name, found in accepted.items()}
         every = [(why, name, box) for box, of in refused.items() for name, why in of.items()]
+        if (tightest := _tightest(draft, reference, refused)) and (failure := failure_at(*tightest)):
+            return failure
         reason, name, box = max(every, key=lambda found: bool(found[0]))
         if reason or len(refused) > _MOST_BOXES + _MOST_FOR_EACH * changes or halvings == _MOST_HALVINGS - 1:
-            bounds = reference.quantity(name).bounds.at(box.start)
-            reason = reason or "no enclosure found in this box is narrow enough"
-            return Unproved(name, bounds, (box.start, box.end), 0.0, reason)
+            quantity, reason = reference.quantity(name), reason or "no enclosure found in this box is narrow enough"
+            bounds = quantity.bounds.at(box.start)
+            return failure_at(quantity, _middle(box)) or Unproved(name, bounds, (box.start, box.end), 0.0, reason)
         wanted = {
             part: [q for q in held[box] if q.name in names]
             for box, names in refused.items()
@@ -92,6 +103,18 @@ def _refusals(draft: Draft, held: Mapping[Box, list[Quantity]], exactly: bool) -
     return {box: names for box, names in again.items() if names}
 
 
+def _tightest(draft: Draft, reference: Reference, refused: Iterable[Box]) -> tuple[Bounded, float] | None:
+    """Return a quantity and the middle [s] of a refused box where float64 shows a margin smaller than the stated error.
+
+    Return None if there is none. Of several, the margin is the smallest, after subtraction of the error.
+    """
+    times, signals = np.array([*map(_middle, refused)]), [signal.summed for signal in reference.kernel_sums]
+    errors = [[draft.errors[q.name]] for q in reference.quantities]
+    left = Quantities(reference.quantities, signals).margins(times) - errors
+    q, i = np.unravel_index(np.argmin(left), left.shape)
+    return (reference.quantities[q], float(times[i])) if left[q, i] < 0 else None
+
+
 def _kinks(draft: Draft) -> Array:
     """Return the times [s] at which boxes are divided because signals have kinks there, in increasing order.
 
@@ -112,7 +135,7 @@ def _kinks(draft: Draft) -> Array:
 
 def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:
     """Return the parts of a box: it is divided at the kink inside that is nearest to its middle, or else there."""
-    middle = box.start + (box.end - box.start) / 2
+    middle = _middle(box)
     inside = kinks[np.searchsorted(kinks, box.start, side="right") : np.searchsorted(kinks, box.end)].tolist()
     return pairwise(sorted({box.start, min(inside, key=lambda t: abs(t - middle), default=middle), box.end}))
 
@@ -143,6 +166,10 @@ def _shifts(subject: Subject, arguments: Iterable[LinearCombination]) -> list[tu
     """Return the pairs (index s of a signal, shift j T_s [s]) that the linear combinations contain, sorted."""
     found = {shifted for argument in arguments for shifted in shifts_of(argument)}
     return [(s, j * Fraction(subject.system.sampling_time)) for s, j in sorted(found)]
+
+
+def _middle(box: Box) -> float:
+    return box.start + (box.end - box.start) / 2
 
 
 def discs(

@@ -128,11 +128,9 @@ class _ProofProblem:
         return self._certificate(Steps(math.ceil(end / T))) if at_instants else self._covered(start, end)
 
     def _covered(self, start: float, end: float) -> Outcome:
-        """Return a certificate with boxes of time, or how the first box fails that the checker refuses."""
-        found = cover(self.draft, self.reference, start, end)
-        if not isinstance(found, Unproved):
-            return self._certificate(Cover(start, end, found, TERMS))
-        return self._failure_at(self.reference.quantity(found.quantity), sum(found.box) / 2) or found
+        """Return a certificate with boxes of time, or how a box fails that the checker refuses."""
+        found = cover(self.draft, self.reference, start, end, self._failure_at)
+        return found if isinstance(found, Failure) else self._certificate(Cover(start, end, found, TERMS))
 
     @property
     def _outcome_of_pieces(self) -> Outcome:

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.cover import cover
+from trackably.certificates.draft import Draft
 from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, boxes, check
@@ -19,13 +21,13 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 
 
-def rough_on_its_bounds() -> Reference:
+def rough_on_its_bounds(spare: float = 1e-4) -> Reference:
     """A posterior mean with a kink at each sample, whose input nearly reaches its bounds most of the time."""
     times = 0.1 * np.arange(400)
     zigzag = np.abs(times % 8 - 4) + 0.02 * np.random.default_rng(0).standard_normal(len(times))
     signal = Posterior(Prior(Matern32(2.0, 15.0), 0.05, 2.0), Samples(times, zigzag)).signal
     speeds = np.diff(signal(np.arange(0, 39.8, 0.001))[::10]) / 0.01
-    fastest = (1 + 1e-4) * float(np.max(np.abs(speeds)))
+    fastest = (1 + spare) * float(np.max(np.abs(speeds)))
     system = LinearSystem.scalar(1.0, 0.01, sampling_time=0.01)
     plant = ConstrainedSystem(system, Polytope.box([-10.0], [10.0]), Polytope.box([-fastest], [fastest]))
     return Reference((signal,), plant)
@@ -35,9 +37,19 @@ def test_boxes_end_at_kinks_and_none_is_left_to_exact_arithmetic(monkeypatch):
     """Halves of boxes never end at a sample less a step: they would all have to be tiny, or be enclosed exactly."""
     found = prove(rough_on_its_bounds(), Window(0.0, 39.0))
     assert isinstance(found, Certificate)
-    assert sum(len(cover.radii) for cover in found.proof.boxes.values()) < 2000
+    assert sum(len(of.radii) for of in found.proof.boxes.values()) < 2000
     monkeypatch.setattr(boxes, "enclose_signal", None)
     assert isinstance(check(encode_certificate(found)), Proved)
+
+
+def test_a_margin_below_the_error_ends_the_search_before_exact_arithmetic(monkeypatch):
+    """Its time is in the middle of some refused box before boxes are narrow enough for exact arithmetic."""
+    reference, asked = rough_on_its_bounds(-1e-3), []
+    monkeypatch.setattr(boxes, "enclose_signal", None)
+    drawn = Draft.of(reference, 39.0, np.zeros(0))
+    assert cover(drawn, reference, 0.0, 39.0, lambda *place: asked.append(place) or "it fails") == "it fails"
+    [(quantity, time)] = asked
+    assert quantity.margin([signal.summed for signal in reference.signals], time) < drawn.errors["input"]
 
 
 @pytest.mark.parametrize("shape", [2e-2, 5e-4])
