@@ -229,7 +229,7 @@ _SETTINGS = {
     "html_static_path": [str(_HERE / "static")],
     "html_css_files": ["report.css"],
     "html_js_files": ["filter.js"],
-    "html_math_renderer": "drawn",
+    "html_math_renderer": "mathml",
     "html_show_sphinx": False,
     "html_show_copyright": False,
     "html_copy_source": False,
