@@ -12,6 +12,7 @@ from pipeline.loops.disturbed import disturbed_loops, prices
 from pipeline.loops.feasible_set import feasible_over_time
 from pipeline.loops.online import relearn
 from pipeline.loops.trajectory import (
+    LOGGED,
     ON,
     Course,
     first_untrackable_step,
@@ -67,7 +68,7 @@ def control(experiment: Experiment, results: Results) -> None:
     """
     fitted, wanted, plant = read_fit_of(experiment, results), experiment.control, experiment.plant
     try:
-        controller = scaled_controller(plant, wanted.horizon, wanted.input_weight)
+        controller = scaled_controller(plant, wanted.horizon)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: control: {error}") from error
     steps = experiment.loop_steps
@@ -87,7 +88,7 @@ def control(experiment: Experiment, results: Results) -> None:
         for start, state in tqdm(states.items(), desc=f"{experiment.name}: {name}", disable=None):
             policy = apply_fallback_for(wanted.patience)
             loop = simulate(controller, reference, state, len(steps), first_step=steps.start, on_infeasible=policy)
-            courses[f"/loops/{name}/{start}"] = Course.of(loop, plant).until(steps.start + wanted.logged)
+            courses[f"/loops/{name}/{start}"] = Course.of(loop, plant).until(steps.start + LOGGED)
             found[start] = loop_metrics(loop, plant)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
     online = relearn(experiment, fitted.sampled, controller)

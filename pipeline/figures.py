@@ -13,7 +13,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, Courses, below, by_reference, read_loops
+from pipeline.loops.trajectory import LOGGED, ON, Courses, below, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -259,7 +259,7 @@ class _Figures:
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
         courses, steps, plane = by_reference(closed), experiment.loop_steps, experiment.plane
-        shown = steps.start + min(wanted.shown, wanted.logged, len(steps))
+        shown = steps.start + min(wanted.shown, LOGGED, len(steps))
         found: Drawings = {
             "closed-loop": lambda: loops.closed_loop(courses, plant, shown, units),
             "cost": lambda: loops.costs(courses, plant, shown),

@@ -74,8 +74,7 @@ def draw_row(experiment: Experiment, seed: int) -> list[float]:
     free = _solution(experiment, seed, best(task))
     margins = _margins(task.plant, free.posterior)
     kept = _solution(experiment, seed, best(task, at_all_phases(task))) if min(margins) < 0 else free
-    steps = np.arange(experiment.verified(task.samples).last_step + 1, dtype=float)
-    times, (truth,) = steps * task.plant.sampling_time, experiment.truths.values()
+    times, (truth,) = experiment.verified_times(task.samples), experiment.truths.values()
     of_free, of_kept = (_summary(solution, times, truth(times)) for solution in (free, kept))
     return [float(seed), *of_free, *margins, *of_kept]
 
@@ -114,7 +113,7 @@ def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: 
         return []
     reference = Reference(found.solution.signals, task.plant)
     (signal,), (of,), (truth,) = reference.signals, samples, experiment.truths.values()
-    times = reference.instants(np.arange(experiment.verified(samples).last_step + 1, dtype=float))
+    times = experiment.verified_times(samples)
     misfit = of.mean_square(of.values - of.stencil.measured(signal, of.times))
     error = np.mean((reference.state_at(times)[:, 0] - truth(times)) ** 2)
     return [upper, found.solution.objective, float(np.sqrt(misfit)), float(np.sqrt(error))]

@@ -40,7 +40,7 @@ def generate(experiment: Experiment, results: Results) -> None:
             warnings.warn(f"experiment {experiment.name}: {doubt}", DoubtfulInputWarning, stacklevel=1)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: {error}") from error
-    times = np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float) * experiment.plant.sampling_time
+    times = experiment.verified_times(sampled.samples)
     write_samples(results, sampled, {name: (times, truth(times)) for name, truth in experiment.truths.items()})
 
 

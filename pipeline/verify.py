@@ -23,6 +23,7 @@ from trackably.certificates.outcome import Counterexample
 from trackably.certificates.prove import Outcome
 from trackably.errors import NoReferenceError
 from trackably.files import write_atomically, write_json, write_text
+from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound
 from trackably.reference.truth import accuracy, with_truth
 from trackably.systems.reference import Reference
@@ -133,20 +134,14 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
     The true signal is compared at the verified steps, if it is known. `held_out` is the distance from the samples that
     are held out, if there are any.
     """
-    times = reference.instants(np.arange(experiment.verified(sampled.samples).last_step + 1, dtype=float))
-    signals = reference.kernel_sums
-    truth = {name: (times, truth(times)) for name, truth in experiment.truths.items()}
-    held_out = {name: (later.times, later.values) for name, later in sampled.held_out_by_name.items()}
-
-    def mean_squares(known: Mapping[str, tuple[Array, Array]]) -> dict[str, float]:
-        off = {name: values - sampled.measured(name, signals, t) for name, (t, values) in known.items()}
-        return {name: float(np.mean(of**2)) for name, of in off.items()}
-
-    return {
-        **_roots("misfit", sampled.mean_squares(signals)),
-        **_roots("rmse", mean_squares(truth)),
-        **_roots("held_out", mean_squares(held_out)),
+    times, signals = experiment.verified_times(sampled.samples), reference.kernel_sums
+    known = {
+        "misfit": None,
+        "rmse": {name: Samples(times, truth(times)) for name, truth in experiment.truths.items()},
+        "held_out": sampled.held_out_by_name,
     }
+    squares = {kind: sampled.mean_squares(signals, others) for kind, others in known.items()}
+    return {name: error for kind, of_kind in squares.items() for name, error in _roots(kind, of_kind).items()}
 
 
 def _condensed(sampled: Sampled) -> dict[str, Any]:

@@ -107,35 +107,36 @@ class Claim(Fields):
         return self
 
     @property
+    def _expectation(self) -> tuple[str, float | Locator | None]:
+        """The relation that the value has to have to a limit: ≥, ≤, or = up to `within`."""
+        for relation, limit in (("≥", self.at_least), ("≤", self.at_most)):
+            if limit is not None:
+                return relation, limit
+        if self.printed is None:
+            return "=", self.equals
+        numbers = printed_numbers(self.printed.experiment)
+        if self.printed.quantity not in numbers:
+            raise InputError(f"claim {self.claim!r}: the paper's printed numbers have no {self.printed.quantity!r}")
+        return "=", numbers[self.printed.quantity]
+
+    @property
     def expected(self) -> str:
         """The expectation in a few characters, such as "≥ 0" or "1.5 ± 0.1"."""
-        for sign, limit in (("≥", self.at_least), ("≤", self.at_most)):
-            if limit is not None:
-                return f"{sign} {limit}" if isinstance(limit, Locator) else f"{sign} {limit:g}"
-        number = self._number()
-        shown = "no value" if number is None else f"{number:.10g}"
+        relation, limit = self._expectation
+        if relation != "=":
+            return f"{relation} {limit}" if isinstance(limit, Locator) else f"{relation} {limit:g}"
+        shown = "no value" if limit is None else f"{limit:.10g}"
         return f"{shown} ± {self.within:g}" if self.within else shown
 
     def admits(self, value: Found, look_up: Callable[[Locator], Found]) -> bool:
         """Return whether a value is as expected; NaN never is. `look_up` finds other values of the same results."""
-        limits = [look_up(limit) if isinstance(limit, Locator) else limit for limit in (self.at_least, self.at_most)]
-        if not is_number(value):
-            return value is None and self._number() is None and limits == [None, None]
-        at_least, at_most = limits
-        if self.at_least is not None:
-            return is_number(at_least) and value >= at_least
-        if self.at_most is not None:
-            return is_number(at_most) and value <= at_most
-        number = self._number()
-        return number is not None and abs(value - number) <= self.within
-
-    def _number(self) -> float | None:
-        if self.printed is None:
-            return self.equals
-        numbers = printed_numbers(self.printed.experiment)
-        if self.printed.quantity not in numbers:
-            raise InputError(f"claim {self.claim!r}: the paper's printed numbers have no {self.printed.quantity!r}")
-        return numbers[self.printed.quantity]
+        relation, expected = self._expectation
+        limit = look_up(expected) if isinstance(expected, Locator) else expected
+        if not (is_number(value) and is_number(limit)):
+            return relation == "=" and value is None and limit is None
+        if relation == "=":
+            return abs(value - limit) <= self.within
+        return value >= limit if relation == "≥" else value <= limit
 
 
 class Claims(Fields):

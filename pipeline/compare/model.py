@@ -201,7 +201,13 @@ class Comparison:
 
     @property
     def counts(self) -> dict[Status, int]:
-        found = Counter(row.status for row in self.rows)
+        """The number of artifacts by outcome: a log has the worst outcome of its parts."""
+        worst: dict[str, Status] = {}
+        for row in self.rows:
+            # A part that is missing or extra makes the log that it belongs to different.
+            status = Status.DIFFERENT if row.topic and row.status not in FINE else row.status
+            worst[row.artifact] = max(worst.get(row.artifact, status), status, key=[*Status].index)
+        found = Counter(worst.values())
         return {status: found[status] for status in Status}
 
     @property

@@ -19,15 +19,11 @@ from pipeline.drawings.style import (
     PUBLISHED,
     SYMBOLS,
     direct_label,
-    input_at_steps,
-    input_interval,
-    state_at_steps,
     state_bounds,
-    state_interval,
     step_label,
-    tube_after_steps,
 )
 from pipeline.published.algorithm1 import Trace, tail
+from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
@@ -257,18 +253,18 @@ def tube(reference: Reference, steps: Array) -> Figure:
 
 def _fans(axes: Axes, reference: Reference, steps: Array) -> None:
     with_next = np.append(steps, steps[-1] + 1)
-    x, (low, high) = state_at_steps(reference, with_next), tube_after_steps(reference, steps)
+    x, (low, high) = reference.state(with_next)[..., 0], reachable_tube(reference, reference.instants(steps))
     corners = np.transpose([[steps, x[:-1]], [steps + 1, low], [steps + 1, high]], (2, 0, 1))
     axes.add_collection(PolyCollection(list(corners), facecolors=FAINT))
     label = r"$\mathcal{T}_{k+1}$, in reach from $x_\mathrm{r}(k)$"
     axes.add_collection(LineCollection(list(corners[:, 1:]), colors=GREY, linewidths=1.6, label=label))
     axes.plot(with_next, x, color=BLUE, marker="o", linewidth=0.9, label=r"reference $x_\mathrm{r}(k)$")
     axes.autoscale_view()
-    state_bounds(axes, state_interval(reference), side="left")
+    state_bounds(axes, interval_sets(reference.plant)[0], side="left")
 
 
 def _inputs(axes: Axes, reference: Reference, steps: Array) -> None:
-    bounds, u = input_interval(reference), input_at_steps(reference, steps)
+    (_, bounds), u = interval_sets(reference.plant), reference.input(steps)[..., 0]
     axes.axhspan(bounds.lower, bounds.upper, facecolor=FAINT, label=r"input set $\mathcal{U}$")
     axes.hlines([bounds.lower, bounds.upper], steps[0] - 0.4, steps[-1] + 1.4, colors=INK, linewidths=0.8)
     edges, label = np.append(steps, steps[-1] + 1), r"its input $u_\mathrm{r}(k)$"
@@ -288,7 +284,7 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     figure, [[axes]] = panels_of(2.5, width=COLUMN)
     plant = reference.plant
     k = np.linspace(0, last_step, 10 * last_step + 1)
-    x = state_at_steps(reference, k)
+    x = reference.state(k)[..., 0]
     low, high = float(min(x.min(), samples.values.min())), float(max(x.max(), samples.values.max()))
     bottom, top = low - 0.1 * (high - low), high + 0.4 * (high - low)
     axes.set(xlim=(-1, last_step), ylim=(bottom, top))
@@ -298,7 +294,7 @@ def asymptotic(reference: Reference, samples: Samples, transient_step: int, fina
     axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
     axes.axvline(final_step, color=GREY, **DOTTED)
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=r"state $x$ [–]")
-    state_bounds(axes, state_interval(reference))
+    state_bounds(axes, interval_sets(reference.plant)[0])
     legend_above(figure, columns=3)
     side = "right" if transient_step > last_step / 4 else "left"  # in the grey band if it is wide enough
     direct_label(axes, transient_step, bottom, " transient ", ha=side, va="bottom")
@@ -339,7 +335,7 @@ def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | 
     if truth is not None:
         given.plot(times, truth, color=GREY, linestyle=(0, (4, 2)), linewidth=0.9)
     made.plot(times, learned, color=BLUE, linewidth=1.2)
-    lowest, bound = float(min(learned.min(), samples.values.min())), state_interval(reference).upper
+    lowest, bound = float(min(learned.min(), samples.values.min())), interval_sets(reference.plant)[0].upper
     for axes, title in ((given, r"data ($\times$)"), (made, r"learned reference $x_\mathrm{r}$")):
         _panel(axes, title, float(times[-1]), lowest, bound)
     for middle, words in zip(_BOXES, ("reference\ngenerator\n(GP)", "controller\n(MPC)", "plant"), strict=True):

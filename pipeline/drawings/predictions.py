@@ -13,14 +13,10 @@ from matplotlib.ticker import NullLocator
 from pipeline.drawings.style import (
     PUBLISHED,
     direct_label,
-    input_at_steps,
-    input_interval,
-    state_at_steps,
     state_bounds,
-    state_interval,
     step_label,
-    tube_after_steps,
 )
+from pipeline.published.scalar import interval_sets, reachable_tube
 from pipeline.storage.archive import Conservatism
 from trackably.arrays import Array
 from trackably.exports.figures import (
@@ -39,6 +35,7 @@ from trackably.exports.figures import (
     with_style,
 )
 from trackably.gp.samples import Samples
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 
 _MARKERS: Final = 16
@@ -71,14 +68,15 @@ def prediction(
     windows: list[Closer] = [("", float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1]))]
     windows += [closer] if closer else []
     figure, (panels,) = panels_of(3.3, 1, len(windows), width_ratios=[1.8, 1][: len(windows)])
-    plant, X, styles = references[tube_of].plant, state_interval(references[tube_of]), reference_styles(references)
+    plant, styles = references[tube_of].plant, reference_styles(references)
+    X, U = interval_sets(plant)
     for axes, (title, first, last) in zip(panels, windows, strict=True):
         for label, reference in references.items():
-            axes.plot(steps, state_at_steps(reference, steps), **styles[label])
-            _mark_inadmissible(axes, reference, steps, styles[label]["color"])
+            axes.plot(steps, reference.state(steps)[..., 0], **styles[label])
+            _mark_inadmissible(axes, reference, steps, U, styles[label]["color"])
         if true_reference is not None:
             axes.plot(steps, true_reference, **TRUTH | {"label": "true reference"})
-        draw_tube(axes, references[tube_of], steps)
+        _draw_tube(axes, references[tube_of], steps, X)
         axes.plot(samples.times / plant.sampling_time, samples.values, **SAMPLE)
         if published:
             _published(axes, published, max(1, round((last - first) / _MARKERS)))
@@ -91,7 +89,7 @@ def prediction(
     panels[0].set_ylabel(r"state $x$ [–]")
     if closer:
         shown = steps[(steps >= first) & (steps <= last)]
-        x = np.array([state_at_steps(reference, shown) for reference in references.values()])
+        x = np.array([reference.state(shown)[..., 0] for reference in references.values()])
         bottom, top = x.min() - 0.15 * np.ptp(x), x.max() + 0.15 * np.ptp(x)
         axes.set_ylim(bottom, top)
         rectangle = (first, bottom, last - first, top - bottom)
@@ -107,7 +105,7 @@ def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
 
     None if no reference leaves X, or if this range has more than a third of the length of all steps.
     """
-    outside = [state_interval(r).margin(state_at_steps(r, steps)) < 0 for r in references]
+    outside = [interval_sets(r.plant)[0].margin(r.state(steps)[..., 0]) < 0 for r in references]
     leaving = steps[np.any(outside, axis=0)]
     if leaving.size == 0 or np.ptp(leaving) > np.ptp(steps) / 3:
         return None
@@ -116,10 +114,10 @@ def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
     return r"where a reference leaves $\mathcal{X}$", float(first), float(last)
 
 
-def draw_tube(axes: Axes, reference: Reference, steps: Array) -> None:
+def _draw_tube(axes: Axes, reference: Reference, steps: Array, X: Interval) -> None:
     """Draw the reachable tube one step after each of the `steps` in a pale colour, and its part inside X darker."""
-    (low, high), states = tube_after_steps(reference, steps), state_interval(reference)
-    inside = np.maximum(low, states.lower), np.minimum(high, states.upper)
+    low, high = reachable_tube(reference, reference.instants(steps))
+    inside = np.maximum(low, X.lower), np.minimum(high, X.upper)
     axes.fill_between(steps + 1, low, high, facecolor=FAINT, label=r"tube $\mathcal{T}_k$")
     label = r"$\mathcal{T}_k \cap \mathcal{X}$"
     axes.fill_between(steps + 1, *inside, where=inside[0] < inside[1], facecolor=PALE, label=label)
@@ -151,11 +149,11 @@ class GrowthIntervals:
     upper: Array
 
 
-def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, color: str) -> None:
+def _mark_inadmissible(axes: Axes, reference: Reference, steps: Array, U: Interval, color: str) -> None:
     """Draw a dot at each state of a reference from which no admissible input leads to the next state."""
-    inadmissible = input_interval(reference).margin(input_at_steps(reference, steps)) < 0
+    inadmissible = U.margin(reference.input(steps)[..., 0]) < 0
     if np.any(inadmissible):
-        x = state_at_steps(reference, steps[inadmissible])
+        x = reference.state(steps[inadmissible])[..., 0]
         label = "steps that no input makes"
         axes.plot(steps[inadmissible], x, ".", color=color, markersize=4, zorder=3.6, label=label)
 

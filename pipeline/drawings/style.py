@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pipeline.loops.trajectory import Course, runs_of
-from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
@@ -21,7 +20,6 @@ from trackably.exports.figures import (
 from trackably.files import write_atomically
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.reference import Reference
 
 PUBLISHED: Final[dict[str, Any]] = {
     "linestyle": "none",
@@ -92,30 +90,3 @@ def shade_no_plan(axes: Axes, steps: Array) -> None:
     """Shade the steps without a plan: each run of consecutive `steps`, up to the step after it."""
     for first, last in runs_of(steps):
         axes.axvspan(first, last + 1, **_NO_PLAN)
-
-
-def state_at_steps(reference: Reference, steps: Array) -> Array:
-    """Return x_r(k) in the shape of `steps`."""
-    return reference.state(steps)[..., 0]
-
-
-def input_at_steps(reference: Reference, steps: Array) -> Array:
-    """Return u_r(k) in the shape of `steps`."""
-    return reference.input(steps)[..., 0]
-
-
-def tube_after_steps(reference: Reference, steps: Array) -> tuple[Array, Array]:
-    """Return the ends of the reachable tube at step k + 1: the states that are reachable from x_r(k)."""
-    return reachable_tube(reference, reference.instants(steps))
-
-
-def state_interval(reference: Reference) -> Interval:
-    """Return the state set X. Raises ValueError for a system that is not scalar."""
-    state_set, _ = interval_sets(reference.plant)
-    return state_set
-
-
-def input_interval(reference: Reference) -> Interval:
-    """Return the input set U. Raises ValueError for a system that is not scalar."""
-    _, input_set = interval_sets(reference.plant)
-    return input_set

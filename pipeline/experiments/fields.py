@@ -32,7 +32,7 @@ from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
 from trackably.learning.space import MOST_STARTS
-from trackably.reference.condensed import NODES, Centres
+from trackably.reference.condensed import Centres, checked_centres
 
 T = TypeVar("T")
 
@@ -73,20 +73,29 @@ def _part(name: str, parse: Callable[[object], T], written: object) -> T:
         raise ValueError(f"{name}{'.' if of_field else ': '}{error}") from None
 
 
+def read_by(read: Callable[[Any], T]) -> Callable[[Any], T]:
+    """Return a validator that reads a field by `read`; its errors do not name the field, as the caller names it."""
+
+    def validated(written: Any) -> T:
+        try:
+            return read(written)
+        except (TypeError, ValueError) as error:
+            raise ValueError(re.sub(r"^(system|set|disturbance|truth|claim): ", "", str(error))) from error
+
+    return validated
+
+
 def parse_claim(written: object) -> Claim:
     """Return the claim of `all_times`, `all_phases` or `{window: [start, end]}` [s]. ValueError for anything else."""
     match written:
         case "all_times" | "all_phases":
             return as_claim(written)
         case {"window": [start, end], **rest} if not rest:
-            try:
-                return as_claim((start, end))
-            except ValueError as error:
-                raise ValueError(str(error).removeprefix("claim: ")) from None
+            return as_claim((start, end))
     raise ValueError("expected all_times, all_phases or {window: [start, end]}")
 
 
-ClaimField = Annotated[Claim, BeforeValidator(parse_claim)]
+ClaimField = Annotated[Claim, BeforeValidator(read_by(parse_claim))]
 
 
 def by_name(written: object) -> object:
@@ -94,15 +103,6 @@ def by_name(written: object) -> object:
     if not isinstance(written, dict) or not written:
         raise ValueError("expected a mapping from the names of sampled states, as {position: …}")
     return written
-
-
-def _centres(written: object) -> object:
-    is_count = isinstance(written, int) and not isinstance(written, bool) and written >= NODES
-    if written is None or written == "auto" or is_count:
-        return written
-    raise ValueError(
-        f"expected auto, a whole number from {NODES} on, or null to learn from each sample, got {written!r}"
-    )
 
 
 def _known_truth(name: str) -> str:
@@ -120,7 +120,7 @@ def _plain_unit(unit: str) -> str:
 LISTED = Strict(False)
 """Lets a field with a tuple or a set accept the lists of YAML."""
 ProjectPath = Annotated[Path, BeforeValidator(lambda written: Path(written) if isinstance(written, str) else written)]
-CentresField = Annotated[Centres, PlainValidator(_centres)]
+CentresField = Annotated[Centres, PlainValidator(read_by(checked_centres))]
 GroundTruthName = Annotated[str, AfterValidator(_known_truth)]
 UnitField = Annotated[str, AfterValidator(_plain_unit)]
 MOST_STEPS = 1_000_000
@@ -237,16 +237,13 @@ class Relearning(Fields):
 class Control(Fields):
     """Tracking MPC over `horizon` steps, for `steps` steps from each initial state.
 
-    The cost is the squared error relative to the widths of the sets, with the weight `input_weight` for inputs. A loop
-    ends after more than `patience` infeasible steps. Figures show the first `shown` steps of a loop, and logs hold its
-    first `logged` steps. Feasible sets are computed for each of the `horizons`.
+    The cost is the squared error relative to the widths of the sets. A loop ends after more than `patience` infeasible
+    steps. Figures show the first `shown` steps of a loop. Feasible sets are computed for each of the `horizons`.
     """
 
     horizon: PositiveInt = 20
     steps: StepCount = 600
-    input_weight: PositiveFloat = 1.0
     patience: NonNegativeInt = 100
     shown: PositiveInt = 150
-    logged: PositiveInt = 600
     horizons: Counts = (2, 5, 10, 20)
     online: Relearning | None = None

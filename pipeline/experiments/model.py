@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from pipeline.experiments.fields import (
@@ -28,6 +29,7 @@ from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, Sour
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.yaml_file import Fields
+from trackably.arrays import Array
 from trackably.certificates.claim import refusal
 from trackably.certificates.goal import Goal, goal_for
 from trackably.checker.certificate import AllPhases, Window
@@ -235,10 +237,8 @@ class Experiment(Fields):
 
     @property
     def plant(self) -> ConstrainedSystem:
-        """The system with its sets, whose bounds are tightened if the experiment has a `margin`."""
-        if self.margin:
-            return tightened(self.system, self.state_set, self.input_set, None, self.margin).plant
-        return ConstrainedSystem(self.system.discrete, self.state_set, self.input_set)
+        """The system with its sets, whose bounds are tightened by the `margin`."""
+        return tightened(self.system, self.state_set, self.input_set, None, self.margin).plant
 
     @property
     def tightening(self) -> Tightening | None:
@@ -330,6 +330,10 @@ class Experiment(Fields):
         ends += [2 * self._longest_period(samples)] if isinstance(self.claim, AllPhases) else []
         ends += [block.last_step * t_s for block in (self.algorithm1, self.periodic) if block]
         return Verification(last_step=min(max(math.ceil(max(ends) / t_s), 1), MOST_STEPS))
+
+    def verified_times(self, samples: tuple[Samples, ...]) -> Array:
+        """Return the times [s] of the verified steps."""
+        return np.arange(self.verified(samples).last_step + 1, dtype=float) * self.plant.sampling_time
 
     def _longest_period(self, samples: tuple[Samples, ...]) -> float:
         """Return the longest period [s] that may be learned from these samples."""

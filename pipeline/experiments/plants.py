@@ -1,16 +1,15 @@
 """Systems, sets and disturbances as written in params.yaml, and bounds that are tightened for disturbances."""
 
 import dataclasses
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import BeforeValidator, PlainValidator, PositiveFloat, model_validator
 
-from pipeline.experiments.fields import LISTED
+from pipeline.experiments.fields import LISTED, read_by
 from pipeline.yaml_file import Fields
 from trackably.reference.truth import Truth
 from trackably.systems.constrained import ConstrainedSystem, System
@@ -19,24 +18,8 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import Tightening, tightening
 from trackably.systems.written import fields_of, matrix, set_of, system_of, vector
 
-T = TypeVar("T")
-
-
-def _by(read: Callable[[Any], T]) -> Callable[[Any], T]:
-    """Return a validator that reads a field by `read`; its errors do not name the field, as the caller names it."""
-
-    def validated(written: Any) -> T:
-        try:
-            return read(written)
-        except (TypeError, ValueError) as error:
-            said = re.sub(r"^(system|set|disturbance|truth): ", "", str(error))
-            raise ValueError(said) from error
-
-    return validated
-
-
-Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(_by(matrix))]
-Vector = Annotated[tuple[float, ...], BeforeValidator(_by(vector))]
+Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_by(matrix))]
+Vector = Annotated[tuple[float, ...], BeforeValidator(read_by(vector))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +32,15 @@ class WrittenSystem:
 
 _OF_TRUTH = tuple(field.name for field in dataclasses.fields(Truth))
 
-ModelField = Annotated[WrittenSystem, PlainValidator(_by(lambda written: WrittenSystem(written, system_of(written))))]
-SetField = Annotated[Polytope, PlainValidator(_by(set_of))]
+ModelField = Annotated[
+    WrittenSystem, PlainValidator(read_by(lambda written: WrittenSystem(written, system_of(written))))
+]
+SetField = Annotated[Polytope, PlainValidator(read_by(set_of))]
 
 
-TruthField = Annotated[Truth, PlainValidator(_by(lambda written: Truth(**fields_of(written, _OF_TRUTH, ["noise"]))))]
+TruthField = Annotated[
+    Truth, PlainValidator(read_by(lambda written: Truth(**fields_of(written, _OF_TRUTH, ["noise"]))))
+]
 
 
 class DisturbanceSetFields(Fields):
@@ -72,7 +59,7 @@ class DisturbanceSetFields(Fields):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        _by(lambda fields: fields.set)(self)
+        read_by(lambda fields: fields.set)(self)
         return self
 
     @property

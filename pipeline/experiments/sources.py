@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     NonNegativeFloat,
@@ -16,9 +17,10 @@ from pydantic import (
 
 from pipeline.experiments.fields import LISTED, GroundTruthName, ProjectPath, Steps
 from pipeline.yaml_file import Fields
-from trackably.recordings import CLOCKS, REPAIRS, DateTimes
+from trackably.recordings import CLOCKS, DateTimes
 from trackably.recordings.csv_file import MISSING
 from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
+from trackably.recordings.rows import chosen_repairs
 
 STEPS = "steps"
 """The time unit of stamps that count sampling steps."""
@@ -65,10 +67,9 @@ class Excerpt(Fields):
         return self
 
 
-def _known_repairs(written: object) -> object:
-    if isinstance(written, list) and (unknown := [name for name in written if name not in REPAIRS]):
-        raise ValueError(f"there is no repair {unknown[0]!r}; there are {', '.join(REPAIRS)}")
-    return written
+def _known_repairs(names: tuple[str, ...]) -> tuple[str, ...]:
+    chosen_repairs(names)  # raises ValueError for an unknown name
+    return names
 
 
 def _known_clock(written: object) -> object:
@@ -101,7 +102,7 @@ def _message_time(written: object) -> object:
     raise ValueError("expected log, publish, or {field: header.stamp, unit: ...}")
 
 
-Repairs = Annotated[tuple[str, ...], LISTED, BeforeValidator(_known_repairs)]
+Repairs = Annotated[tuple[str, ...], LISTED, AfterValidator(_known_repairs)]
 
 
 class Recorded(Fields):

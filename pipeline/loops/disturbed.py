@@ -158,7 +158,7 @@ def disturbed_loops(
 
 def _controllers(experiment: Experiment, tightened: Tightening) -> dict[str, SteppedController]:
     wanted = experiment.control
-    nominal: Controller = scaled_controller(tightened.given, wanted.horizon, wanted.input_weight)
+    nominal: Controller = scaled_controller(tightened.given, wanted.horizon)
     return {"nominal": nominal, "tube": TubeController(tightened, wanted.horizon, nominal.Q, nominal.R)}
 
 

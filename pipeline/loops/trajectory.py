@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 
 ON, ABOVE, BELOW = "on", "above", "below"
+LOGGED = 600
+"""The number of steps of an undisturbed loop that its log holds at most."""
 _PARTS = 0.5 ** np.arange(1, 10)
 """By how much initial states differ from the reference, as parts of the widths."""
 

@@ -13,20 +13,12 @@ from sphinx.application import Sphinx
 from sphinx.errors import SphinxError
 from sphinx.util.docutils import docutils_namespace, patch_docutils
 
+from pipeline import story
 from pipeline.compare.claims import judge_claim, load_claims
 from pipeline.compare.model import JudgedClaim, Verdict
 from pipeline.compare.reports import shown
 from pipeline.experiments import Experiment, load_experiments
 from pipeline.storage.results import Results
-from pipeline.story import (
-    table_of_loops,
-    table_of_methods,
-    told_of_loops,
-    told_of_price,
-    told_of_proofs,
-    told_of_system,
-    told_of_theorems,
-)
 from pipeline.theorem import THEORY
 from trackably.errors import InputError
 from trackably.files import read_json, to_json, write_atomically, write_text
@@ -101,25 +93,15 @@ _LOGS = {
 
 
 Page = dict[str, Any]
-"""The data of an experiment for templates: sentences and tables in Markdown, figures, files with descriptions."""
+"""The data of an experiment for templates, which ask `pipeline.story` for sentences and tables about its results."""
 
 
-def page_of(experiment: Experiment, results: Results, theory: Path, notebook: str = "") -> Page:
-    """Return the page of an experiment; the folder `theory` has the record of proofs by Coq.
-
-    Raises InputError if a stage has not run.
-    """
+def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Page:
+    """Return the page of an experiment. Raises InputError if a stage has not run."""
     metrics: Any = read_json(results.metrics)
     return {
-        "name": experiment.name,
-        "title": experiment.title,
-        "system": told_of_system(experiment.plant),
-        "proofs": told_of_proofs(results),
-        "theorems": told_of_theorems(results, theory),
-        "price": told_of_price(results),
-        "methods": str(table_of_methods(results)),
-        "loops": told_of_loops(results),
-        "table_of_loops": str(table_of_loops(results)),
+        "experiment": experiment,
+        "results": results,
         "summary": read_json(results.summary),
         "proved": [method for method in metrics if results.certificate(method).exists()],
         "figures": sorted(results.figures.glob("*.svg")),
@@ -159,18 +141,18 @@ def write_sources(project: Path, into: Path) -> list[Page]:
         if results.summary.exists():
             notebook = project / "notebooks" / f"{experiment.name}.ipynb"
             shown = f"notebook-{experiment.name}" if notebook.exists() else ""
-            pages.append(page_of(experiment, results, project / THEORY, shown))
+            pages.append(page_of(experiment, results, shown))
             _copy((*pages[-1]["figures"], *(file for file, _ in pages[-1]["files"])), into / experiment.name)
     if not pages:
         raise InputError(f"{root}: there are no results to report; run `dvc repro` first")
-    notebooks = [project / "notebooks" / f"{page['name']}.ipynb" for page in pages if page["notebook"]]
+    notebooks = [project / "notebooks" / f"{page['experiment'].name}.ipynb" for page in pages if page["notebook"]]
     more = [*_write_notebooks(project, notebooks, into), *_write_benchmark(project / "benchmarks", into)]
     shutil.copytree(project / "docs", into, dirs_exist_ok=True)
     told: Page = {"pages": pages, "claims": _judged(project), "more": more}
     for name, template, about in (
         ("results", "results", told),
         ("gallery", "gallery", told),
-        *((page["name"], "experiment", Page(page=page)) for page in pages),
+        *((page["experiment"].name, "experiment", Page(page=page, theory=project / THEORY)) for page in pages),
     ):
         write_text(into / f"{name}.md", _rendered(_HERE / "templates" / f"{template}.md.j2", **about))
     return pages
@@ -188,7 +170,7 @@ def _rendered(template: Path, claims: Sequence[JudgedClaim] = (), **about: Any) 
     )
     templates.filters |= {"cell": _cell, "found": _found, "plain": _plain}
     held = sum(claim.new.holds for claim in claims)
-    return templates.get_template(template.name).render(claims=claims, held=held, **about)
+    return templates.get_template(template.name).render(claims=claims, held=held, story=story, **about)
 
 
 def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> list[str]:
@@ -247,7 +229,7 @@ _SETTINGS = {
     "html_static_path": [str(_HERE / "static")],
     "html_css_files": ["report.css"],
     "html_js_files": ["filter.js"],
-    "html_math_renderer": "drawn",
+    "html_math_renderer": "mathml",
     "html_show_sphinx": False,
     "html_show_copyright": False,
     "html_copy_source": False,

@@ -1,86 +1,47 @@
-"""An extension of Sphinx: formulas drawn by matplotlib, docstrings in its markup, and tables of packages."""
+"""An extension of Sphinx: formulas as MathML, docstrings in its markup, and tables of packages."""
 
 import pkgutil
 import re
-from functools import cache, partial
+from functools import partial
 from html import escape
 from importlib import import_module
 from typing import Any
 
-import numpy as np
 from docutils import nodes
 from docutils.nodes import SkipNode
-from matplotlib.font_manager import FontProperties
-from matplotlib.path import Path as Outline
-from matplotlib.textpath import TextToPath
+from docutils.utils.math import MathError
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.logging import getLogger
 
 _log = getLogger(__name__)
-_SIZE = 16.0  # font size of a drawing in its own units: 16 units are one em of the page
-_DIGITS = 2
 
-# Replacements for TeX commands that matplotlib does not know.
+# Replacements for TeX commands that docutils does not know.
 _SAID_OTHERWISE = (
-    (r"\\(ge|le|ne)(?![A-Za-z])", r"\\\1q"),
     (r"\\[bB]igg?[lr]?(?![A-Za-z])", ""),
-    (r"\\[td]frac", r"\\frac"),
-    (r"\\frac(\d)(\d)", r"\\frac{\1}{\2}"),
-    (r"\\(underline|overline|sqrt|mathrm|mathcal|bar|dot)(?![A-Za-z])\s*(\\[A-Za-z]+|[A-Za-z])", r"\\\1{\2}"),
-    (r"\^\+", r"^{\\mathrm{+}}"),
-    (r"\^\\top", r"^{\\top}"),
+    (r"\\dots(?![A-Za-z])", r"\\ldots"),
+    (r"frac(\d)(\d)", r"frac{\1}{\2}"),
 )
 
 
-def known(tex: str) -> str:
-    """Return a TeX formula with commands that matplotlib knows."""
+def mathml(tex: str, display: bool = False) -> str:
+    """Return a TeX formula as MathML, inline or on a line of its own. Raises MathError if it cannot be read."""
     for pattern, instead in _SAID_OTHERWISE:
         tex = re.sub(pattern, instead, tex)
-    return " ".join(tex.split()).replace(r"\neqq", r"\neq")
+    formula: str = tex2mathml(tex, as_block=display)
+    return formula
 
 
-@cache
-def drawing(tex: str) -> str:
-    """Return a TeX formula as SVG in the colour and size of the text. ValueError: matplotlib cannot read it."""
-    text, font = f"${known(tex)}$", FontProperties(family="serif", size=_SIZE, math_fontfamily="cm")
-    typesetter = TextToPath()
-    width, height, descent = typesetter.get_text_width_height_descent(text, font, ismath=True)
-    points, codes = typesetter.get_text_path(font, text, ismath=True)
-    points = np.asarray(points)
-    scale = _SIZE / typesetter.FONT_SCALE
-    outline = _outline(points * scale, codes)
-    box = f"0 {-(height - descent):.{_DIGITS}f} {width:.{_DIGITS}f} {height:.{_DIGITS}f}"
-    style = f"width:{width / _SIZE:.3f}em;height:{height / _SIZE:.3f}em;vertical-align:{-descent / _SIZE:.3f}em"
-    said = escape(" ".join(tex.split()), quote=True)
-    return (
-        f'<svg class="formula" role="img" aria-label="{said}" viewBox="{box}" style="{style}">'
-        f'<path fill="currentColor" d="{outline}"/></svg>'
-    )
-
-
-def _outline(points: Any, codes: Any) -> str:
-    """Return an outline as the path of an SVG, whose vertical axis points down."""
-    letters = {Outline.MOVETO: "M", Outline.LINETO: "L", Outline.CURVE3: "Q", Outline.CURVE4: "C"}
-    parts = []
-    for ends, code in Outline(points, codes).iter_segments(simplify=False):
-        numbers = " ".join(f"{x:.{_DIGITS}f} {-y:.{_DIGITS}f}" for x, y in ends.reshape(-1, 2))
-        parts.append("Z" if code == Outline.CLOSEPOLY else letters[code] + numbers)
-    return "".join(parts)
-
-
-def _write(around: str, writer: Any, node: Any) -> None:
-    writer.body.append(around.format(_shown(node)))
-    raise SkipNode
-
-
-def _shown(node: Any) -> str:
-    """Return the drawing of a formula; if it cannot be read, warn and return its TeX."""
+def _write(display: bool, writer: Any, node: Any) -> None:
+    """Write a formula; if it cannot be read, warn and write its TeX."""
     tex = node.astext()
     try:
-        return drawing(tex)
-    except ValueError as error:
-        _log.warning("formula %r cannot be drawn: %s", tex, str(error).strip().splitlines()[-1])
-        return f"<code>{escape(tex)}</code>"
+        formula = mathml(tex, display)
+    except MathError as error:
+        _log.warning("formula %r cannot be drawn: %s", tex, error)
+        formula = f"<code>{escape(tex)}</code>"
+    writer.body.append(f'<div class="math">{formula}</div>' if display else formula)
+    raise SkipNode
 
 
 _CODE = re.compile(r"(`[^`]*`)")
@@ -136,8 +97,7 @@ def _spans(text: str) -> list[nodes.Node]:
 
 def setup(app: Any) -> dict[str, bool]:
     """Register the extension with Sphinx."""
-    inline, display = (partial(_write, around) for around in ("{}", '<div class="math">{}</div>'))
-    app.add_html_math_renderer("drawn", (inline, None), (display, None))
+    app.add_html_math_renderer("mathml", (partial(_write, False), None), (partial(_write, True), None))
     app.connect("autodoc-process-docstring", _clean, priority=400)  # before Sphinx reads sections
     app.add_directive("rooms", Rooms)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

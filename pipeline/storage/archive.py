@@ -49,14 +49,17 @@ class Sampled:
         flat = zip(self.names, self.samples, strict=True)
         return {name: of for first, together in flat for name, of in together.by_name(first).items()}
 
-    def mean_squares(self, signals: Sequence[Signal]) -> dict[str, float]:
-        """Return by name the mean square of samples minus the values that these flat outputs have without noise."""
+    def mean_squares(self, signals: Sequence[Signal], others: Mapping[str, Samples] | None = None) -> dict[str, float]:
+        """Return by name the mean square of samples minus the values that these flat outputs have without noise.
+
+        With `others`, the means are over these samples of the same names.
+        """
         return {
-            name: of.mean_square(of.values - self.measured(name, signals, of.times))
-            for name, of in self.by_name.items()
+            name: of.mean_square(of.values - self._measured(name, signals, of.times))
+            for name, of in (self.by_name if others is None else others).items()
         }
 
-    def measured(self, name: str, signals: Sequence[Signal], t: Array) -> Array:
+    def _measured(self, name: str, signals: Sequence[Signal], t: Array) -> Array:
         """Return the values, without noise, that samples of a name have at times t [s] for given flat outputs."""
         for first, together, signal in zip(self.names, self.samples, signals, strict=True):
             if of := together.by_name(first).get(name):

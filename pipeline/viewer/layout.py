@@ -10,34 +10,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, cycle
 from typing import Any
 
-import numpy as np
-
 from pipeline.experiments import Experiment
-from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, Courses, below, read_loops
-from pipeline.methods import JOINT
-from pipeline.storage.archive import Fitted, write_stage
-from pipeline.storage.logs import KNOWN, Documents, Topic, topics_of
+from pipeline.storage.archive import write_stage
+from pipeline.storage.logs import KNOWN, Topic, topics_of
 from pipeline.storage.results import Results
-from pipeline.viewer.scene import (
-    COLORS,
-    FRAME,
-    GREY,
-    INK,
-    LOG,
-    SCENE,
-    WORLD,
-    Event,
-    Plane,
-    event_topic,
-    losses,
-    offers,
-    plane_of,
-    proof_topic,
-    scene_topics,
-)
-from trackably.arrays import Array
-from trackably.files import read_json, to_json, write_json
+from pipeline.viewer.scene import COLORS, FRAME, GREY, INK, LOG, SCENE, WORLD, documents_of, plane_of
+from trackably.files import to_json, write_json
 from trackably.systems.constrained import ConstrainedSystem
 
 _PLAIN_TOPIC, _PLAIN_FIELD = re.compile(r"[A-Za-z0-9_/-]+"), re.compile(r"[A-Za-z0-9_-]+")
@@ -336,7 +314,6 @@ def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
 
 
 STAGE = "scene"
-_COURSE_POINTS = 401
 
 
 def write_scene(experiment: Experiment, results: Results) -> None:
@@ -344,49 +321,3 @@ def write_scene(experiment: Experiment, results: Results) -> None:
     plane = plane_of(experiment.plant, experiment.plane)
     write_stage(results, STAGE, (), {"plane.json": to_json(plane)}, [*documents_of(experiment, results)])
     write_json(results.layout, layout_of(experiment.plant, topics_of(results), plane))
-
-
-def documents_of(experiment: Experiment, results: Results) -> Iterator[Documents]:
-    """Yield topics of proofs, of events if there are any, and of the scene if there is a plane.
-
-    Raises as `read_fit_of`.
-    """
-    closed = read_loops(results, experiment.plant)
-    metrics: Any = read_json(results.metrics)
-    yield proof_topic(metrics)
-    if events := [*_events_of(experiment, results, closed)]:
-        yield event_topic(events)
-    if (plane := plane_of(experiment.plant, experiment.plane)) is not None:
-        yield from _scene_of(experiment, plane, read_fit_of(experiment, results), closed)
-
-
-def _events_of(experiment: Experiment, results: Results, closed: Courses) -> Iterator[Event]:
-    control: Any = read_json(results.control)
-    sampling_time = experiment.plant.sampling_time
-    for name, course in below(closed, "loops").items():
-        yield from losses(name.replace("/", ", "), course, sampling_time)
-    yield from offers(control.get("online", {}).get("offers", []), sampling_time)
-
-
-def _scene_of(experiment: Experiment, plane: Plane, fitted: Fitted, closed: Courses) -> Iterator[Documents]:
-    plant = experiment.plant
-    columns = [plant.system.states.index(name) for name in plane]
-    times = np.linspace(0, experiment.verified(fitted.sampled.samples).last_step * plant.sampling_time, _COURSE_POINTS)
-    paths = {name: found.reference.state_at(times)[:, columns] for name, found in fitted.learned.items()}
-    feasible = {
-        int(name.removeprefix("horizon_")): corners.together(plane)
-        for name, corners in below(closed, "feasible").items()
-        if {*plane} <= corners.columns.keys()
-    }
-    followed = closed[f"/loops/{JOINT.name}/{ON}"]
-    yield from scene_topics(plant, plane, paths, _sampled_places(fitted, plane), feasible, followed)
-
-
-def _sampled_places(fitted: Fitted, plane: Plane) -> Array:
-    """Return the points (n, 2) of samples of both states of the plane; empty if their times differ."""
-    by_name = fitted.sampled.by_name
-    if not {*plane} <= by_name.keys():
-        return np.empty((0, 2))
-    first, second = (by_name[name] for name in plane)
-    _, at, there = np.intersect1d(first.times, second.times, return_indices=True)
-    return np.stack([first.values[at], second.values[there]], axis=-1)

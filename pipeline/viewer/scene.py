@@ -6,9 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.loops.trajectory import Course, runs_of
+from pipeline.experiments import Experiment
+from pipeline.experiments.load import read_fit_of
+from pipeline.loops.trajectory import ON, Course, Courses, below, read_loops, runs_of
+from pipeline.methods import JOINT
+from pipeline.storage.archive import Fitted
 from pipeline.storage.logs import Documents
+from pipeline.storage.results import Results
 from trackably.arrays import Array
+from trackably.files import read_json
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull
 
@@ -154,19 +160,21 @@ _DIGITS = 6
 _TURNED = {"z": math.sin, "w": math.cos}  # of half an angle: parts of a quaternion
 
 
-def scene_topics(
-    plant: ConstrainedSystem,
-    plane: Plane,
-    paths: Mapping[str, Array],
-    samples: Array,
-    feasible: Mapping[int, Array],
-    followed: Course,
-) -> Iterator[Documents]:
-    """Yield the scene at time 0, and the vehicle's frame at each step of the loop that is `followed`.
+_COURSE_POINTS = 401
 
-    `paths` (n, 2) are by method, `samples` (n, 2) may be empty, and corners (n, 2) of `feasible` sets are by horizon.
-    """
-    moved = followed.together(plane)
+
+def scene_topics(experiment: Experiment, plane: Plane, fitted: Fitted, closed: Courses) -> Iterator[Documents]:
+    """Yield the scene at time 0, and the vehicle's frame at each step of the loop that follows the method `joint`."""
+    plant, followed = experiment.plant, closed[f"/loops/{JOINT.name}/{ON}"]
+    columns = [plant.system.states.index(name) for name in plane]
+    times = np.linspace(0, experiment.verified(fitted.sampled.samples).last_step * plant.sampling_time, _COURSE_POINTS)
+    paths = {name: found.reference.state_at(times)[:, columns] for name, found in fitted.learned.items()}
+    feasible = {
+        name.replace("_", " "): corners.together(plane)
+        for name, corners in below(closed, "feasible").items()
+        if {*plane} <= corners.columns.keys()
+    }
+    samples, moved = _sampled_places(fitted, plane), followed.together(plane)
     seen = np.vstack([*paths.values(), moved])
     within = np.stack([seen.min(axis=0), seen.max(axis=0)])
     region = allowed_region(plant, plane, within)
@@ -176,8 +184,8 @@ def scene_topics(
             "bounds", lines=[line(region, INK, 2.0, closed=True)], triangles=[area(region, GREY, 0.15, -0.02 * size)]
         ),
         *(
-            entity(f"feasible with horizon {horizon}", lines=[line(corners, color, 1.5, closed=True)])
-            for (horizon, corners), color in zip(feasible.items(), reversed(COLORS), strict=False)
+            entity(f"feasible with {name}", lines=[line(corners, color, 1.5, closed=True)])
+            for (name, corners), color in zip(feasible.items(), reversed(COLORS), strict=False)
         ),
         *(
             entity(f"path {name}", lines=[line(path, color, 2.5)])
@@ -188,10 +196,20 @@ def scene_topics(
     ]
     update: Json = {"deletions": [], "entities": entities}
     yield Documents("/scene", SCENE, SCHEMAS[SCENE], ((0, update),))
-    times = np.round(followed.steps * plant.sampling_time * 1e9).astype(int).tolist()
+    instants = np.round(followed.steps * plant.sampling_time * 1e9).astype(int).tolist()
     headings = _headings(moved, _AT_REST * size)
-    frames = tuple((t, _frame(t, p, angle)) for t, p, angle in zip(times, moved.tolist(), headings, strict=True))
+    frames = tuple((t, _frame(t, p, angle)) for t, p, angle in zip(instants, moved.tolist(), headings, strict=True))
     yield Documents("/tf", FRAME, SCHEMAS[FRAME], frames)
+
+
+def _sampled_places(fitted: Fitted, plane: Plane) -> Array:
+    """Return the points (n, 2) of samples of both states of the plane; empty if their times differ."""
+    by_name = fitted.sampled.by_name
+    if not {*plane} <= by_name.keys():
+        return np.empty((0, 2))
+    first, second = (by_name[name] for name in plane)
+    _, at, there = np.intersect1d(first.times, second.times, return_indices=True)
+    return np.stack([first.values[at], second.values[there]], axis=-1)
 
 
 def _frame(nanoseconds: int, place: list[float], angle: float) -> Json:
@@ -262,3 +280,25 @@ def _at(step: int, sampling_time: float) -> int:
 
 def _entry(time: int, level: int, name: str, message: str) -> Json:
     return {"timestamp": time_of(time), "level": level, "message": message, "name": name, "file": "", "line": 0}
+
+
+def documents_of(experiment: Experiment, results: Results) -> Iterator[Documents]:
+    """Yield topics of proofs, of events if there are any, and of the scene if there is a plane.
+
+    Raises as `read_fit_of`.
+    """
+    closed = read_loops(results, experiment.plant)
+    metrics: Any = read_json(results.metrics)
+    yield proof_topic(metrics)
+    if events := [*_events_of(experiment, results, closed)]:
+        yield event_topic(events)
+    if (plane := plane_of(experiment.plant, experiment.plane)) is not None:
+        yield from scene_topics(experiment, plane, read_fit_of(experiment, results), closed)
+
+
+def _events_of(experiment: Experiment, results: Results, closed: Courses) -> Iterator[Event]:
+    control: Any = read_json(results.control)
+    sampling_time = experiment.plant.sampling_time
+    for name, course in below(closed, "loops").items():
+        yield from losses(name.replace("/", ", "), course, sampling_time)
+    yield from offers(control.get("online", {}).get("offers", []), sampling_time)

@@ -51,7 +51,7 @@ def _entry(folder: Path, of_first: str = _PRIOR, of_other: str = "{noise_std: 0.
     claim: {{window: [0.0, 3.0]}}
     methods: [unconstrained, hyperparameters, joint]
     search: {{starts: 1}}
-    control: {{horizon: 3, steps: 4, logged: 4, shown: 4}}
+    control: {{horizon: 3, steps: 4, shown: 4}}
 """
 
 

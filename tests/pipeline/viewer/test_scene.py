@@ -12,13 +12,8 @@ import pytest
 
 from pipeline.loops.trajectory import Course, below
 from pipeline.storage.logs import Documents, Topic, topics_of
-from pipeline.viewer.layout import documents_of, layout_of
-from pipeline.viewer.scene import (
-    SCHEMAS,
-    allowed_region,
-    losses,
-    plane_of,
-)
+from pipeline.viewer.layout import layout_of
+from pipeline.viewer.scene import SCHEMAS, allowed_region, documents_of, losses, plane_of
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, fitted, loops
 from trackably.files import from_json
 from trackably.systems.polytopes import Polytope
