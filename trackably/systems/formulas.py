@@ -1,7 +1,6 @@
-"""Formulas of a plant, built of the checker's nodes: derivatives, values in float64, and the form in files.
+"""Formulas of a plant, built of the checker's nodes: values and derivatives in float64, and the form in files.
 
 A formula is an acyclic graph of the checker's nodes. A constant is exactly the real number that its float64 represents.
-No operation here changes the real function that a formula represents, or its domain.
 """
 
 import sys
@@ -24,7 +23,6 @@ from trackably.checker.formulas import (
     parts,
     text,
 )
-from trackably.checker.inverse import Term, minus, plus, times
 
 ONE = Number(1.0)
 
@@ -66,60 +64,6 @@ def to_lists(formula: Formula) -> object:
     return ["atan2", *inner]
 
 
-def derivative(formula: Formula, name: str) -> Formula:
-    """Return the exact derivative with respect to the variable `name`; the number 0 if it vanishes everywhere."""
-    known: dict[Formula, Term] = {}
-    for node in parts(formula):
-        known[node] = _slope(node, name, [known[operand] for operand in operands(node)])
-    return known[formula] or Number(0.0)
-
-
-def _slope(node: Formula, name: str, inner: list[Term]) -> Term:
-    slope: Term = None
-    match node, inner:
-        case Name(own), _ if own == name:
-            slope = ONE
-        case Operation("+"), [a, b]:
-            slope = plus(a, b)
-        case Operation("-"), [a, b]:
-            slope = minus(a, b)
-        case Operation("*", left, right), [a, b]:
-            slope = plus(times(a, right), times(left, b))
-        case Operation("/", _, right), [a, b]:
-            above = minus(a, times(node, b))
-            slope = None if above is None else Operation("/", above, right)
-        case Power(base, exponent), [a]:
-            slope = times(_power_slope(node, base, exponent), a)
-        case Function(function, argument), [a] if a is not None:
-            slope = _FUNCTION_SLOPES[function](node, argument, a)
-        case Angle(y, x), [of_y, of_x]:
-            turned = minus(times(x, of_y), times(y, of_x))
-            squares = Operation("+", Power(x, 2.0), Power(y, 2.0))
-            slope = None if turned is None else Operation("/", turned, squares)
-    return slope
-
-
-_FUNCTION_SLOPES: dict[str, Callable[[Formula, Formula, Formula], Term]] = {
-    "exp": lambda node, argument, inner: times(node, inner),
-    "log": lambda node, argument, inner: Operation("/", inner, argument),
-    "sqrt": lambda node, argument, inner: Operation("/", inner, Operation("*", Number(2.0), node)),
-    "sin": lambda node, argument, inner: times(Function("cos", argument), inner),
-    "cos": lambda node, argument, inner: times(Operation("*", Number(-1.0), Function("sin", argument)), inner),
-    "atan": lambda node, argument, inner: Operation("/", inner, Operation("+", ONE, Power(argument, 2.0))),
-}
-
-
-def _power_slope(node: Formula, base: Formula, exponent: float) -> Term:
-    """Return d(base^p)/d(base) = p base^(p − 1).
-
-    If p is no integer, this is written p base^p / base, because p − 1 may not be exact in float64.
-    """
-    if not exponent.is_integer():
-        return Operation("/", Operation("*", Number(exponent), node), base)
-    lower = {0.0: None, 1.0: ONE, 2.0: base}.get(exponent, Power(base, exponent - 1))
-    return times(Number(exponent), lower)
-
-
 # Values in float64.
 
 
@@ -133,25 +77,79 @@ def steps(formula: Formula) -> tuple[tuple[Formula, tuple[int, ...]], ...]:
 _NUMPY = {"atan": "arctan"}
 
 
-def evaluate_floats(formula: Formula, values: Mapping[str, Array]) -> Array:
+def evaluate_floats(formula: Formula, values: Mapping[str, Array | float]) -> Array:
     """Evaluate a formula in float64, elementwise over arrays that broadcast; NaN or infinite outside its domain."""
+    return _values_of_parts(formula, values)[-1]
+
+
+def _values_of_parts(formula: Formula, values: Mapping[str, Array | float]) -> list[Array]:
+    """Return the values of all parts of a formula, in the order of `steps`."""
     known: list[Array] = []
     with np.errstate(all="ignore"):
         for node, places in steps(formula):
             inner = [known[place] for place in places]
             match node:
                 case Number(value):
-                    found = np.asarray(np.float64(value))
+                    found = np.array(value)
                 case Name(name):
-                    found = values[name]
+                    found = np.asarray(values[name])
                 case Operation(symbol):
                     found = OPERATORS[symbol](*inner)
                 case Power(_, exponent):
-                    found = np.asarray(np.power(inner[0], exponent))
+                    found = np.power(inner[0], exponent)
                 case Function(name):
-                    found = np.asarray(getattr(np, _NUMPY.get(name, name))(inner[0]))
+                    found = getattr(np, _NUMPY.get(name, name))(inner[0])
                 case Angle():
                     y, x = inner
-                    found = np.asarray(np.where((y == 0) & (x == 0), np.nan, np.arctan2(y, x)))
-            known.append(found)
-    return np.asarray(known[-1])
+                    found = np.where((y == 0) & (x == 0), np.nan, np.arctan2(y, x))
+            known.append(np.asarray(found))
+    return known
+
+
+def slopes_in_floats(formula: Formula, values: Mapping[str, Array | float]) -> dict[str, Array]:
+    """Return the derivatives of a formula in float64, by the names that it uses; values are as for `evaluate_floats`.
+
+    The chain rule is applied backwards, from the formula to its names, so that one pass gives all derivatives.
+    """
+    known, found = _values_of_parts(formula, values), dict[str, Array]()
+    outer = [np.zeros(()) for _ in known[1:]] + [np.ones(())]  # derivatives of the formula by each of its parts
+    with np.errstate(all="ignore"):
+        for i in reversed(range(len(known))):
+            node, places = steps(formula)[i]
+            if isinstance(node, Name):
+                found[node.name] = found.get(node.name, 0.0) + outer[i]
+            inner = _slopes_of_part(node, known[i], [known[place] for place in places])
+            for place, slope in zip(places, inner, strict=True):
+                outer[place] = outer[place] + outer[i] * slope
+    return found
+
+
+def _slopes_of_part(node: Formula, value: Array, operands: list[Array]) -> tuple[Array | float, ...]:
+    """Return the derivatives of one part of a formula with respect to its operands; `value` is that of the part."""
+    slopes: tuple[Array | float, ...] = ()
+    match node, operands:
+        case Operation("+"), _:
+            slopes = 1.0, 1.0
+        case Operation("-"), _:
+            slopes = 1.0, -1.0
+        case Operation("*"), [a, b]:
+            slopes = b, a
+        case Operation("/"), [_, b]:
+            slopes = 1 / b, -value / b
+        case Power(_, exponent), [base]:
+            slopes = (exponent * np.power(base, exponent - 1) if exponent else 0.0,)
+        case Function(name), [x]:
+            slopes = (_SLOPES[name](x, value),)
+        case Angle(), [y, x]:
+            slopes = x / (x**2 + y**2), -y / (x**2 + y**2)
+    return slopes
+
+
+_SLOPES: dict[str, Callable[[Array, Array], Array]] = {
+    "exp": lambda x, value: value,
+    "log": lambda x, value: 1 / x,
+    "sqrt": lambda x, value: 0.5 / value,
+    "sin": lambda x, value: np.cos(x),
+    "cos": lambda x, value: -np.sin(x),
+    "atan": lambda x, value: 1 / (1 + x**2),
+}

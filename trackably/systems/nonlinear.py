@@ -10,12 +10,12 @@ import numpy as np
 from trackably.arguments import names, positive
 from trackably.arrays import Array
 from trackably.checker import subject
-from trackably.checker.formulas import Formula, Operation, parts, text
+from trackably.checker.formulas import Operation, parts, text
 from trackably.checker.formulas import names as names_in
 from trackably.checker.inverse import UnsolvableError, solved
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
-from trackably.systems.formulas import derivative, evaluate_floats, plain_text, size_and_depth
+from trackably.systems.formulas import evaluate_floats, plain_text, size_and_depth, slopes_in_floats
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.tracing import Dynamics, require_same_values, trace
@@ -159,25 +159,22 @@ class NonlinearSystem(subject.NonlinearSystem):
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return f(x, u) for x (…, n) and u (…, m), with shape (…, n); NaN or infinite where f is undefined."""
-        return self._evaluate(self.f, x, u)
+        values, shape = self._values(x, u)
+        return np.stack([np.broadcast_to(evaluate_floats(of, values), shape) for of in self.f], axis=-1)
 
-    def _evaluate(self, formulas: Sequence[Formula], x: Array, u: Array) -> Array:
-        """Return the values of formulas of states and inputs at x (…, n) and u (…, m), with shape (…, formulas)."""
+    def _values(self, x: Array, u: Array) -> tuple[dict[str, Array], tuple[int, ...]]:
+        """Return the values of states and inputs by name, from x (…, n) and u (…, m), and the shape (…)."""
         columns = [np.moveaxis(np.asarray(of, dtype=float), -1, 0) for of in (x, u)]
         values = dict(zip(self.states, columns[0], strict=True)) | dict(zip(self.inputs, columns[1], strict=True))
-        shape = np.broadcast_shapes(*(of.shape[1:] for of in columns))
-        return np.stack([np.broadcast_to(evaluate_floats(of, values), shape) for of in formulas], axis=-1)
+        return values, np.broadcast_shapes(*(of.shape[1:] for of in columns))
 
     def slopes(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Return ∂f/∂x and ∂f/∂u at x (…, n) and u (…, m): shapes (…, n, n) and (…, n, m)."""
-        found = self._evaluate(self._slopes, x, u)
-        of_states, of_inputs = np.split(found.reshape(*found.shape[:-1], len(self.f), -1), [len(self.states)], axis=-1)
+        values, shape = self._values(x, u)
+        by_state = [slopes_in_floats(formula, values) for formula in self.f]
+        rows = [[np.broadcast_to(of.get(name, 0.0), shape) for name in values] for of in by_state]
+        of_states, of_inputs = np.split(np.moveaxis(np.array(rows), (0, 1), (-2, -1)), [len(self.states)], axis=-1)
         return of_states, of_inputs
-
-    @cached_property
-    def _slopes(self) -> list[Formula]:
-        """The formulas ∂f_i/∂v: those of f_1 for all states and inputs v, then those of f_2, and so on."""
-        return [derivative(formula, name) for formula in self.f for name in (*self.states, *self.inputs)]
 
     def flatness(self) -> Flatness:
         """Return states and inputs as functions of flat outputs.

@@ -18,7 +18,7 @@ from trackably.checker.quantities import weighted_sum as sum_of_functionals
 from trackably.checker.subject import shifted_name
 from trackably.gp.stencil import Stencil
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.formulas import derivative, evaluate_floats
+from trackably.systems.formulas import evaluate_floats, slopes_in_floats
 from trackably.systems.intervals import Interval
 
 # Functionals: exact weighted sums of the learned signals at shifted times, plus a constant.
@@ -143,7 +143,8 @@ class Trajectory:
     @cached_property
     def stencil(self) -> tuple[int, Stencil] | None:
         """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
-        if any(map(names, self.derivatives.values())):
+        anywhere = self.slopes({name: np.array(np.nan) for name, _ in self.arguments})
+        if any(map(np.isnan, anywhere.values())):  # a slope that depends on an argument is NaN if the argument is
             return None
         count = len(self.arguments[0][1].weights)
         signals = self.weights_at([np.zeros_like] * count, np.zeros(()))
@@ -197,12 +198,7 @@ class Trajectory:
 
     def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
         """Return the derivatives ∂q/∂q_i at these values of the arguments q_i, by name."""
-        return {name: evaluate_floats(slope, arguments) for name, slope in self.derivatives.items()}
-
-    @cached_property
-    def derivatives(self) -> dict[str, Formula]:
-        """The derivatives ∂q/∂q_i as formulas, by the name of the argument q_i."""
-        return {name: derivative(self.formula, name) for name, _ in self.arguments}
+        return slopes_in_floats(self.formula, arguments)
 
     def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
         """Linearise q at one time t [s]: pairs (c, w_c) with δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small δz_c."""
