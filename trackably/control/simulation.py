@@ -23,6 +23,7 @@ from trackably.control.stepping import (
 )
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
+from trackably.systems.tightening import closed_loop, error_rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,9 +288,8 @@ def worst_plant(
     if K.shape != (m, n):
         raise ValueError(f"worst_plant: feedback: K must have shape ({m}, {n}), got {K.shape}")
     A, B, c = (np.array([getattr(vertex, name) for vertex in model_error.vertices]) for name in "ABc")
-    rows = np.vstack([plant.state_set.rows, plant.input_set.rows @ K])
-    rows, closed = np.vstack([rows, -rows]), plant.linear.A + plant.linear.B @ K
-    directions = np.vstack([rows @ np.linalg.matrix_power(closed, ahead) for ahead in _AHEAD])
+    rows, A_K = error_rows(plant, K), closed_loop(plant.linear, K)
+    directions = np.vstack([sign * rows @ np.linalg.matrix_power(A_K, ahead) for ahead in _AHEAD for sign in (1, -1)])
     greedy, q = len(directions), len(A)
     x = np.tile(window.states[0], (greedy + q + 1, 1))
     states, chosen, inputs = [x], [], []

@@ -86,33 +86,38 @@ class ErrorSet:
     @property
     def centre(self) -> Array:
         """The sum (n,) of the centres of A_Kⁱ W for i < N, where a hull has the mean of its vertices as centre."""
-        return np.asarray(self._vertices.mean(axis=1).sum(axis=0))
+        centres = self._head[:, 0] if self._is_zonotope else self._head.mean(axis=1)
+        return np.asarray(centres.sum(axis=0))
 
     @cached_property
     def generators(self) -> Array:
         """The generators g_j, one in each row (g, n), without those that are zero."""
-        Z, W = self.invariant, self.invariant.disturbance
-        of_head = W.generator_matrix if isinstance(W, Zonotope) else np.zeros((0, self.dimension))
-        found, head, tail = [], of_head, np.diag(Z.box) / (1 - Z.contraction)
-        for i in range(Z.head + Z.terms):
-            found.append(head if i < Z.head else tail)
-            head, tail = head @ Z.closed_loop.T, tail @ Z.closed_loop.T
-        stacked = np.vstack(found)
+        Z = self.invariant
+        tail = self._images(np.diag(Z.box) / (1 - Z.contraction), Z.head + Z.terms)[Z.head :]
+        of_head = self._head[:, 1:] if self._is_zonotope else self._head[:0]
+        stacked = np.vstack([of.reshape(-1, self.dimension) for of in (of_head, tail)])
         return stacked[np.any(stacked != 0, axis=1)]
 
     @cached_property
     def hulls(self) -> Array:
         """The vertices (N, v, n) of A_Kⁱ W for i < N, relative to their mean; empty if W is a zonotope."""
-        found = np.asarray(self._vertices - self._vertices.mean(axis=1, keepdims=True))
-        return found[:0] if isinstance(self.invariant.disturbance, Zonotope) else found
+        found = np.asarray(self._head - self._head.mean(axis=1, keepdims=True))
+        return found[:0] if self._is_zonotope else found
+
+    @property
+    def _is_zonotope(self) -> bool:
+        return isinstance(self.invariant.disturbance, Zonotope)
 
     @cached_property
-    def _vertices(self) -> Array:
-        """The vertices (N, v, n) of A_Kⁱ W for i < N; if W is a zonotope, its centre (N, 1, n) instead."""
-        Z, W = self.invariant, self.invariant.disturbance
-        found = [W.matrix[:1] if isinstance(W, Zonotope) else W.matrix]
-        while len(found) < Z.head:
-            found.append(found[-1] @ Z.closed_loop.T)
+    def _head(self) -> Array:
+        """A_Kⁱ W for i < N: the centre and the generators, or the vertices; shape (N, v, n)."""
+        return self._images(self.invariant.disturbance.matrix, self.invariant.head)
+
+    def _images(self, vectors: Array, count: int) -> Array:
+        """Return A_Kⁱ applied to each of the `vectors` (v, n), for i < `count`: shape (count, v, n)."""
+        found = [vectors]
+        while len(found) < count:
+            found.append(found[-1] @ self.invariant.closed_loop.T)
         return np.array(found)
 
 
