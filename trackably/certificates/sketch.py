@@ -48,11 +48,8 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
     """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and times in between."""
     breaks = [np.array([start, end])]
     for signal in signals:
-        ends, turns = signal.breakpoints, np.zeros(1)
-        if signal.beyond == "period":
-            last = math.floor((end + shifts[-1] - ends[0]) / signal.period)
-            turns = np.arange(math.floor((start - ends[0]) / signal.period), last + 1.0)
-        breaks.append(np.subtract.outer(np.add.outer(ends, turns * signal.period), shifts).ravel())
+        ends = np.append(signal.breakpoints, signal.repeated_breakpoints(start, end + shifts[-1]))
+        breaks.append(np.subtract.outer(ends, shifts).ravel())
     inner = np.unique(np.clip(np.concatenate(breaks), start, end))
     between = subdivide(inner, 2 * max(signal.degree for signal in signals) + 4)
     beside = [np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)]

@@ -135,7 +135,7 @@ class StepProblem:
     @cached_property
     def optimum(self) -> Plan | None:
         """The optimal plan; None if there is no plan."""
-        return self.without_bounds() or self.with_bounds() or self.within_tolerance()
+        return self.without_bounds() or self._optimum(self.slack, Status.SOLVED) or self.within_tolerance()
 
     @property
     def answer(self) -> Plan | Infeasible:
@@ -156,10 +156,6 @@ class StepProblem:
         """Return the optimum without bounds, if it satisfies them."""
         plan = self.plan(self.programs.tracking.solve_equations(self._equations()), Status.NO_ACTIVE_BOUND)
         return plan if plan.slack >= -ROUNDING and self.ends_on_reference(plan) else None
-
-    def with_bounds(self) -> Plan | None:
-        """Return the optimum with bounds, if the solver finds it."""
-        return self._optimum(self.slack, Status.SOLVED)
 
     def within_tolerance(self) -> Plan | None:
         """Return the optimum with all sets widened by the tolerance; None if no plan exists in these sets.
@@ -262,6 +258,7 @@ class StepProblem:
         )
 
     def _optimum(self, slack: Array, status: Status) -> Plan | None:
+        """Return the optimum with bounds that leave the slacks `slack`, if the solver finds it."""
         plan = self._solve(self.programs.tracking, slack, status=status)
         return plan if plan is not None and self.is_feasible(plan) else None
 

@@ -10,8 +10,7 @@ from math import tau
 from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import Instants
-from trackably.checker.formulas import Angle, Formula, Function, Name, Number, Operation, Power
-from trackably.checker.formulas import text as text_of
+from trackably.checker.formulas import Formula, Function, Name, Number, Operation, Power
 from trackably.exports.proved import Proved
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.elementary import Radial
@@ -182,15 +181,8 @@ def allocation_function(allocation: Allocation, name: str) -> str:
     return f"{arrays}\n{_filled(_SMALLEST, NAME=name, TOLERATED=number(ROUNDING), **sizes)}"
 
 
-_FUNCTIONS = frozenset({"exp", "log", "sqrt", "sin", "cos", "atan"})
-"""Functions with the same name in the C library."""
-
-
 def assignment_lines(coordinate: Trajectory, target: str, written: Callable[[Functional], str]) -> list[str]:
-    """Return the lines that assign a coordinate's value to `target`; `written` turns functionals into expressions.
-
-    ValueError: a function has no counterpart in C.
-    """
+    """Return the lines that assign a coordinate's value to `target`; `written` turns functionals into expressions."""
     if (functional := coordinate.functional) is not None:
         return [f"{target} = {written(functional)};"]
     lines, names = ["{"], {name: f"a{i}" for i, (name, _) in enumerate(coordinate.arguments)}
@@ -231,11 +223,9 @@ def _operation(node: Formula, operands: list[str], names: dict[str, str]) -> str
             return f"{operands[0]} {symbol} {operands[1]}"
         case Power(_, exponent):  # pow is much slower than a product on many microcontrollers
             return " * ".join(2 * operands) if exponent == 2.0 else f"pow({operands[0]}, {number(exponent)})"
-        case Function(name, _) if name in _FUNCTIONS:
+        case Function(name):  # all functions of formulas have the same name in the C library
             return f"{name}({operands[0]})"
-        case Angle():
-            return f"atan2({operands[0]}, {operands[1]})"
-    raise ValueError(f"to_c: there is no counterpart in C of {text_of(node)}; to_csv writes a table")
+    return f"atan2({operands[0]}, {operands[1]})"
 
 
 _PRODUCT = """\

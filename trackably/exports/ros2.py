@@ -23,7 +23,7 @@ Joints = Mapping[str, Mapping[str, str]]
 """For each joint, the state or input that each field of its points holds."""
 
 _EXAMPLE: Final = "{'shoulder': {'positions': 'angle'}}"
-_NANOSECONDS: Final = 1_000_000_000
+NANOSECONDS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ def joint_points(proved: Proved, joints: Joints, first: int | None, count: int |
     fields = _fields(joints, proved)
     steps = chosen_steps(proved, first, count)
     values = values_at(proved, steps)
-    since = np.rint((steps - steps[0]) * proved.reference.plant.sampling_time * _NANOSECONDS)
+    since = np.rint((steps - steps[0]) * proved.reference.plant.sampling_time * NANOSECONDS)
     by_field = {name: np.column_stack([values[of[name]] for of in joints.values()]) for name in fields}
     return JointPoints(tuple(joints), [int(t) for t in since.tolist()], by_field)
 
@@ -82,7 +82,7 @@ def _fields(joints: Joints, proved: Proved) -> list[str]:
 
 
 def _split(nanoseconds: int) -> dict[str, int]:
-    sec, nanosec = divmod(nanoseconds, _NANOSECONDS)
+    sec, nanosec = divmod(nanoseconds, NANOSECONDS)
     return {"sec": sec, "nanosec": nanosec}
 
 

@@ -14,12 +14,12 @@ from trackably.arguments import names, numbers, text, whole
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.exports import ros2
+from trackably.exports.ros2 import NANOSECONDS
 from trackably.extras import optional
 from trackably.files import errors_of, path_of, read_yaml
 from trackably.joints.trajectory import JointTrajectory, join
 
-FIELDS = ("positions", "velocities", "accelerations")
-_NANOSECONDS = 1_000_000_000
+FIELDS = ros2.FIELDS[:3]  # positions, velocities, accelerations
 _MOST_JUMPED = 1e-6  # positions and derivatives that jump by more, in their units, are refused
 _LARGEST_FILE = 100_000_000  # most bytes of a YAML file with a trajectory
 
@@ -62,7 +62,7 @@ def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: boo
         raise ValueError(
             "two points at least are needed, as a message does not say where the joints are before its first point"
         )
-    times = [time / _NANOSECONDS for time, _ in points]
+    times = [time / NANOSECONDS for time, _ in points]
     if upsampled and all([field.size > 0 for field in fields] == [True, False, False] for _, fields in points):
         return JointTrajectory.through(times, [fields[0] for _, fields in points], names=joints, upsampled=True)
     parts = []
@@ -109,7 +109,7 @@ def _point(what: str, point: Any, count: int) -> Point:
     sec, nanosec = _field(since, "sec"), _field(since, "nanosec")
     if sec is None:
         raise ValueError(f"{what}: expected time_from_start with sec and nanosec")
-    time = whole(f"{what}: sec", sec) * _NANOSECONDS + whole(f"{what}: nanosec", nanosec or 0, 0, _NANOSECONDS - 1)
+    time = whole(f"{what}: sec", sec) * NANOSECONDS + whole(f"{what}: nanosec", nanosec or 0, 0, NANOSECONDS - 1)
     fields: list[Array] = []
     for name in FIELDS:
         given = _field(point, name)
@@ -141,7 +141,7 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
         )
     count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
     ends = trajectory.breakpoints
-    nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * _NANOSECONDS).tolist()]
+    nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * NANOSECONDS).tolist()]
     values, before = {}, trajectory.at_ends(count)
     for order, name in enumerate(FIELDS[:count]):
         after = replace(trajectory, rests=False)(ends, order)

@@ -24,7 +24,7 @@ from trackably.checker.redundancy import demands
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank, to_floats
+from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank
 
 _MAX_LAWS = 10_000  # an input set with more candidates for the smallest input (`Allocation.laws`) is refused
 _AT_ONCE = 2**22  # `smallest` treats inputs in blocks whose candidates have at most about this many numbers
@@ -144,9 +144,9 @@ class Allocation:
                 P = R[hit] @ Z
                 if rank(P) == size:
                     back = Z @ metric @ P.T @ inverse(P @ metric @ P.T)
-                    gain = np.eye(m) - to_floats(back @ R[hit])
+                    gain = np.eye(m) - (back @ R[hit]).astype(float)
                     for sides in product(ends, repeat=size):
                         bounds = np.array([side[i] for side, i in zip(sides, hit, strict=True)], dtype=object)
                         gains.append(gain)
-                        shifts.append(to_floats(back @ bounds))
+                        shifts.append((back @ bounds).astype(float))
         return AllocationLaws(np.array(gains), np.array(shifts))

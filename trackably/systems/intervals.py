@@ -106,12 +106,8 @@ class Interval:
         """Return the times between `start` and `end` [s] at which a bound may jump or bend."""
         found = [np.empty(0)]
         for z in self.moving:
-            times = z.breakpoints
-            if z.beyond == "period":
-                turns = np.arange(np.floor((start - times[-1]) / z.period), np.ceil((end - times[0]) / z.period) + 1)
-                later = (times[:-1] + turns[turns != 0][:, None] * z.period).ravel()  # rounded: add both neighbours
-                times = np.concatenate([times, np.nextafter(later, -np.inf), later, np.nextafter(later, np.inf)])
-            found.append(times)
+            repeated = z.repeated_breakpoints(start, end)
+            found += [z.breakpoints, repeated, np.nextafter(repeated, -np.inf), np.nextafter(repeated, np.inf)]
         times = np.unique(np.concatenate(found))
         return times[(start < times) & (times < end)]
 

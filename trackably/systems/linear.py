@@ -14,7 +14,7 @@ import scipy
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.subject import weighted_sum_text
-from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon, to_floats
+from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon
 from trackably.systems.trajectories import Functional, Trajectory
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
@@ -140,7 +140,7 @@ def _pseudo_inverse(independent: Rationals, B: Rationals) -> Rationals:
 
 def _condition(matrix: Rationals) -> float:
     """Return the condition number of the matrix with columns scaled to unit length, so that units do not matter."""
-    columns = to_floats(matrix)
+    columns = matrix.astype(float)
     return float(np.linalg.cond(columns / np.linalg.norm(columns, axis=0)))
 
 

@@ -245,6 +245,17 @@ class PolynomialPieces:
         """The length of time [s] from the first breakpoint to the last."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
+    def repeated_breakpoints(self, start: float, end: float) -> Array:
+        """Return the breakpoints of other periods than the first, from `start` to `end` [s], rounded to float64.
+
+        Some may be earlier or later. There are none if the pieces do not repeat.
+        """
+        if self.beyond != "period":
+            return np.empty(0)
+        first, last = self.breakpoints[[0, -1]]
+        turns = np.arange(np.floor((start - last) / self.period), np.ceil((end - first) / self.period) + 1)
+        return np.asarray(np.add.outer(turns[turns != 0] * self.period, self.breakpoints[:-1]).ravel())
+
     @property
     def checked(self) -> Pieces:
         """The same pieces as an object of the checker's class."""

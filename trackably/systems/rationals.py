@@ -8,7 +8,6 @@ from sys import float_info
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arrays import Array
 from trackably.checker import redundancy
 
 Rationals = npt.NDArray[np.object_]
@@ -18,11 +17,6 @@ def exact(numbers: npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fracti
     """Convert float64 numbers to rationals, exactly; rationals are unchanged."""
     array = np.asarray(numbers, dtype=object)
     return np.array([Fraction(v) for v in array.ravel().tolist()], dtype=object).reshape(array.shape)
-
-
-def to_floats(matrix: Rationals) -> Array:
-    """Return each entry as the nearest float64."""
-    return matrix.astype(float)
 
 
 def row_echelon(matrix: Rationals) -> tuple[Rationals, list[int]]:
