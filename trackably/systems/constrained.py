@@ -61,7 +61,7 @@ class ConstrainedSystem:
                     f"system: every input of a nonlinear system must be bounded, because the proof of its bounds also "
                     f"proves that the input exists, but {', '.join(free)} has no bounds; give bounds, however wide"
                 )
-            object.__setattr__(self, "system", self.system.heading_in(_bounds_of_states(self)))
+            object.__setattr__(self, "system", self.system.heading_in(self.state_set))
         _ = self.flatness, self.constraints  # computed here, to raise errors as soon as the object is created
 
     @property
@@ -165,12 +165,3 @@ class ConstrainedSystem:
 
 def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
     return [LinearConstraint("", side, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in bounded.intervals]
-
-
-def _bounds_of_states(plant: ConstrainedSystem) -> dict[str, Interval]:
-    """Return the bounds of single states by name: of rows of the state set that are 1 for one state, else 0."""
-    found = {}
-    for row, bounds in plant.state_set.intervals:
-        if np.count_nonzero(row) == 1 and row.sum() == 1.0:
-            found[plant.system.states[int(np.argmax(row))]] = bounds
-    return found

@@ -1,6 +1,6 @@
 """Nonlinear systems: with a flat form, or with as many inputs as states, so that the states are flat outputs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -16,8 +16,8 @@ from trackably.checker.inverse import UnsolvableError, solved
 from trackably.checker.limits import DEPTH
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import evaluate_floats, plain_text, size_and_depth, slopes_in_floats
-from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, require_names
+from trackably.systems.polytopes import Polytope
 from trackably.systems.tracing import Dynamics, require_same_values, trace
 from trackably.systems.trajectories import Trajectory, shifted_outputs
 
@@ -82,17 +82,16 @@ class NonlinearSystem(subject.NonlinearSystem):
             raise ValueError(f"system: the flat form {why}")
         return form
 
-    def heading_in(self, bounds: Mapping[str, Interval]) -> Self:
-        """Return the system with headings that do not jump inside their `bounds` [rad], given by name.
+    def heading_in(self, state_set: Polytope) -> Self:
+        """Return the system with headings that do not jump inside of their bounds in the state set [rad].
 
         Headings for which this is not possible, and those without bounds, stay as they are.
         """
-        if self.flat is None:
+        if (form := self.flat) is None:
             return self
-        form = self.flat
-        for name in form.angles:
-            if name in bounds:
-                form = with_heading_in(form, self.states.index(name), bounds[name])
+        for i in map(self.states.index, form.angles):
+            if (bounds := state_set.hull.extent(i)) is not None:
+                form = with_heading_in(form, i, bounds)
         return self if form is self.flat else replace(self, flat=form)
 
     def _require_formulas(self) -> None:
