@@ -7,9 +7,9 @@ from pathlib import Path
 
 from trackably import checker
 from trackably.arguments import positive
-from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Refuted, Undecided, Verdict
+from trackably.checker import Verdict
 from trackably.checker.limits import BYTES
-from trackably.errors import InputError, NoReferenceError
+from trackably.errors import InputError
 from trackably.files import from_json, path_of, read_bytes
 from trackably.progress import line_of
 
@@ -34,23 +34,6 @@ def check(certificate: Path | str | Mapping[str, object], seconds: float | None 
             line.update(done - line.n)
 
         return checker.check(content, seconds, progress, exact)
-
-
-def check_file(path: Path | str) -> str:
-    """Return what the certificate in a file proves, in words.
-
-    Raises NoReferenceError if the certificate proves nothing, and InputError if the file is no certificate.
-    """
-    path = path_of("certificate", path)
-    match check(path):
-        case Proved(statement):
-            return statement
-        case Failed() as failed:
-            raise NoReferenceError(f"{path}: {failed.sentence}")
-        case Refuted(reason) | Contradicted(reason) | Undecided(reason):
-            raise NoReferenceError(f"{path}: {reason}")
-        case NotACertificate(reason):
-            raise InputError(f"{path}: {reason}")
 
 
 def read(path: Path) -> object:

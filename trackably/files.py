@@ -154,12 +154,11 @@ def read_yaml(path: Path, most: int | None = None) -> object:
 
     InputError: it cannot be read, is larger, or is not YAML, or ruamel.yaml is not installed.
     """
-    try:
-        return from_yaml(read_bytes(path, most))
-    except ModuleNotFoundError:
-        raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml, or write JSON") from None
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
+    with errors_of(path):
+        try:
+            return from_yaml(read_bytes(path, most))
+        except ModuleNotFoundError:
+            raise InputError(f"{path}: YAML is read with ruamel.yaml: pip install ruamel.yaml, or write JSON") from None
 
 
 def to_json(value: object) -> bytes:

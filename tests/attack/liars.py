@@ -108,9 +108,8 @@ def of_tables(rng: np.random.Generator) -> Found:
     yield type(found).__name__, why
 
 
-def _other_excesses(rng: np.random.Generator, found: Any) -> Any:
-    factor = Fraction(10 ** float(rng.uniform(-3, 3)) * (rng.random() < 0.8))
-    return [(factor * low, factor * high) for low, high in found]
+def _other_differences(rng: np.random.Generator, found: Any) -> Any:
+    return found * 10 ** rng.uniform(-3, 3) * (rng.random() < 0.8)
 
 
 # Joints.
@@ -340,7 +339,7 @@ OF_CONTRADICTIONS: Lies = {
 KINDS: dict[str, tuple[Callable[[np.random.Generator], Found], Lies]] = {
     "kernels": (of_kernels, LIES),
     "pieces": (of_pieces, LIES_ABOUT_PIECES),
-    "tables": (of_tables, {"excesses are others": (tables, "_excesses", after(_other_excesses))}),
+    "tables": (of_tables, {"differences are others": (tables, "_differences", after(_other_differences))}),
     "joints": (of_joints, OF_JOINTS),
     "true signals": (of_truth, OF_TRUTH),
     "wrong models": (of_models, OF_MODELS),

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from glob import glob
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,17 +53,13 @@ def recordings_in(where: Path | str, read: Callable[[Path], Measured]) -> tuple[
     where = path_of("recordings_in", where)
     folder = where if where.is_dir() else Path(*takewhile(lambda part: not set(part) & {*"*?["}, where.parent.parts))
     pattern = "*" if where.is_dir() else str(where.relative_to(folder))
-    found = sorted(
-        path
-        for path in folder.glob(pattern)
-        if path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
-    )
+    every = glob(pattern, root_dir=folder, recursive=True)  # noqa: PTH207  it leaves out names that begin with a dot
+    found = sorted(Path(name) for name in every if (folder / name).is_file())
     if not found:
         raise InputError(f"{where}: there is no such file")
-    full = [path.relative_to(folder) for path in found]
-    short = [name.with_suffix("") for name in full]
-    names = short if len({*short}) == len(short) else full
-    return tuple(Source(name.as_posix(), partial(read, path)) for name, path in zip(names, found, strict=True))
+    short = [name.with_suffix("") for name in found]
+    names = short if len({*short}) == len(short) else found
+    return tuple(Source(name.as_posix(), partial(read, folder / of)) for name, of in zip(names, found, strict=True))
 
 
 def _measured_values(measured: Measured) -> Measured:
@@ -110,7 +107,7 @@ def parts_of_csv(
     column, or a row has no name.
     """
     reading = Reading(time, time_unit, signals, repairs, origin)
-    return _parts(reading, csv_table(path, layout, [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(reading, by, partial(csv_table, path, layout))
 
 
 def parts_of_parquet(
@@ -127,7 +124,7 @@ def parts_of_parquet(
     InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
     """
     reading = Reading(time, time_unit, signals, repairs, origin)
-    return _parts(reading, parquet_table(path, [*dict.fromkeys((*reading.names, by))]), by)
+    return _parts(reading, by, partial(parquet_table, path))
 
 
 def topics_of(
@@ -165,8 +162,12 @@ def _names(pattern: str, topics: Sequence[str]) -> list[str]:
     return [match[1] for match in matches if match]
 
 
-def _parts(reading: Reading, table: Table, by: str) -> tuple[Source, ...]:
-    """Return a source for each name in a column, in the order of first appearance, with the rows of this name."""
+def _parts(reading: Reading, by: str, read: Callable[[Sequence[str]], Table]) -> tuple[Source, ...]:
+    """Return a source for each name in a column, in the order of first appearance, with the rows of this name.
+
+    `read` returns the table of some columns.
+    """
+    table = read([*dict.fromkeys((*reading.names, by))])
     rows: dict[str, list[int]] = {}
     for row, (place, name) in enumerate(zip(table.places, table.columns[by], strict=True)):
         if not isinstance(name, str | int) or not str(name).strip():

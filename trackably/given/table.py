@@ -1,18 +1,16 @@
 """Tables of states and inputs at the steps: bounds and dynamics are proved at these instants, but not between them."""
 
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from fractions import Fraction
-from math import inf, nextafter
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from trackably.arguments import array, instance, positive, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import bounds_text
 from trackably.certificates.outcome import Unproved
-from trackably.checker import tables as checked
-from trackably.checker.form import UnreadableError, read_table
-from trackably.checker.intervals import Real, UndefinedError
 from trackably.checker.tables import FORMAT, REFUTED, VERSION, Part
 from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError
 from trackably.systems.constrained import ConstrainedSystem
@@ -122,54 +120,38 @@ def _content(form: str, table: Table, plant: ConstrainedSystem, tolerance: float
     return {"format": form, "version": VERSION, "table": rows, "plant": encode(plant), "tolerance": tolerance}
 
 
-_SMALLEST = 5e-324  # the smallest positive float64
+_PARTS = (1 - 1e-15, 1 - 1e-12, 1 - 1e-9, 1 - 1e-6, 0.999, 0.9, 0.5)
+"""A violation found in float64 is multiplied by each of these factors, until the checker accepts the product."""
+
+_ROUNDING = 1e-15  # part of the largest state by which the largest difference is increased, so that it can be proved
 
 
 def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> CertifiedTable | RefutedTable | Unproved:
     """Prove that a table keeps the plant's bounds at its steps, and its dynamics within a tolerance; or refute it.
 
     The tolerance applies to each state, in its unit. Of several violations, the one is reported that is largest
-    relative to the width of its bound or to the tolerance. Returns Unproved if neither is proved, for example because a
-    formula may be undefined at a step.
+    relative to the width of its bound or to the tolerance. It is found in float64; the checker decides. Returns
+    Unproved if neither is proved, for example because a formula may be undefined at a step.
 
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
     tolerance = _check(table, plant, tolerance)
-
-    def unproved(row: int, short: float, reason: str) -> Unproved:
-        t, bounds = (table.first_step + row) * plant.sampling_time, Interval(-tolerance, tolerance)
-        return Unproved("difference to the next state", bounds, (t, t), short, reason)
-
+    T, off = plant.sampling_time, _differences(table, plant)
+    limits = _limits(table, plant, off, tolerance)
+    part, index, what, _, excesses = max(limits, key=lambda of: float(np.max(of[4])) / of[3])
+    row = int(np.argmax(excesses))
+    step, most = table.first_step + row, float(excesses[row])
+    for violation in (factor * most for factor in _PARTS if most > 0):
+        with suppress(NotAcceptedError):
+            return RefutedTable(step, step * T, what, violation, part, index, table, plant, tolerance)
+    defect = min(float(np.max(off) + _ROUNDING * (np.max(np.abs(table.states)) or 1.0)), tolerance)
     try:
-        read = replace(read_table(_content(FORMAT, table, plant, tolerance)), tolerance=0.0)
-    except UnreadableError as error:
-        return unproved(0, inf, f"the checker does not read it: {error}")
-    broken, defect = [], Fraction(0)
-    for part, rows, limits in _parts(table, plant, tolerance):
-        for k in range(rows):
-            try:
-                found = _excesses(read, part, k)
-            except UndefinedError as undefined:
-                return unproved(k, inf, str(undefined))
-            for i, ((what, allowed, size), (least, most)) in enumerate(zip(limits, found, strict=True)):
-                if part == "dynamics":
-                    defect = max(defect, most)
-                if (by := least - Fraction(allowed)) > 0:
-                    broken.append((float(by) / size, k, what, by, part, i))
-    try:
-        if broken:
-            _, k, what, by, part, i = max(broken, key=lambda found: found[0])
-            step, below = table.first_step + k, max(nextafter(float(by), 0.0), _SMALLEST)
-            return RefutedTable(step, step * plant.sampling_time, what, below, part, i, table, plant, tolerance)
-        if (over := defect - Fraction(tolerance)) > 0:
-            reason = "a difference to the next state is too close to the tolerance to decide which is larger"
-            return unproved(0, float(over), reason)
-        shown, above = tolerance, nextafter(float(defect), inf) if defect else 0.0
         with suppress(NotAcceptedError):  # report the defect if the checker accepts it as a tolerance
-            shown = CertifiedTable(table, plant, above or _SMALLEST, above).defect
-        return CertifiedTable(table, plant, tolerance, shown)
+            return CertifiedTable(table, plant, tolerance, CertifiedTable(table, plant, defect, defect).defect)
+        return CertifiedTable(table, plant, tolerance, tolerance)
     except NotAcceptedError as refused:
-        return unproved(0, 0.0, str(refused))
+        at, bounds = (table.first_step * T, table.last_step * T), Interval(-tolerance, tolerance)
+        return Unproved("difference to the next state", bounds, at, max(most, 0.0), str(refused))
 
 
 def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
@@ -181,40 +163,25 @@ def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:
     return positive("certify_table: tolerance", tolerance)
 
 
-Limits = list[tuple[str, float, float]]
-"""For each limit: the text about its violation, the allowed excess, and the size by which excesses are divided."""
+def _differences(table: Table, plant: ConstrainedSystem) -> Array:
+    """Return |x(k + 1) − f(x(k), u(k))| in float64, shape (N − 1, n); 0 where it is not finite."""
+    with np.errstate(all="ignore"):
+        successors = plant.system.successor(table.states[:-1], table.inputs[: len(table.states) - 1])
+        return np.nan_to_num(np.abs(successors - table.states[1:]), posinf=0.0)
 
 
-def _parts(table: Table, plant: ConstrainedSystem, tolerance: float) -> tuple[tuple[Part, int, Limits], ...]:
-    """Return "states", "inputs" and "dynamics", each with its number of rows in the table and with its limits."""
-    states, inputs = (
-        [
-            (f"the {limit.name} breaks {limit.bounds.exactly}", 0.0, limit.bounds.width)
-            for limit in plant.given_constraints
-            if limit.side == side
-        ]
-        for side in ("state", "input")
-    )
-    leads = "the system leads to another {} than that of the next step, beyond the tolerance {!r}"
-    dynamics = [(leads.format(name, tolerance), tolerance, tolerance) for name in plant.system.states]
-    return (
-        ("states", len(table.states), states),
-        ("inputs", len(table.inputs), inputs),
-        ("dynamics", len(table.states) - 1, dynamics),
-    )
+Limit = tuple[Part, int, str, float, Array]
+"""A limit by part and index as in a `RefutedTable`: the text about its violation, its size, and each row's excess."""
 
 
-def _excesses(table: checked.Table, part: Part, row: int) -> list[tuple[Fraction, Fraction]]:
-    """Return a lower and an upper bound of the excess over each limit in a row, equal for a rational excess.
-
-    For the dynamics, with tolerance 0, the excess is |x⁺ − f(x, u)|. Raises UndefinedError.
-    """
-    try:
-        return [(of, of) if isinstance(of, Fraction) else _ends(of) for of in checked.excesses(table, part, row)]
-    except OverflowError:
-        why = "its formula is too large for float64, or divides by something that may be zero"
-        raise UndefinedError(why) from None
-
-
-def _ends(excess: Real) -> tuple[Fraction, Fraction]:
-    return Fraction(nextafter(float(excess.a), -inf)), Fraction(nextafter(float(excess.b), inf))
+def _limits(table: Table, plant: ConstrainedSystem, off: Array, tolerance: float) -> Iterator[Limit]:
+    """Yield the bounds of states and inputs, and the tolerance of the differences `off` for each state."""
+    sides: tuple[tuple[str, Part, Array], ...] = (("state", "states", table.states), ("input", "inputs", table.inputs))
+    for side, part, values in sides:
+        times = (table.first_step + np.arange(float(len(values)))) * plant.sampling_time
+        for i, limit in enumerate(of for of in plant.given_constraints if of.side == side):
+            excesses = -limit.bounds.margin(values @ np.array(limit.row, dtype=float), times)
+            yield part, i, f"the {limit.name} breaks {limit.bounds.exactly}", limit.bounds.width, excesses
+    for i, name in enumerate(plant.system.states):
+        what = f"the system leads to another {name} than that of the next step, beyond the tolerance {tolerance!r}"
+        yield "dynamics", i, what, tolerance, off[:, i] - tolerance

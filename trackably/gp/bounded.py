@@ -1,25 +1,12 @@
-"""Draws from a normal distribution truncated by bounds, by exact Hamiltonian Monte Carlo.
+"""The shortest vector that satisfies linear inequalities.
 
-A. Pakman and L. Paninski: Exact Hamiltonian Monte Carlo for truncated multivariate Gaussians. Journal of Computational
-and Graphical Statistics 23 (2014), 518–542. A particle at w gets a random velocity v, moves along w cos t + v sin t for
-some time, and is reflected by the bounds; its position at the end is the next draw. The motion is known in closed form:
-nothing is rejected, and the truncated distribution is invariant, up to rounding. In the paper, the time of a move is
-always π/2. Here it is random, between π/4 and 3π/4, because a reflected particle whose period is the fixed time would
-return to its start (R. M. Neal, MCMC using Hamiltonian dynamics, 2011, warns of this for Hamiltonian methods).
-
-Chains start at the shortest w with N w + g ≥ 0, for normals N and offsets g of the bounds: the most likely admissible
-value of a standard normal distribution. It solves the least distance program of C. L. Lawson and R. J. Hanson, Solving
-Least Squares Problems (1974), chapter 23: active bounds are those with u_i > 0, for the u ≥ 0 that brings Nᵀ u nearest
-to 0 and −gᵀ u nearest to 1. A root of a covariance maps independent standard normal numbers to values with this
-covariance.
+Of a standard normal distribution, it is the most likely admissible value. It solves the least distance program of
+C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23: for normals N and offsets g of the
+bounds N w + g ≥ 0, active bounds are those with u_i > 0, for the u ≥ 0 that brings Nᵀ u nearest to 0 and −gᵀ u nearest
+to 1.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Self
-
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from trackably.arrays import Array
@@ -41,117 +28,3 @@ def least_norm(normals: Array, offsets: Array) -> Array | None:
         except (RuntimeError, np.linalg.LinAlgError):  # rounding makes the active-set method cycle
             return None
     return w if (normals @ w + offsets).min(initial=0.0) >= -_HELD else None
-
-
-_NEGLIGIBLE = 1e-12  # smaller eigenvalues, relative to the largest, are dropped: they are rounding errors
-
-
-def root(covariance: Array) -> Array:
-    """Return F (n, r) with F Fᵀ = Σ, up to 1e-12 n of each variance, for a covariance Σ (n, n) of any rank.
-
-    F has few columns where the values depend on each other, as those of a smooth process at close times do. Rows are
-    scaled to the same variance before, so that their units do not matter.
-    """
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(std > 0, std, np.inf)
-    values, vectors = np.linalg.eigh(covariance / scale / scale[:, None])
-    kept = values > _NEGLIGIBLE * values[-1]
-    return np.asarray(std[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
-
-
-_CHAINS = 50  # independent chains, which move at the same time
-_BURN_IN = 25  # first moves of each chain, which are discarded; without bounds, one would suffice
-_INSIDE = 1e-6  # standard deviations: distance of the start from each bound
-_MOST_REFLECTIONS = 5_000  # of one particle in one move; if it needs more, the region is too small to draw from
-
-
-class NoRoom(ArithmeticError):
-    """The region between the bounds is empty, or too small to draw from."""
-
-
-@dataclass(frozen=True)
-class BoundedNormal:
-    """w ~ N(0, I) of dimension r, truncated to N w + g ≥ 0: `normals` N (W, r) of length one, `offsets` g (W,)."""
-
-    normals: Array
-    offsets: Array
-
-    @classmethod
-    def between(cls, rows: Array, lower: Array, upper: Array) -> Self:
-        """Return w ~ N(0, I), given `lower` ≤ D w ≤ `upper` for `rows` D (M, r) and bounds (M,), which may be infinite.
-
-        Raises NoRoom if a row is zero and its bounds exclude zero.
-        """
-        lengths = np.linalg.norm(rows, axis=1)
-        if np.any((lengths == 0) & ((lower > 0) | (upper < 0))):
-            raise NoRoom("draws: a state or input that cannot vary (its variance is zero) is outside of its bounds")
-        normals, offsets = np.vstack([rows, -rows]), np.concatenate([-lower, upper])
-        lengths = np.concatenate([lengths, lengths])
-        some = (lengths > 0) & np.isfinite(offsets)
-        return cls(normals[some] / lengths[some, None], offsets[some] / lengths[some])
-
-    @cached_property
-    def start(self) -> Array:
-        """The most likely standard normal vector w (r,) that is at least 1e-6 away from all bounds.
-
-        Chains of draws start there. Raises NoRoom if there is no such w, or if it is not found.
-        """
-        found = least_norm(self.normals, self.offsets - _INSIDE)
-        if found is None:
-            raise NoRoom(
-                f"no draw is inside all bounds by {_INSIDE:g} standard deviations: bounds leave too little room"
-            )
-        return found
-
-    def draws(self, count: int, seed: int) -> Array:
-        """Return `count` draws, shape (count, r).
-
-        A seed gives the same draws every time; a larger count gives the same draws and more.
-
-        They come from 50 independent chains in turn, after 25 moves of each: two draws depend on each other only if
-        their indices differ by a multiple of 50. Raises NoRoom.
-        """
-        rng = np.random.default_rng(seed)
-        w = np.tile(self.start, (_CHAINS, 1))
-        kept = [np.empty((0, w.shape[1]))]
-        for move in range(_BURN_IN + -(-count // _CHAINS)):
-            w = self._move(w, rng.standard_normal(w.shape), rng.uniform(np.pi / 4, 3 * np.pi / 4, len(w)))
-            if move >= _BURN_IN:
-                kept.append(w)
-        return np.concatenate(kept)[:count]
-
-    def _move(self, w: Array, v: Array, left: Array) -> Array:
-        """Return the positions after times `left` (P,) of particles that start at w with velocities v, both (P, r)."""
-        arrived_at, which = np.empty_like(w), np.arange(len(w))
-        for _ in range(_MOST_REFLECTIONS):
-            free, wall = self._next_wall(w, v)
-            c, s = (of(np.minimum(free, left))[:, None] for of in (np.cos, np.sin))
-            w, v, arrives = c * w + s * v, c * v - s * w, free >= left
-            arrived_at[which[arrives]] = w[arrives]
-            if arrives.all():
-                return arrived_at
-            which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
-            v = v[~arrives]
-            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the velocity after the reflection
-        raise NoRoom(
-            f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
-        )
-
-    def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
-        """Return the time at which each particle leaves the region (∞ if never), and the index of the bound, its wall.
-
-        Both have the shape (P,). With h = n · w and ḣ = n · v for the normal n and the offset g of a wall,
-        h cos t + ḣ sin t = R cos(t − φ) falls below −g at t = φ + arccos(−g/R). A particle that moves towards a wall
-        reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
-        beyond, and it leaves now.
-        """
-        height, rates = w @ self.normals.T, v @ self.normals.T
-        times = np.full((len(w), len(self.offsets) + 1), np.inf)
-        radius = np.hypot(height, rates)
-        p, j = np.nonzero(radius > self.offsets)
-        rate = rates[p, j]
-        turn = np.arctan2(rate, height[p, j])
-        t = (turn + np.arccos(np.clip(-self.offsets[j] / radius[p, j], -1, 1))) % (2 * np.pi)
-        times[p, j] = np.where((rate < 0) & (t > np.pi), 0.0, t)
-        first = np.argmin(times, axis=1)
-        return times[np.arange(len(first)), first], first

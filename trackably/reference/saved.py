@@ -101,8 +101,14 @@ class Saved(ABC):
         if (ends[0] is None) is not (ends[1] is None):
             raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
         _ = self.computed_tightening  # computed here, so that a wrong file is refused on reading
-        if ends[0] is not None and ends[1] is not None and not ends[0] < ends[1]:
+        if (window := self.window) and not window.start < window.end:
             raise ValueError(f"proved_from and proved_until: expected start < end, got {ends[0]} and {ends[1]}")
+
+    @property
+    def window(self) -> Window | None:
+        """The proved window; None if all times are proved."""
+        start, end = self.proved_from, self.proved_until
+        return None if start is None or end is None else Window(start, end)
 
     @cached_property
     def computed_tightening(self) -> Tightening | None:
@@ -119,8 +125,7 @@ class Saved(ABC):
 
         Return the certificate of the claim and those of the values, or the failure of a proof.
         """
-        start, end = self.proved_from, self.proved_until
-        found = prove(self.reference, None if start is None or end is None else Window(start, end))
+        found = prove(self.reference, self.window)
         if not isinstance(found, Certificate):
             return found
         found = replace(found.with_robust(self.computed_tightening), truth=self.truth or ())

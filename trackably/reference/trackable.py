@@ -8,7 +8,6 @@ from typing import Self, overload
 
 import numpy as np
 
-from trackably.arguments import real, whole
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
@@ -17,7 +16,6 @@ from trackably.files import new_file, path_of
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method
-from trackably.reference.draws import Bands, Draws, band, bounded_steps, draws_within_bounds
 from trackably.reference.explanation import (
     at_edges,
     budget_sentence,
@@ -191,32 +189,6 @@ class TrackableReference(LearnedReference):
             return self.fit.std_of(plant.flatness.inputs, t)
         each = [self.fit.std_of(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
         return np.array(each).reshape(*t.shape, len(plant.flatness.inputs))
-
-    def draws(self, k: Array | int, count: int = 1000, seed: int = 0) -> Draws:
-        """Return draws of states and inputs at steps k, given the samples and the bounds; the same for the same seed.
-
-        Every draw keeps the bounds at the steps k, at up to 51 steps between the first sample and the last, and where
-        the reference nearly touches a bound; it may violate bounds between these steps. The bounds are those of
-        `reference`, which may be tightened. Inputs of a nonlinear system are drawn to first order around the reference.
-        Shapes (count, *k.shape, n) and (count, *k.shape, m).
-
-        Raises ValueError for steps outside of the proved times and for too many steps, and NoRoom (an ArithmeticError)
-        if no values satisfy the bounds.
-        """
-        self._refuse_unproved(k)
-        whole("draws: count", count, least=1)
-        whole("draws: seed", seed, least=0)
-        also = bounded_steps(self.reference, self.samples, self.certificate.claim.span)
-        return draws_within_bounds(self.reference, self.fit.posterior, k, also, count, seed)
-
-    def bands(self, k: Array | int, coverage: float = 0.95, count: int = 2000, seed: int = 0) -> Bands:
-        """Return intervals that contain each state and input at steps k with probability `coverage`, within the bounds.
-
-        They are the shortest intervals with this part of `count` draws: shapes (*k.shape, n) and (*k.shape, m), for the
-        lower and for the upper ends. Raises ValueError and NoRoom as `draws` does.
-        """
-        coverage = real("bands: coverage", coverage)
-        return Bands(*(band(of, coverage) for of in self.draws(k, count, seed)))
 
     @property
     def unconstrained_misfit(self) -> dict[str, float]:

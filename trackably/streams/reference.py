@@ -14,7 +14,7 @@ from typing import Self
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import Waypoint
-from trackably.checker.certificate import AllTimes, TrueSignal, Window
+from trackably.checker.certificate import AllTimes, TrueSignal
 from trackably.files import LEFT_OUT, new_file
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
@@ -69,8 +69,7 @@ class SavedStream(Saved):
     @property
     def stream(self) -> Stream:
         """The stream that the reference was learned from."""
-        start, end = self.proved_from, self.proved_until
-        claim = AllTimes() if start is None or end is None else Window(start, end)
+        claim = self.window or AllTimes()
         return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)
 
 

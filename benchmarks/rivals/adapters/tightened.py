@@ -11,12 +11,12 @@ as |L_t g − L_m g| ≤ ‖L_t κ − L_m κ‖ ‖g − m‖. For a stationary
 import cvxpy as cp
 import numpy as np
 
+from benchmarks.rivals.adapters.bounded_normal import root
 from benchmarks.rivals.adapters.convex import minimised
 from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly, prior_covariance, sample_rows
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
-from trackably.gp.bounded import root
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, row_kernel
 from trackably.gp.signal import KernelSum

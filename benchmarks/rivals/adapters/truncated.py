@@ -14,12 +14,12 @@ from functools import partial
 import numpy as np
 import scipy
 
+from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, NoRoom, root
 from benchmarks.rivals.adapters.convex import shortest
 from benchmarks.rivals.adapters.rows import NOT_LINEAR, Grid, by_basis
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
 from trackably.arrays import Array
-from trackably.gp.bounded import BoundedNormal, NoRoom, root
 from trackably.systems.pieces import PolynomialPieces
 
 _DRAWS, _SEED = 2000, 0

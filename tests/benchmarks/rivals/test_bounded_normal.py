@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from trackably.gp.bounded import BoundedNormal, NoRoom, root
+from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, NoRoom, root
 
 INF = np.inf
 
