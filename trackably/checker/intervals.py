@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from mpmath.ctx_iv import MPIntervalContext
 from mpmath.libmp import from_float, to_fixed
 
-from trackably.checker.watch import short, tick
+from trackably.checker.watch import require_room, short, tick
 
 
 class Real(Protocol):
@@ -277,6 +277,13 @@ def common_denominator(numbers: Iterable[Fraction | int]) -> int:
     for number in numbers:
         found = short(Fraction(lcm(found, number.denominator))).numerator
     return found
+
+
+def in_whole_numbers(rows: Sequence[Sequence[Fraction | int]]) -> tuple[int, list[list[int]]]:
+    """Return the least d for which d times each number is whole, and the rows times d."""
+    d = common_denominator(value for row in rows for value in row)
+    require_room(sum(map(len, rows)), d.bit_length())
+    return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]
 
 
 MOST_MULTIPLIED = 64
