@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from hashlib import sha256
-from math import isfinite
 from pathlib import Path
 
 from trackably.checker import certificate as proofs
@@ -243,8 +242,8 @@ def _trajectory(functional: Functional) -> str:
 
 
 def _bound(row: Row) -> str:
-    lower, upper = (f"Some {_number(v)}" if isfinite(v) else "None" for v in (row.lower, row.upper))
-    return f"{{| row := {_numbers(row.row)}; lower := {lower}; upper := {upper} |}}"
+    lower, upper = _number(row.lower), _number(row.upper)
+    return f"{{| row := {_numbers(row.row)}; lower := Some {lower}; upper := Some {upper} |}}"
 
 
 def _numbers(values: Iterable[float | Fraction]) -> str:

@@ -19,7 +19,7 @@ from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import OfBound, Signal, Subject, is_far
+from trackably.checker.subject import OfBound, Signal, Subject
 from trackably.checker.watch import UndecidedError, progress, tick
 
 
@@ -63,7 +63,7 @@ def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:
     for t, weight in signal.pairs:
         tick()
         r = middle + shift - t
-        if not is_far(signal, abs(r) - h):
+        if not (abs(r) - h).a >= signal.reach.distance:  # otherwise it is one of the `far` kernels
             found += signal.kernel.model(r, h, radius, n).times(weight)
     return found
 

@@ -32,7 +32,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
-from trackably.checker.disturbances import in_whole_numbers, product
+from trackably.checker.disturbances import product
 from trackably.checker.form import (
     a_plant,
     an_identifier,
@@ -55,6 +55,7 @@ from trackably.checker.intervals import (
     exact_dot,
     exact_sum,
     exactly,
+    in_whole_numbers,
     ratio,
 )
 from trackably.checker.limits import INSTANTS, ROWS
@@ -62,7 +63,7 @@ from trackably.checker.models import enclose
 from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import row_echelon
 from trackably.checker.statement import bounds_text, dynamics
-from trackably.checker.subject import LinearSystem, NonlinearSystem, Polytope, System, single_bounds
+from trackably.checker.subject import LinearSystem, NonlinearSystem, Plant, single_bounds
 from trackably.checker.trajectories import why_no_plant
 from trackably.checker.watch import progress, tick
 
@@ -103,15 +104,12 @@ class Gap:
 
 
 @dataclass(frozen=True)
-class Contradiction:
+class Contradiction(Plant):
     """Bounds and values that contradict each other over `steps` steps from the time `start` [s] on, with the proof.
 
     `missing` says how far bounds or values exclude each other: it is d in the module's theorem.
     """
 
-    system: System
-    state_set: Polytope
-    input_set: Polytope
     start: float
     steps: int
     values: tuple[Value, ...]
@@ -127,7 +125,7 @@ read_contradiction = file_of(
     "contradiction",
     VERSION,
     record(
-        lambda plant, **found: Contradiction(*plant, **found),
+        lambda plant, **found: Contradiction(**vars(plant), **found),
         plant=a_plant,
         start=real_number,
         steps=whole_number(INSTANTS),
@@ -149,7 +147,7 @@ read_contradiction = file_of(
 def check_contradiction(of: Contradiction) -> str | None:
     """Return why the contradiction is not shown; None if it is."""
     system, proof = of.system, of.proof
-    if reason := why_no_plant(system, of.state_set, of.input_set):
+    if reason := why_no_plant(of):
         return reason
     known = (*system.states, *system.inputs)
     if wrong := [v for v in of.values if v.step >= of.steps or v.name not in known]:
@@ -362,7 +360,6 @@ def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Itera
 def impossibility(of: Contradiction) -> str:
     """Return the statement of a contradiction in words."""
     system, T = of.system, of.system.sampling_time
-    kept = bounds_text(system, of.state_set, of.input_set)
     values = ", ".join(f'{v.lower!r} ≤ "{v.name}" ≤ {v.upper!r} at k = {v.step}' for v in of.values)
     if isinstance(of.proof, Gap):
         by = f'at k = {of.proof.step}, intervals that "{of.proof.name}" must keep are at least {of.missing!r} apart'
@@ -371,7 +368,7 @@ def impossibility(of: Contradiction) -> str:
     else:
         by = f"there are none either if each bound is moved outwards by {of.missing!r} of its width"
     return (
-        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {kept} at all steps k = 0 … "
-        f"{of.steps - 1}{' and have ' if values else ''}{values}; {by}. Step k is the time {of.start!r} s + k T "
-        f"(T = {T!r} s)."
+        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {bounds_text(of)} at all steps "
+        f"k = 0 … {of.steps - 1}{' and have ' if values else ''}{values}; {by}. Step k is the time {of.start!r} s + "
+        f"k T (T = {T!r} s)."
     )

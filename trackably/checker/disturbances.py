@@ -30,12 +30,13 @@ h_V(−r) above and by h_V(r) below. Everything is computed in integers over com
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 
-from trackably.checker.intervals import common_denominator, exact_dot
-from trackably.checker.model_error import Matrix, Vertex, of_model_error
+from trackably.checker.intervals import exact_dot, in_whole_numbers
+from trackably.checker.model_error import Matrix, UnboundedModelError, Vertex, of_model_error
 from trackably.checker.moving import room
 from trackably.checker.subject import LinearSystem, Polytope, Subject
-from trackably.checker.watch import require_room, tick
+from trackably.checker.watch import tick
 
 Vector = tuple[Fraction, ...]
 
@@ -98,10 +99,15 @@ class Robust:
     box: tuple[float, ...]
     model: tuple[Vertex, ...] = ()
 
-    def model_generators(self, system: LinearSystem) -> list[Vector] | str:
-        """Return the generators of the set D that a wrong `model` adds to W (none without one), or why D is unknown."""
+    def model_generators(self, system: LinearSystem) -> list[Vector]:
+        """Return the generators of the set D that a wrong `model` adds to W; none without one.
+
+        Raise UnboundedModelError if D is unknown.
+        """
         if self.model and not isinstance(self.disturbance, Zonotope):
-            return "the disturbance set W must be a zonotope, not a hull of points, if `model` has vertices"
+            raise UnboundedModelError(
+                "the disturbance set W must be a zonotope, not a hull of points, if `model` has vertices"
+            )
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
 
 
@@ -134,10 +140,11 @@ def check_robust(subject: Subject, robust: Robust | None) -> str | None:
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
     if reason := _misfit(robust, len(system.states), len(system.inputs)):
         return f"disturbance: {reason}"
-    errors = _errors_of(system, robust)
-    if isinstance(errors, str):
-        return f"model: {errors}"
-    if (robust.head + robust.terms) * errors.q.bit_length() > _MOST_BITS:
+    try:
+        errors = _errors_of(system, robust)
+    except UnboundedModelError as unbounded:
+        return f"model: {unbounded}"
+    if (robust.head + robust.terms) * errors.closed[0].bit_length() > _MOST_BITS:
         return "disturbance: the check would take hours: powers of A + B K up to head + terms have too many digits"
     if reason := _not_invariant(robust, errors):
         return f"disturbance: {reason}"
@@ -154,7 +161,7 @@ def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> 
     """
     errors = _errors_of(system, robust)
     sides = ([Fraction(sign * (i == j)) for j in range(len(system.states))] for sign in (1, -1))
-    return not isinstance(errors, str) and all(errors.fit(row, room, robust.noise) for row in sides)
+    return all(errors.fit(row, room, robust.noise) for row in sides)
 
 
 def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
@@ -165,59 +172,54 @@ def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
     return Fraction(W.largest(vectors, moved), r * d)
 
 
-def _errors_of(system: LinearSystem, robust: Robust) -> "Errors | str":
-    """Return the set Z of the errors of a disturbed system, or a sentence that says what is wrong with its model."""
+def _errors_of(system: LinearSystem, robust: Robust) -> "Errors":
+    """Return the set Z of the errors of a disturbed system. Raise UnboundedModelError if its model has no set D."""
     W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
-    if isinstance(added, str):
-        return added
     if isinstance(W, Zonotope):
         W = of_measured_state(W, V, system.A) if V else W
         W = replace(W, generators=(*W.generators, *added))
-    K, of_Z = robust.feedback, (robust.head, robust.terms, robust.contraction, robust.box)
-    return Errors.of(system.A, system.B, K, W, *of_Z)
+    of_Z = robust.head, robust.terms, robust.contraction, robust.box
+    return Errors(system.A, system.B, robust.feedback, W, *of_Z)
 
 
 @dataclass(frozen=True)
 class Errors:
-    """The set Z of errors (`Robust`), with N = `head`, s = `terms` and α = `contraction`.
+    """The set Z of errors e with e(k + 1) = (A + B K) e(k) + w(k) and w(k) in the set `disturbance` (`Robust`).
 
-    All other numbers are integers, as they are multiplied by common denominators q, d and b: `closed` is q A_K with
-    A_K = A + B K, `vectors` are d times those of the `disturbance`, and `box` is b times the sizes p_i of P.
+    Its numbers are written as integers over common denominators.
     """
 
+    A: Matrix
+    B: Matrix
+    K: Matrix
+    disturbance: Zonotope | Hull
     head: int
     terms: int
     contraction: float
-    disturbance: Zonotope | Hull
-    q: int
-    closed: list[list[int]]
-    d: int
-    vectors: list[list[int]]
-    b: int
-    box: list[int]
+    box: Sequence[float]
 
-    @classmethod
-    def of(
-        cls,
-        A: Matrix,
-        B: Matrix,
-        K: Matrix,
-        disturbance: Zonotope | Hull,
-        head: int,
-        terms: int,
-        contraction: float,
-        box: Sequence[float],
-    ) -> "Errors":
-        """Return the set Z of errors e with e(k + 1) = (A + B K) e(k) + w(k) and w(k) in the set `disturbance`."""
-        by_state, by_input, by_error = ([[Fraction(v) for v in row] for row in of] for of in (A, B, K))
-        closed = [
-            [a + exact_dot(inputs, column) for a, column in zip(row, zip(*by_error, strict=True), strict=True)]
-            for row, inputs in zip(by_state, by_input, strict=True)
-        ]
-        q, whole_closed = in_whole_numbers(closed)
-        d, vectors = in_whole_numbers(disturbance.vectors)
-        b, (whole_box,) = in_whole_numbers([[Fraction(p) for p in box]])
-        return cls(head, terms, contraction, disturbance, q, whole_closed, d, vectors, b, whole_box)
+    @cached_property
+    def closed(self) -> tuple[int, list[list[int]]]:
+        """A denominator q, and q A_K with A_K = A + B K."""
+        A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (self.A, self.B, self.K))
+        columns = list(zip(*K, strict=True))
+        return in_whole_numbers(
+            [
+                [a + exact_dot(inputs, column) for a, column in zip(row, columns, strict=True)]
+                for row, inputs in zip(A, B, strict=True)
+            ]
+        )
+
+    @cached_property
+    def vectors(self) -> tuple[int, list[list[int]]]:
+        """A denominator d, and d times the vectors of the `disturbance`."""
+        return in_whole_numbers(self.disturbance.vectors)
+
+    @cached_property
+    def sizes(self) -> tuple[int, list[int]]:
+        """A denominator b, and b times the sizes p_i of P."""
+        b, (sizes,) = in_whole_numbers([[Fraction(p) for p in self.box]])
+        return b, sizes
 
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
         """Return the support function h_Z(row) = max {row · e : e ∈ Z}, as numerator and denominator.
@@ -227,18 +229,18 @@ class Errors:
         everything else: the sums have as many digits as the last power.
         """
         N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
-        r, (moved,) = in_whole_numbers([row])
+        (q, _), (d, vectors), (b, sizes), (r, (moved,)) = self.closed, self.vectors, self.sizes, in_whole_numbers([row])
         of_W = of_P = 0
         for i in range(N + s):
             tick()
             if i < N:
-                of_W = of_W * self.q + self.disturbance.largest(self.vectors, moved)
+                of_W = of_W * q + self.disturbance.largest(vectors, moved)
             else:
-                of_P = of_P * self.q + product([abs(x) for x in moved], self.box)
+                of_P = of_P * q + product([abs(x) for x in moved], sizes)
             moved = self.moved(moved)
         # `row` was multiplied by r. So h_Z(row) = of_W/(r qᴺ⁻¹ d) + of_P/(r qᴺ⁺ˢ⁻¹ b (1 − α)).
-        above = of_W * self.q**s * self.b * left.numerator + of_P * self.d * left.denominator
-        return above, r * self.q ** (N + s - 1) * self.b * self.d * left.numerator
+        above = of_W * q**s * b * left.numerator + of_P * d * left.denominator
+        return above, r * q ** (N + s - 1) * b * d * left.numerator
 
     def fit(self, row: Sequence[Fraction], room: Fraction, V: Zonotope | None) -> bool:
         """Return whether row · (e − v) ≤ room for all errors e ∈ Z and, with noise, all v ∈ V."""
@@ -247,7 +249,7 @@ class Errors:
 
     def moved(self, row: Sequence[int]) -> list[int]:
         """Return row · q (A + B K), a row vector of integers."""
-        return [product(row, column) for column in zip(*self.closed, strict=True)]
+        return [product(row, column) for column in zip(*self.closed[1], strict=True)]
 
 
 def _misfit(robust: Robust, n: int, m: int) -> str | None:
@@ -266,20 +268,18 @@ def _misfit(robust: Robust, n: int, m: int) -> str | None:
 
 def _not_invariant(robust: Robust, errors: Errors) -> str | None:
     """Return which of W ⊆ P and A_Kˢ P ⊆ α P (`Robust`) does not hold, so errors may leave Z; None if both hold."""
-    n, box = len(robust.box), [Fraction(p) for p in robust.box]
-    for i in range(n):
-        axis = [int(i == j) for j in range(n)]
-        supports = (errors.disturbance.largest(errors.vectors, side) for side in (axis, [-a for a in axis]))
-        if Fraction(max(supports), errors.d) > box[i]:
-            return (
-                f"W, with noise and model error, is not inside of P: coordinate {i} exceeds {robust.box[i]!r} of `box`"
-            )
+    (q, _), (d, vectors), (b, sizes) = errors.closed, errors.vectors, errors.sizes
+    for i, size in enumerate(robust.box):
+        axis = [int(i == j) for j in range(len(sizes))]
+        supports = (errors.disturbance.largest(vectors, side) for side in (axis, [-a for a in axis]))
+        if Fraction(max(supports), d) > size:
+            return f"W, with noise and model error, is not inside of P: coordinate {i} exceeds {size!r} of `box`"
         power = axis
         for _ in range(robust.terms):
             tick()
             power = errors.moved(power)
-        reached, allowed = product([abs(x) for x in power], errors.box), Fraction(robust.contraction) * box[i]
-        if reached * allowed.denominator > allowed.numerator * errors.q**robust.terms * errors.b:
+        reached, allowed = product([abs(x) for x in power], sizes), Fraction(robust.contraction) * Fraction(size)
+        if reached * allowed.denominator > allowed.numerator * q**robust.terms * b:
             power_of = f"(A + B K)^{robust.terms}"
             return f"{power_of} does not contract P in coordinate {i} by the factor {robust.contraction!r}"
     return None
@@ -303,10 +303,3 @@ def _short(
         if not (errors.fit(row, above, V) and errors.fit([-r for r in row], below, V)):
             return f"disturbance: {name}: row {i} of the reference leaves less room than tracking errors may need"
     return None
-
-
-def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[int, list[list[int]]]:
-    """Return the least d for which d times each number is whole, and the rows times d."""
-    d = common_denominator(value for row in rows for value in row)
-    require_room(sum(map(len, rows)), d.bit_length())
-    return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]

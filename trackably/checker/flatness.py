@@ -37,6 +37,7 @@ from trackably.checker.formulas import (
     shared_parts,
 )
 from trackably.checker.identities import Quotient, TooLongError, Values
+from trackably.checker.intervals import is_multiplied
 from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifted_name
 
 
@@ -177,12 +178,10 @@ def _of_node(node: Formula) -> Iterable[Need]:
             yield Need(divisor, True)
         case Function("log" | "sqrt", argument):
             yield Need(argument, False)
-        case Power(base, exponent) if not exponent.is_integer():
+        case Power(base, exponent) if not is_multiplied(exponent):
             yield Need(base, False)
         case Power(base, exponent) if exponent < 0:
-            yield Need(base, abs(exponent) <= 64)
-        case Power(base, exponent) if exponent > 64:
-            yield Need(base, False)
+            yield Need(base, True)
         case Angle(y, x):
             yield Need(Operation("+", Power(x, 2.0), Power(y, 2.0)), False)
 

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import pairwise
 from reprlib import Repr
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from trackably.checker import certificate as proofs
 from trackably.checker import counterexample as refutations
@@ -75,6 +75,7 @@ from trackably.checker.subject import (
     LinearSystem,
     NonlinearSystem,
     Pieces,
+    Plant,
     Polytope,
     Row,
     Signal,
@@ -464,19 +465,11 @@ _set = record(
 )
 
 
-class Plant(NamedTuple):
-    """A system and its sets."""
-
-    system: System
-    state_set: Polytope
-    input_set: Polytope
-
-
 a_plant = record(Plant, system=a_system, state_set=_set, input_set=_set)
 """Reads a system with its sets, whose bounds may move in time."""
 
-_numbers_of_centres = many(real_number, CENTRES)
-_signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_of_centres, weights=_numbers_of_centres)
+_numbers_in_time = many(real_number, CENTRES)
+_signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_in_time, weights=_numbers_in_time)
 
 
 def _valid_pieces(**found: Any) -> Pieces:
@@ -496,7 +489,7 @@ def _valid_pieces(**found: Any) -> Pieces:
 def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
     return record(
         _valid_pieces,
-        breakpoints=_numbers_of_centres,
+        breakpoints=_numbers_in_time,
         coefficients=many(many(real_number, COEFFICIENTS), CENTRES),
         beyond=one_of(kinds),
     )
@@ -551,7 +544,14 @@ def _subject(
     if pieces and not is_linear:
         raise UnreadableError("pieces: states and inputs of polynomial pieces are read for linear systems only")
     known = fingerprint(written["signals"], written["plant"]["system"], trajectories)
-    return Subject(signals, *plant, trajectories, attainable, known, pieces)
+    return Subject(
+        **vars(plant),
+        signals=signals,
+        trajectories=trajectories,
+        attainable=attainable,
+        fingerprint=known,
+        pieces=pieces,
+    )
 
 
 def subject_of(data: Mapping[str, object]) -> Subject:
@@ -591,11 +591,11 @@ def _hex(number: Fraction) -> str:
 
 # Readers of certificates.
 
-_zonotope = record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True))
-_sets: dict[str, Reader[Zonotope | Hull]] = {
-    "zonotope": _zonotope,
+_of_set: dict[str, Reader[Zonotope | Hull]] = {
+    "zonotope": record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True)),
     "hull": record(Hull, vertices=many(_exact_vector, ROWS)),
 }
+_vector_set = by_tag("kind", _of_set)
 
 
 def _robust(**found: Any) -> Robust:
@@ -607,8 +607,8 @@ def _robust(**found: Any) -> Robust:
 
 _disturbance = record(
     _robust,
-    {"noise": by_tag("kind", _sets), "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
-    set=by_tag("kind", _sets),
+    {"noise": _vector_set, "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
+    set=_vector_set,
     state_set=_set,
     input_set=_set,
     feedback=_matrix,
@@ -651,7 +651,6 @@ _real_times = {kind: record(partial(_covered, KINDS[kind]), _cover, **ends) for 
 _claim = by_tag("kind", {**_real_times, "instants": _instants})
 
 
-_numbers_in_time = many(real_number, CENTRES)
 _measured = record(Measured, times=_numbers_in_time, values=_numbers_in_time, noise=real_number)
 signal_class = record(
     SignalClass,
@@ -747,7 +746,7 @@ _parts_of_table: dict[str, Reader[Any]] = {
 
 
 def _table(table: dict[str, Any], plant: Plant, tolerance: float) -> Table:
-    return Table(**table, **plant._asdict(), tolerance=tolerance)
+    return Table(**vars(plant), **table, tolerance=tolerance)
 
 
 read_table = file_of("table", tables.VERSION, record(_table, **_parts_of_table))

@@ -176,7 +176,6 @@ class Values:
     atoms: list[Atom] = field(default_factory=list)
     positive: list[Quotient] = field(default_factory=list)
     known: dict[Formula, Quotient] = field(default_factory=dict)
-    count: int = 0
 
     def of(self, formula: Formula) -> Quotient:
         """Return the quotient of a formula. TooLongError: too many terms; ZeroDivisionError: a divisor is zero."""
@@ -218,9 +217,7 @@ class Values:
             case Number(value):
                 found = Quotient.number(Fraction(value))
             case Name(name):
-                if name not in self.numbers:
-                    self.numbers[name] = self._new()
-                found = Quotient.variable(self.numbers[name])
+                found = Quotient.variable(self.numbers.setdefault(name, self._next))
             case Operation(symbol, left, right):
                 found = self.reduce(OPERATORS[symbol](self.known[left], self.known[right]))
             case Power(base, exponent):
@@ -236,9 +233,10 @@ class Values:
                 found = self._atom("atan2", (self.known[y], self.known[x]))
         return found
 
-    def _new(self) -> int:
-        self.count += 1
-        return self.count
+    @property
+    def _next(self) -> int:
+        """The number of the next variable."""
+        return len(self.numbers) + len(self.atoms) + 1
 
     def _power(self, base: Quotient, exponent: float) -> Quotient:
         if not (exponent.is_integer() and abs(exponent) <= _MOST_MULTIPLIED):
@@ -284,8 +282,8 @@ class Values:
             raise TooLongError(
                 f"the formulas have more than {_MOST_ATOMS} different function terms, such as sin(x); simplify them"
             )
-        self.atoms.append(Atom(function, arguments, self._new(), square))
-        return Quotient.variable(self.count)
+        self.atoms.append(atom := Atom(function, arguments, self._next, square))
+        return Quotient.variable(atom.number)
 
 
 def _rational_root(number: Fraction | None) -> Fraction | None:

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from mpmath.ctx_iv import MPIntervalContext
 from mpmath.libmp import from_float, to_fixed
 
-from trackably.checker.watch import short, tick
+from trackably.checker.watch import require_room, short, tick
 
 
 class Real(Protocol):
@@ -48,21 +48,18 @@ _Comparison = Callable[["Real", "Real | float"], bool | None]
 class Many:
     """Many intervals at once, as arrays of float64, with the operators of `Real`; comparisons give arrays of booleans.
 
-    `direction(y, x)` returns the angles of vectors (x, y) whose coordinates are exact numbers. `larger` and `dot` do
-    what the functions `max_of` and `dot` of this module do. `choose(condition, one, other)` returns `one` where the
-    condition is certain, and `other` elsewhere.
+    The methods exp, log, sqrt, sin, cos and atan are functions of each interval. `direction(y, x)` returns the angles
+    of vectors (x, y) whose coordinates are exact numbers. `larger`, `choose` and `dot` do what the functions `max_of`,
+    `select` and `dot` of this module do.
     """
 
-    exp: Any
-    log: Any
-    cos: Any
-    sin: Any
-    atan: Any
-    sqrt: Any
-    direction: Any
-    larger: Any
-    dot: Any
-    choose: Any
+
+def many_among(*values: object) -> Any:
+    """Return the first array of intervals among some values; None if there is none."""
+    for value in values:
+        if isinstance(value, Many):
+            return value
+    return None
 
 
 class _Intervals(MPIntervalContext):  # type: ignore[misc]
@@ -200,17 +197,15 @@ def everywhere(condition: Any) -> Any:
 
 def max_of(x: Real, y: Real) -> Real:
     """Return an interval that contains the larger of two numbers."""
-    for one, other in ((x, y), (y, x)):
-        if isinstance(one, Many):
-            return one.larger(other)  # type: ignore[no-any-return]
+    if many := many_among(x, y):
+        return many.larger(x, y)  # type: ignore[no-any-return]
     return between(max(x.a, y.a), max(x.b, y.b))  # type: ignore[call-overload]
 
 
 def select(condition: Any, one: Real, other: Real) -> Real:
     """Return `one` if a condition is certain, otherwise `other`, elementwise for arrays of intervals."""
-    for many in (one, other):
-        if isinstance(many, Many):
-            return many.choose(condition, one, other)  # type: ignore[no-any-return]
+    if many := many_among(one, other):
+        return many.choose(condition, one, other)  # type: ignore[no-any-return]
     return one if condition else other
 
 
@@ -231,9 +226,8 @@ def total(numbers: Iterable[Real]) -> Real:
 def dot(xs: Sequence[Real], ys: Sequence[Real]) -> Real:
     """Return an interval that contains Σ x_j y_j."""
     tick()
-    for one in (*xs, *ys):
-        if isinstance(one, Many):
-            return one.dot(xs, ys)  # type: ignore[no-any-return]
+    if many := many_among(*xs, *ys):
+        return many.dot(xs, ys)  # type: ignore[no-any-return]
     return total(x * y for x, y in zip(xs, ys, strict=True) if x is not ZERO and y is not ZERO)
 
 
@@ -277,6 +271,13 @@ def common_denominator(numbers: Iterable[Fraction | int]) -> int:
     for number in numbers:
         found = short(Fraction(lcm(found, number.denominator))).numerator
     return found
+
+
+def in_whole_numbers(rows: Sequence[Sequence[Fraction | int]]) -> tuple[int, list[list[int]]]:
+    """Return the least d for which d times each number is whole, and the rows times d."""
+    d = common_denominator(value for row in rows for value in row)
+    require_room(sum(map(len, rows)), d.bit_length())
+    return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]
 
 
 MOST_MULTIPLIED = 64
@@ -356,7 +357,7 @@ def side(y: Real, x: Real) -> int:
     """
     certain = either(x.a > 0, y.a > 0, y.b < 0)
     require(certain, "arctan2(y, x) may have both arguments zero, or an angle that jumps at ±π")
-    if isinstance(x, Many) or isinstance(y, Many):
+    if many_among(x, y):
         return 0
     return 1 if y.a > 0 else -1 if y.b < 0 else 0
 

@@ -274,9 +274,9 @@ def _limit(given: object, where: str) -> Limit:
     return low, high
 
 
-def _read(
-    joints: tuple[Joint, ...], trajectory: dict[str, Any], jumps: tuple[float, ...], broken: Any = None
-) -> JointTrajectory | BrokenTrajectory:
+def _joint_trajectory(
+    joints: tuple[Joint, ...], trajectory: dict[str, Any], jumps: tuple[float, ...]
+) -> JointTrajectory:
     ends, rows = trajectory["breakpoints"], trajectory["coefficients"]
     if len(ends) < 2 or not all(a < b for a, b in pairwise(ends)):
         raise UnreadableError("trajectory.breakpoints must be two or more numbers, each larger than the one before")
@@ -290,8 +290,7 @@ def _read(
         )
     if not any(limit for joint in joints for limit in joint.limits):
         raise UnreadableError("joints must have at least one limit")
-    found = JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)
-    return found if broken is None else BrokenTrajectory(found, broken)
+    return JointTrajectory(joints, ends, rows, trajectory["beyond"] == "rest", jumps)
 
 
 _parts: dict[str, Any] = {
@@ -314,7 +313,13 @@ def _entry(given: object, where: str) -> Broken:
     return record(Broken, **_at, piece=_index, since=real_number)(given, where)
 
 
-read_joints: Callable[[Any], Any] = file_of("joint trajectory", VERSION, record(_read, **_parts))
-read_broken_joints: Callable[[Any], Any] = file_of(
-    "broken joint trajectory", VERSION, record(_read, **_parts, broken=many(_entry, COORDINATES))
+read_joints = file_of("joint trajectory", VERSION, record(_joint_trajectory, **_parts))
+read_broken_joints = file_of(
+    "broken joint trajectory",
+    VERSION,
+    record(
+        lambda broken, **about: BrokenTrajectory(_joint_trajectory(**about), broken),
+        **_parts,
+        broken=many(_entry, COORDINATES),
+    ),
 )

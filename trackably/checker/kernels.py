@@ -88,9 +88,14 @@ class Kernel(ABC):
     its branches are those for r ≥ 0.
     """
 
-    @abstractmethod
     def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        """Return n Taylor coefficients in x of κ(r + h x), for the branch (formula) of κ that holds at r."""
+        """Return n Taylor coefficients in x of κ(r + h x), for the branch (formula) of κ that holds at r.
+
+        Kernels that are not `exponential` have a formula of their own.
+        """
+        found = self.exponential(r, h, n)
+        assert found is not None, "such a kernel has its own formula"
+        return exp_series(*found, n)
 
     @abstractmethod
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
@@ -253,9 +258,6 @@ class SquaredExponential(Elementary):
         g = [-(r**2) / self.p]
         return self.variance, g if n == 1 else [*g, -2 * r * h / self.p, -(h**2) / self.p]
 
-    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        return exp_series(*self.exponential(r, h, n), n)
-
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # |Im z| ≤ radius on the disc, and so Re z² ≥ r²/2 − radius².
         square = (r**2 / 2 - radius**2) / self.length**2
@@ -394,9 +396,6 @@ class Periodic(Elementary):
             scale.append(scale[-1] * step / k)
         g = [turn[k % 4] * scale[k] for k in range(n)]
         return self.variance, [g[0] - scale[0], *g[1:]]
-
-    def taylor(self, r: Real, h: Real, n: int) -> list[Real]:
-        return exp_series(*self.exponential(r, h, n), n)
 
     def largest_on_disc(self, r: Real, radius: Real) -> Real:
         # Re cos(x + iy) = cos x cosh y

@@ -28,6 +28,10 @@ Vector = tuple[Fraction, ...]
 Matrix = Sequence[Sequence[float]]
 
 
+class UnboundedModelError(ValueError):
+    """No set D is known for a wrong model; the message says what does not fit, or has no bound."""
+
+
 @dataclass(frozen=True)
 class Vertex:
     """x⁺ = A x + B u + c, a vertex of the convex hull of systems."""
@@ -39,12 +43,12 @@ class Vertex:
 
 def of_model_error(
     system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
-) -> list[Vector] | str:
-    """Return the generators of the set D (see the module), or a sentence: what does not fit, or has no bound."""
+) -> list[Vector]:
+    """Return the generators of the set D (see the module). Raise UnboundedModelError if there is no such set."""
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
-        return "each vertex must have A, B and c of the shapes that the system has"
+        raise UnboundedModelError("each vertex must have A, B and c of the shapes that the system has")
     reach = [*_reach(state_set, n), *_reach(input_set, m), Fraction(1)]
     nominal = list(_columns(system))
     for j, columns in enumerate(zip(*(_columns(vertex) for vertex in vertices), strict=True)):
@@ -53,7 +57,7 @@ def of_model_error(
             continue
         size = reach[j]
         if size is None:
-            return (
+            raise UnboundedModelError(
                 f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone (counted "
                 "from 0), which are needed because its column differs between vertices and nominal system"
             )

@@ -15,7 +15,6 @@ from trackably.checker.formulas import OPERATORS, Angle, Formula, Function, Name
 from trackably.checker.intervals import (
     ONE,
     ZERO,
-    Many,
     Real,
     angle,
     around,
@@ -27,6 +26,7 @@ from trackably.checker.intervals import (
     function,
     is_multiplied,
     log,
+    many_among,
     pi,
     power,
     require,
@@ -176,14 +176,14 @@ class Model:
         differ by less than π. Raise UndefinedError if the half-plane or x c + y s > 0 is not certain.
         """
         side(self.span, x.span)
-        many = [type(one) for one in (self.span, x.span) if isinstance(one, Many)]
+        many = many_among(self.span, x.span)
         if self.is_interval and not many:
             return Model([angle(self.span, x.span)], ZERO)
         s, c = self.coefficients[0].mid, x.coefficients[0].mid
         along = x.times(c) + self.times(s)
         require(along.span.a > 0, "the angle arctan2(y, x) may turn too far at these times")
         turned = _compose("atan", (self.times(c) - x.times(s)) / along)
-        own = many[0].direction(s, c) if many else angle(s, c)
+        own = many.direction(s, c) if many else angle(s, c)
         return Model.constant(own, len(self.coefficients)) + turned
 
 

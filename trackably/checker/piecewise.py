@@ -29,7 +29,7 @@ from trackably.checker.intervals import UndefinedError, common_denominator, exac
 from trackably.checker.moving import Cells, cells_of, hull, place, value_of_signal
 from trackably.checker.polynomials import compose, is_nowhere_negative
 from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
-from trackably.checker.rounding import why_not_sized
+from trackably.checker.rounding import why_not_sized, why_off
 from trackably.checker.subject import Bound, End, Functional, OfBound, Pieces, Subject
 from trackably.checker.watch import progress, require_room, tick
 
@@ -155,13 +155,8 @@ def check_sizes(certificate: Certificate) -> str | None:
 
 def check_rounding(certificate: Certificate) -> str | None:
     """Return a sentence about the first bound whose quantity may have a larger rounding error than stated, or None."""
-    if reason := _why_uncounted(certificate):
-        return reason
-    for name, error in evaluation_errors(certificate.subject, *_span(certificate)).items():
-        if error > Fraction(certificate.errors[name]):
-            stated = certificate.errors[name]
-            return OfBound(name, f"evaluation: the {name} can be off by more than the stated {stated!r} in float64")
-    return None
+    errors = evaluation_errors(certificate.subject, *_span(certificate))
+    return _why_uncounted(certificate) or why_off(certificate, errors.items())
 
 
 def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[str, Fraction]:
@@ -175,8 +170,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     order in the unit roundoff u, and enlarged by 1 %.
     """
     largest = [_largest((Fraction(0), [(z, Fraction(0), Fraction(1))]), z.ends[0], z.ends[-1]) for z in subject.pieces]
-    shifted = sum(map(len, functionals(subject, "input")[0].weights))
-    operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (shifted + 1)
+    operations = 96 * (max(z.degree for z in subject.pieces) + 1) + 17 * (sum(subject.shifts) + 1)
     found = dict[str, Fraction]()
     for bound in subject.bounds:
         weights, offset = gross_of(bound.row, functionals(subject, bound.of))
@@ -189,8 +183,7 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
 
 def _why_uncounted(certificate: Certificate) -> str | None:
     """Return why float64 may not count the periods of a signal exactly up to the time `until`; None if it does."""
-    shifts = max(len(weights) for part in functionals(certificate.subject, "input") for weights in part.weights)
-    ahead = shifts * Fraction(certificate.subject.system.sampling_time)
+    ahead = max(certificate.subject.shifts) * Fraction(certificate.subject.system.sampling_time)
     for z in certificate.subject.pieces:
         if z.beyond == "period" and not Fraction(certificate.until) + ahead + abs(z.ends[0]) <= 2**50 * z.period:
             return "evaluation: up to the time `until` there are more periods than float64 can count"
@@ -248,9 +241,8 @@ def _claim_gap(certificate: Certificate) -> str | None:
 
 def why_unknown(subject: Subject, start: Fraction, end: Fraction) -> str | None:
     """Return which signal is undefined at some time on which states and inputs depend; None if all are defined."""
-    for s, z in enumerate(subject.pieces):
-        shifts = len(functionals(subject, "input")[0].weights[s]), len(functionals(subject, "state")[0].weights[s])
-        ahead = (max(shifts) - 1) * Fraction(subject.system.sampling_time)
+    for s, (z, shifts) in enumerate(zip(subject.pieces, subject.shifts, strict=True)):
+        ahead = (shifts - 1) * Fraction(subject.system.sampling_time)
         if z.beyond == "end" and not (z.ends[0] <= start and end + ahead <= z.ends[-1]):
             known = f"got {z.breakpoints[0]!r} s to {z.breakpoints[-1]!r} s"
             return f"claim: signal {s} must be defined from {float(start)!r} s to {float(end + ahead)!r} s, {known}"

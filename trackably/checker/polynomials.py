@@ -6,7 +6,7 @@ from itertools import pairwise
 from math import comb, lcm
 from typing import TypeVar
 
-from trackably.checker.intervals import common_denominator
+from trackably.checker.intervals import in_whole_numbers
 from trackably.checker.watch import tick
 
 Number = TypeVar("Number", int, Fraction)
@@ -19,8 +19,7 @@ def stays_between(p: Sequence[Fraction | int], low: Fraction | int, high: Fracti
 
     False may also mean that the decision takes too long.
     """
-    unit = common_denominator([*p, low, high])
-    bottom, first, top, *others = (int(c * unit) for c in (low, p[0], high, *p[1:]))
+    _, ((bottom, first, top, *others),) = in_whole_numbers([[low, p[0], high, *p[1:]]])
     return is_nowhere_negative([first - bottom, *others]) and is_nowhere_negative([top - first, *(-c for c in others)])
 
 

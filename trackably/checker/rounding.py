@@ -9,7 +9,7 @@ operation in each box, at each instant and in the tail, where the formula is als
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -35,7 +35,7 @@ from trackably.checker.intervals import (
 )
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, differential, evaluate
-from trackably.checker.quantities import ITSELF, LinearCombination, Quantity, functionals
+from trackably.checker.quantities import ITSELF, LinearCombination, Quantity
 from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
 from trackably.checker.watch import tick
 
@@ -53,11 +53,17 @@ def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str 
     Errors are bounded to first order in the unit roundoff u, and enlarged by 1 %. Errors of formulas are bounded
     elsewhere, in each box (`FormulaValues`).
     """
-    of_signals = signal_errors(certificate.subject, certificate.until)
-    for q in quantities:
-        stated = certificate.errors[q.name]
-        if q.combination is not None and not at_most(error_of(certificate.subject, q.combination, of_signals), stated):
-            return OfBound(q.name, f"evaluation: the {q.name} can be off by more than the stated {stated!r} in float64")
+    subject, of_signals = certificate.subject, signal_errors(certificate.subject, certificate.until)
+    linear = ((q.name, q.combination) for q in quantities if q.combination is not None)
+    return why_off(certificate, ((name, error_of(subject, of, of_signals)) for name, of in linear))
+
+
+def why_off(certificate: Certificate, errors: Iterable[tuple[str, Real | Fraction]]) -> str | None:
+    """Return a sentence about the first bound whose rounding error may exceed the stated one; None if none does."""
+    for name, error in errors:
+        stated = certificate.errors[name]
+        if not at_most(error, Fraction(stated)):
+            return OfBound(name, f"evaluation: the {name} can be off by more than the stated {stated!r} in float64")
     return None
 
 
@@ -67,7 +73,8 @@ SignalError = tuple[Real, Real]
 
 def signal_errors(subject: Subject, until: float) -> list[SignalError]:
     """Return, for each signal, over-estimates of |z| and of its rounding error at all times |t| ≤ `until` [s]."""
-    return [_signal_error(signal, until, _ahead(subject)) for signal in subject.signals]  # type: ignore[arg-type]
+    ahead = (max(subject.shifts) - 1) * subject.step  # the largest shift j T on which a state or an input depends
+    return [_signal_error(signal, until, ahead) for signal in subject.signals]  # type: ignore[arg-type]
 
 
 def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence[SignalError]) -> Real:
@@ -75,24 +82,11 @@ def error_of(subject: Subject, argument: LinearCombination, of_signals: Sequence
     pairs = [(ratio(w), *of) for w, of in zip(argument.gross, of_signals, strict=True)]
     error = total(w * each for w, _, each in pairs)
     size = ratio(argument.gross_offset) + total(w * each for w, each, _ in pairs)
-    roundings = 5 + _terms(subject) + max(len(subject.system.states), len(subject.system.inputs))
+    # a state or an input is a weighted sum of at most `terms` shifted signals; so is an argument of a formula
+    terms = max(subject.shifts) if isinstance(subject.system, NonlinearSystem) else sum(subject.shifts)
+    roundings = 5 + terms + max(len(subject.system.states), len(subject.system.inputs))
     tiny = TINY * (1 + ratio(exact_sum(argument.gross)))
     return (1.01 * (error + roundings * UNIT * size) + tiny).b
-
-
-def _terms(subject: Subject) -> int:
-    """Over-estimate how many shifted signals one weighted sum (a state, an input or an argument) has."""
-    if isinstance(subject.system, NonlinearSystem):
-        return 1 + subject.system.last_shift
-    return sum(map(len, functionals(subject, "input")[0].weights))
-
-
-def _ahead(subject: Subject) -> Real:
-    """Return the largest shift j T [s] of a signal on which a state or an input depends."""
-    if isinstance(subject.system, NonlinearSystem):
-        return subject.system.last_shift * subject.step
-    parts = (*functionals(subject, "state"), *functionals(subject, "input"))
-    return (max(len(w) for part in parts for w in part.weights) - 1) * subject.step
 
 
 @lru_cache(maxsize=8)  # a search for proofs, and then the check, ask several times about the same signals

@@ -12,7 +12,17 @@ from trackably.checker.intervals import ZERO, Real
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import Shifted, combination_at, functionals, shifts_of, states_of
-from trackably.checker.subject import Bound, LinearSystem, NonlinearSystem, Polytope, Row, Subject, System, as_float
+from trackably.checker.subject import (
+    Bound,
+    LinearSystem,
+    NonlinearSystem,
+    Plant,
+    Polytope,
+    Row,
+    Subject,
+    System,
+    as_float,
+)
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.truth import ContradictedSamples, contradiction_of
 
@@ -26,7 +36,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
     inputs = "these inputs"
     if subject.attainable is not None:
-        rows = ", ".join(bound_text(row, subject.system.inputs) for row in subject.input_set.rows)
+        rows = _set_text(subject.input_set, subject.system.inputs)
         inputs = f"inputs of the same effect (they differ by v with B v = 0) and keep {rows}"
     how = "float64 evaluation, by sums of products"
     if subject.pieces:
@@ -56,12 +66,11 @@ def refutation(counterexample: Counterexample) -> str:
 
 def table_statement(table: Table) -> str:
     """Return the statement that a table of states and inputs at steps proves."""
-    system = table.system
-    kept, last = bounds_text(system, table.state_set, table.input_set), table.first_step + len(table.states) - 1
+    system, last = table.system, table.first_step + len(table.states) - 1
     return (
-        f"For the steps k = {table.first_step} … {last} the table keeps {kept}, and each of its states after "
-        f"the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the state and the "
-        f"input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
+        f"For the steps k = {table.first_step} … {last} the table keeps {bounds_text(table)}, and each of its states "
+        f"after the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the state and "
+        f"the input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
     )
 
 
@@ -126,10 +135,14 @@ def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
     return f"{end_text(bound.low)} ≤ {' + '.join(weighted)} ≤ {end_text(bound.high)}"
 
 
-def bounds_text(system: System, state_set: Polytope, input_set: Polytope) -> str:
+def bounds_text(plant: Plant) -> str:
     """Return all bounds of states and inputs as text, separated by commas; "no bounds" if there are none."""
-    sides = ((system.states, state_set), (system.inputs, input_set))
-    return ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
+    sides = _set_text(plant.state_set, plant.system.states), _set_text(plant.input_set, plant.system.inputs)
+    return ", ".join(filter(None, sides)) or "no bounds"
+
+
+def _set_text(bounded: Polytope, names: tuple[str, ...]) -> str:
+    return ", ".join(bound_text(row, names) for row in bounded.rows)
 
 
 def _number(r: Fraction) -> str:
@@ -160,10 +173,8 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     if robust is None:
         return ""
     system = subject.system
-    states, inputs = (
-        ", ".join(bound_text(row, names) for row in bounded.rows) or "no bounds"
-        for bounded, names in ((robust.state_set, system.states), (robust.input_set, system.inputs))
-    )
+    states = _set_text(robust.state_set, system.states) or "no bounds"
+    inputs = _set_text(robust.input_set, system.inputs) or "no bounds"
     wrong = ""
     if robust.model:
         hull = "; ".join(f"A = {_lists(v.A)}, B = {_lists(v.B)}, c = {list(v.c)!r}" for v in robust.model)
@@ -177,11 +188,10 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     parts += " ⊕ D" if robust.model else ""
     of = "W" if parts == "W" else "S"
     sets += "" if parts == "W" else f", S = {parts}"
-    if robust.model:
-        added = robust.model_generators(system) if isinstance(system, LinearSystem) else ""
-        generators = _vectors(added) if not isinstance(added, str) else added
+    if robust.model and isinstance(system, LinearSystem):
         sets += (
-            f" with D = Σ_j ξ_j d_j for all |ξ_j| ≤ 1 and d_j = {generators}, and A, B here are those of the reference"
+            f" with D = Σ_j ξ_j d_j for all |ξ_j| ≤ 1 and d_j = {_vectors(robust.model_generators(system))}, and A, B "
+            "here are those of the reference"
         )
     return (
         f" Under disturbance, x⁺ = A x + B u + c + w{model}{wrong}: for every sequence of {sequence} in "

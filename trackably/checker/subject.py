@@ -91,11 +91,6 @@ class Signal:
         return Decay(self.weight * size, self.weight * slope)
 
 
-def is_far(signal: Signal, distance: Real) -> bool:
-    """Return whether kernels whose centres are at this distance [s] from a time are certainly far (negligible)."""
-    return bool(distance.a >= signal.reach.distance)
-
-
 @dataclass(frozen=True)
 class LinearSystem:
     """x⁺ = A x + B u + c, one `sampling_time` [s] later; A and B are given row by row."""
@@ -242,6 +237,15 @@ def single_bounds(bounded: Polytope) -> Iterator[tuple[int, Fraction, Fraction]]
 
 
 @dataclass(frozen=True)
+class Plant:
+    """A system, with the sets that bound its states and its inputs."""
+
+    system: System
+    state_set: Polytope
+    input_set: Polytope
+
+
+@dataclass(frozen=True)
 class Functional:
     """A weighted sum of shifted signals: offset + Σ_s Σ_j w_sj z_s(t + j T) with `weights[s][j]` = w_sj."""
 
@@ -266,7 +270,7 @@ class Bound(Row):
 
 
 @dataclass(frozen=True)
-class Subject:
+class Subject(Plant):
     """A reference (signals and a system) with the sets that bound it.
 
     Signals are sums of kernels, or polynomial `pieces`.
@@ -276,13 +280,19 @@ class Subject:
     """
 
     signals: tuple[Signal, ...]
-    system: System
-    state_set: Polytope
-    input_set: Polytope
     trajectories: Trajectories | None
     attainable: tuple[Row, ...] | None
     fingerprint: str
     pieces: tuple[Pieces, ...] = ()
+
+    @cached_property
+    def shifts(self) -> list[int]:
+        """For each signal, the number of its shifts j T, j = 0, 1, …, on which states and inputs may depend."""
+        if isinstance(self.system, NonlinearSystem):
+            return [1 + self.system.last_shift] * len(self.signals)
+        assert self.trajectories is not None, "linear systems have them"
+        state, control = self.trajectories.states[0], self.trajectories.inputs[0]
+        return [max(map(len, of)) for of in zip(state.weights, control.weights, strict=True)]
 
     @property
     def signal_count(self) -> int:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from trackably.checker.intervals import Real, UndefinedError, at_most, exact_dot, exactly
 from trackably.checker.models import enclose
-from trackably.checker.subject import LinearSystem, Polytope, Row, System
+from trackably.checker.subject import LinearSystem, Plant
 from trackably.checker.trajectories import why_no_plant
 from trackably.checker.watch import progress, tick
 
@@ -24,8 +24,8 @@ Part = Literal["states", "inputs", "dynamics"]
 
 
 @dataclass(frozen=True)
-class Table:
-    """States and inputs at the steps from `first_step` on, row by row; the last state may have no input.
+class Table(Plant):
+    """States and inputs of a plant at the steps from `first_step` on, row by row; the last state may have no input.
 
     `tolerance` is the largest allowed difference between a state and f of the state and the input before it.
     """
@@ -33,9 +33,6 @@ class Table:
     first_step: int
     states: tuple[tuple[float, ...], ...]
     inputs: tuple[tuple[float, ...], ...]
-    system: System
-    state_set: Polytope
-    input_set: Polytope
     tolerance: float
 
 
@@ -83,7 +80,7 @@ def _misfit(table: Table) -> str | None:
         return "shapes: a table needs two states at least, and an input for each state (but perhaps not for the last)"
     if any(len(row) != len(names) for names, values in sides for row in values):
         return "shapes: rows of `states` need a number for each state, and rows of `inputs` one for each input"
-    return why_no_plant(table.system, table.state_set, table.input_set)
+    return why_no_plant(table)
 
 
 def _rows(table: Table) -> dict[Part, int]:
@@ -121,13 +118,8 @@ def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:
     return [
         max(Fraction(bound.lower) - value, value - Fraction(bound.upper))
         for bound in bounded.rows
-        for value in [value_of_row(bound, values[row])]
+        for value in [exact_dot(bound.row, map(Fraction, values[row]))]
     ]
-
-
-def value_of_row(bound: Row, values: tuple[float, ...]) -> Fraction:
-    """Return the exact value of the weighted sum of `values` that a row bounds."""
-    return exact_dot(bound.row, map(Fraction, values))
 
 
 def differences(table: Table, row: int) -> Sequence[Fraction | Real]:

@@ -15,7 +15,7 @@ from trackably.checker.subject import (
     FlatForm,
     LinearSystem,
     NonlinearSystem,
-    Polytope,
+    Plant,
     Row,
     Subject,
     System,
@@ -30,7 +30,7 @@ def check_shapes(subject: Subject) -> str | None:
     system = subject.system
     if any(len(signal.centres) != len(signal.weights) for signal in subject.signals):
         return "signals: each must have as many weights as centres"
-    if reason := why_no_plant(system, subject.state_set, subject.input_set, subject.attainable or ()):
+    if reason := why_no_plant(subject, subject.attainable or ()):
         return reason
     if isinstance(system, NonlinearSystem):
         reason = _misfit_of_formulas(subject, system)
@@ -62,16 +62,14 @@ def why_no_system(system: System) -> str | None:
     return "flat: angles must be states" if flat and not {*flat.angles} <= {*system.states} else None
 
 
-def why_no_plant(
-    system: System, state_set: Polytope, input_set: Polytope, attainable: tuple[Row, ...] = ()
-) -> str | None:
+def why_no_plant(plant: Plant, attainable: tuple[Row, ...] = ()) -> str | None:
     """Return what does not fit together in a system and its sets; None if everything fits."""
-    n, m = len(system.states), len(system.inputs)
-    if (state_set.dimension, input_set.dimension) != (n, m):
+    n, m = len(plant.system.states), len(plant.system.inputs)
+    if (plant.state_set.dimension, plant.input_set.dimension) != (n, m):
         return f"shapes: the sets must have the dimensions of state and input, {n} and {m}"
-    if not _fit(state_set.rows, n) or not _fit((*input_set.rows, *attainable), m):
+    if not _fit(plant.state_set.rows, n) or not _fit((*plant.input_set.rows, *attainable), m):
         return "shapes: every row of a set needs a number for each state, or for each input, and not only zeros"
-    return why_no_system(system)
+    return why_no_system(plant.system)
 
 
 def _weights(subject: Subject) -> int:
@@ -79,12 +77,10 @@ def _weights(subject: Subject) -> int:
 
     They are those of all bounds of a linear system, or of all arguments of formulas of a nonlinear system.
     """
-    signals, rows, system = subject.signal_count, len(subject.bounds), subject.system
-    if subject.trajectories is not None:
-        parts = (subject.trajectories.states[0], subject.trajectories.inputs[0])
-        return rows * max(sum(map(len, part.weights)) for part in parts)
-    assert isinstance(system, NonlinearSystem)
-    shifted = signals * (system.last_shift + 2)
+    rows, shifted = len(subject.bounds), sum(subject.shifts)
+    if isinstance(subject.system, LinearSystem):
+        return rows * shifted
+    shifted += len(subject.signals)  # states one step later
     return (rows + shifted) * shifted
 
 

@@ -75,8 +75,9 @@ class Steps:
     @cached_property
     def _ends(self) -> Array:
         """The lower and upper bounds of the rows of X and U at each step, at exact times start + k T_s: (2, r)."""
-        _, X, U = a_plant(as_written(self.plant), "plant")
-        start, T, rows = Fraction(self.start), Fraction(self.plant.sampling_time), (*X.rows, *U.rows)
+        plant = a_plant(as_written(self.plant), "plant")
+        start, T = Fraction(self.start), Fraction(plant.system.sampling_time)
+        rows = (*plant.state_set.rows, *plant.input_set.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
         return np.array(found, dtype=float).reshape(-1, 2).T
 
@@ -239,9 +240,12 @@ def first_gap(steps: Steps) -> tuple[Gap, float] | None:
 
     None if none is found. At each step, a box encloses all reachable states; it may also contain other states.
     """
-    system, state_set, input_set = a_plant(as_written(steps.plant), "plant")
+    plant = a_plant(as_written(steps.plant), "plant")
+    system = plant.system
     assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
-    asked = Contradiction(system, state_set, input_set, steps.start, steps.count, steps.values, 0.0, Gap(0, ""))
+    asked = Contradiction(
+        **vars(plant), start=steps.start, steps=steps.count, values=steps.values, missing=0.0, proof=Gap(0, "")
+    )
     last, before = max((value.step for value in steps.values), default=0), None
     for k, wanted in enumerate(wanted_boxes(asked, system)):
         box = {name: (float(low), float(high)) for name, (low, high) in wanted.items()}

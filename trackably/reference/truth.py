@@ -27,7 +27,7 @@ from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, S
 from trackably.checker.contradiction import Value
 from trackably.checker.disturbances import support_of
 from trackably.checker.floats.boxes import FIRST_PASS
-from trackably.checker.floats.intervals import bernstein_on_box, stack
+from trackably.checker.floats.intervals import bernstein_of, stack
 from trackably.checker.polynomials import compose
 from trackably.checker.quantities import states_of
 from trackably.checker.truth import (
@@ -405,7 +405,7 @@ def _bound(models: tuple[Any, Any]) -> float:
     for model in models:
         if model is None:
             return float("inf")
-        of_box = bernstein_on_box(stack(model.coefficients, (1,)))
+        of_box = bernstein_of(stack(model.coefficients, (1,)))
         found = max(found, float(np.max(of_box.high)) + float(model.missed.b))
     return found
 

@@ -380,9 +380,10 @@ class ModelError:
         """
         every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
         nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
-        D = checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
-        if isinstance(D, str):
-            raise ValueError(f"model_error: {D}")
+        try:
+            D = checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
+        except checked.UnboundedModelError as error:
+            raise ValueError(f"model_error: {error}") from error
         return Zonotope(W.centre, [*W.generators, *D])
 
     def __str__(self) -> str:

@@ -208,7 +208,7 @@ class InvariantSet:
     @cached_property
     def _errors(self) -> Errors:
         A, B, K = (of.tolist() for of in (self.system.A, self.system.B, self.feedback))
-        return Errors.of(A, B, K, self.disturbance, self.head, self.terms, self.contraction, self.box.tolist())
+        return Errors(A, B, K, self.disturbance, self.head, self.terms, self.contraction, self.box.tolist())
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:

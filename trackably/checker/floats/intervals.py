@@ -107,12 +107,14 @@ class Floats(Many):
             found = _within(value, off) + found
         return found
 
-    def larger(self, other: Any) -> "Floats":
-        y = self.of(other)
-        return Floats(np.maximum(self.low, y.low), np.maximum(self.high, y.high))
+    @classmethod
+    def larger(cls, one: Any, other: Any) -> "Floats":
+        x, y = cls.of(one), cls.of(other)
+        return Floats(np.maximum(x.low, y.low), np.maximum(x.high, y.high))
 
-    def choose(self, condition: Any, one: Any, other: Any) -> "Floats":
-        x, y = self.of(one), self.of(other)
+    @classmethod
+    def choose(cls, condition: Any, one: Any, other: Any) -> "Floats":
+        x, y = cls.of(one), cls.of(other)
         return Floats(np.where(condition, x.low, y.low), np.where(condition, x.high, y.high))
 
     def __add__(self, other: Any) -> "Floats":
@@ -252,14 +254,9 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp]) -> Floats:
     return Floats(low - off, high + off) + Floats.exact(0.0)
 
 
-def bernstein_on_box(polynomials: Floats) -> Floats:
-    """Return the Bernstein coefficients of B polynomials Σ_k a_k x^k on [−1, 1], from coefficients of shape (n, B)."""
-    return _product(_of_all_powers(len(polynomials.low)), polynomials)
-
-
-def bernstein_on_unit(polynomials: Floats) -> Floats:
-    """Return the Bernstein coefficients of B polynomials Σ_k a_k y^k on [0, 1], from coefficients of shape (n, B)."""
-    return _product(bernstein(len(polynomials.low)), polynomials)
+def bernstein_of(polynomials: Floats, start: int = -1, width: int = 2) -> Floats:
+    """Return Bernstein coefficients on [start, start + width], (n, B), of B polynomials Σ_k a_k x^k, (n, B)."""
+    return _product(bernstein(len(polynomials.low), start, width), polynomials)
 
 
 def _product(nearest: Array, columns: Floats) -> Floats:
@@ -275,22 +272,17 @@ def _product(nearest: Array, columns: Floats) -> Floats:
 
 
 @cache
-def _of_all_powers(n: int) -> Array:
-    """Return the Bernstein coefficients i of x^k = (2 y − 1)^k in degree n − 1, each rounded once, at [i, k]."""
-    powers = [compose([*[0] * k, 1], -1, 2) for k in range(n)]
-    return np.array([[float(_coefficient(n, i, p)) for p in powers] for i in range(n)])
+def bernstein(n: int, start: int = 0, width: int = 1) -> Array:
+    """Return Bernstein coefficient i of x^k on [start, start + width], in degree n − 1 and rounded once, at [i, k].
 
+    With x = start + width y, x^k is a polynomial in y; yʲ has the Bernstein coefficients C(i, j)/C(n − 1, j) on [0, 1].
+    """
+    powers = [compose([*[0] * k, 1], start, width) for k in range(n)]
 
-def _coefficient(n: int, i: int, p: Sequence[int]) -> Fraction:
-    """Return the Bernstein coefficient i of Σ_j p_j yʲ in degree n − 1; yʲ has the coefficients C(i, j)/C(n − 1, j)."""
-    tick()
-    return exact_sum(Fraction(comb(i, j) * c, comb(n - 1, j)) for j, c in enumerate(p))
+    def coefficient(i: int, p: Sequence[int]) -> Fraction:
+        return exact_sum(Fraction(comb(i, j) * c, comb(n - 1, j)) for j, c in enumerate(p) if c)
 
-
-@cache
-def bernstein(n: int) -> Array:
-    """Return C(i, j)/C(n − 1, j): the Bernstein coefficient i of yʲ in degree n − 1."""
-    return np.array([[comb(i, j) / comb(n - 1, j) for j in range(n)] for i in range(n)])
+    return np.array([[float(coefficient(i, p)) for p in powers] for i in range(n)])
 
 
 @cache
@@ -307,7 +299,7 @@ def nowhere_negative(polynomials: Floats) -> Mask:
     ≥ 0. Their first and last ones are its values at the ends: if one may be negative, the claim is not shown. Otherwise
     the interval is halved.
     """
-    pieces, n = bernstein_on_box(polynomials), len(polynomials.low)
+    pieces, n = bernstein_of(polynomials), len(polynomials.low)
     owners = np.arange(polynomials.low.shape[1])
     shown = np.ones(len(owners), dtype=bool)
     for _ in range(_HALVINGS):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trackably.checker.floats.intervals import Floats, bernstein_on_unit, stack
+from trackably.checker.floats.intervals import Floats, bernstein_of, stack
 from trackably.checker.intervals import ONE, total
 from trackably.checker.joints import JointTrajectory, Open
 from trackably.checker.watch import tick
@@ -34,7 +34,7 @@ def undecided(trajectory: JointTrajectory) -> tuple[Open, Open]:
             tick()
             scaled: Any = derivative * powers.at(slice(len(derivative.low)))
             least, most = np.array([of.limits[r] or (-inf, inf) for of in joints]).repeat(pieces, axis=0).T
-            bernstein = bernstein_on_unit(scaled)
+            bernstein = bernstein_of(scaled, 0, 1)
             kept = np.all((bernstein.low >= least) & (bernstein.high <= most), axis=0).reshape(c.shape[:2])
             left = np.argwhere(~np.pad(kept, ((0, 0), (0, int(trajectory.rests)))))  # rest at the end is one more piece
             limits += [(j, r, i) for j, i in left.tolist() if joints[j].limits[r]]

@@ -161,7 +161,7 @@ def test_positive_polynomials_are_found_and_none_that_is_negative_by_a_hair():
 FAULTS = {
     "the right half is the left one": ("_halves", lambda right: lambda n: np.vstack([right(n)[:n]] * 2)),
     "values at ends are not refined": ("_halves", lambda right: lambda n: np.ones((2 * n, n)) / n),
-    "coefficients off by a millionth": ("bernstein_on_box", lambda right: lambda of: right(of) + Floats.exact(1e-6)),
+    "coefficients off by a millionth": ("bernstein_of", lambda right: lambda of: right(of) + Floats.exact(1e-6)),
 }
 
 
