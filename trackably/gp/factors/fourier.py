@@ -40,25 +40,29 @@ _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alt
 class Waves(NamedTuple):
     """Columns of Φ (n, m): 1, cos ω₁t, sin ω₁t, cos ω₂t, … with ω_k = 2πk/P and t from the middle of the samples.
 
-    `frequencies` (m,) has the ω [rad/s] of each column, `period` is P [s], `scaled` is ϱ⁻¹ Φ (n, m), and `products` are
-    Φᵀ ϱ⁻² Φ (m, m). The noise of sample i has the standard deviation ϱ_i σ_n; ϱ is diagonal. `moved` is ϱ⁻¹ ∂Φ/∂ln P
-    (n, m) if P is the last hyperparameter of the kernel.
+    `period` is P [s], `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m). The noise of sample i has the
+    standard deviation ϱ_i σ_n; ϱ is diagonal. `moved` is ϱ⁻¹ ∂Φ/∂ln P (n, m) if P is the last hyperparameter of the
+    kernel.
     """
 
     period: float
-    frequencies: Array
     scaled: Array
     products: Array
     moved: Array | None = None
 
     def first(self, count: int) -> "Waves":
         """Return the first `count` of these waves."""
-        return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
+        return Waves(self.period, self.scaled[:, :count], self.products[:count, :count])
+
+    @property
+    def frequencies(self) -> Array:
+        """The frequency ω [rad/s] of each column, shape (m,)."""
+        return np.asarray((np.arange(len(self.products)) + 1) // 2 * (math.tau / self.period))
 
 
 def waves_at(times: Array, period: float, count: int) -> Array:
-    """Return 1, cos ω₁t, sin ω₁t, cos ω₂t, … (`count`, n) with ω_k = 2πk/`period` at `times` t [s] (n,)."""
-    angles = np.arange(1, count // 2 + 1)[:, None] * (math.tau / period * times)
+    """Return the `count` waves 1, cos ω₁t, sin ω₁t, cos ω₂t, … of a `period` [s] at `times` t [s], (count, n)."""
+    angles = (np.arange(1, count // 2 + 1) * (math.tau / period))[:, None] * times
     phi = np.ones((count, len(times)))
     phi[1::2], phi[2::2] = np.cos(angles), np.sin(angles)
     return phi
@@ -122,12 +126,11 @@ class Ladder:
             return None
         times = stencil.centres(self.times - self._middle)
         phi = waves_at(np.fmod(times, period), period, count)
-        frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
         psi = np.zeros_like(phi)
         psi[1::2], psi[2::2] = phi[2::2], -phi[1::2]
-        psi *= frequencies[:, None] * times
-        phi, psi = (stencil.combine(rows) / self.relative_noise for rows in (phi, psi))
-        return Waves(period, np.asarray(frequencies), phi.T, phi @ phi.T, psi.T)
+        phi, psi = (stencil.combine(rows) / self.relative_noise for rows in (phi, times * psi))
+        found = Waves(period, phi.T, phi @ phi.T)
+        return found._replace(moved=psi.T * found.frequencies)
 
     @property
     def _middle(self) -> float:
@@ -138,13 +141,9 @@ class Ladder:
         return self.span * (1 + math.exp2(place / _STEPS))
 
     def _compute(self, period: float, count: int) -> Waves:
-        frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
-        angles = frequencies[::2, None] * (self.times - self._middle)
-        phi = np.empty((count, len(self.times)))
-        phi[0::2], phi[1::2] = np.sin(angles), np.cos(angles[1:])
-        phi[0] = 1.0
+        phi = waves_at(self.times - self._middle, period, count)
         phi /= self.relative_noise
-        return Waves(period, np.asarray(frequencies), phi.T, phi @ phi.T)
+        return Waves(period, phi.T, phi @ phi.T)
 
 
 @dataclass(frozen=True)
