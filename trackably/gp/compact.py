@@ -16,7 +16,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from trackably.gp.factors.fourier import harmonics, waves_at
+from trackably.gp.factors.fourier import harmonic_count, waves_at
 from trackably.gp.factors.low_rank import interpolation, nodes
 from trackably.gp.signal import KernelSum
 
@@ -55,7 +55,7 @@ def within_a_period(signal: KernelSum) -> KernelSum:
     kernel, centres = signal.kernel, signal.centres
     if len(centres) < _FEWEST or not (lines := kernel.lines) or not (period := kernel.period):
         return signal
-    if (count := harmonics(lines, period)) > len(centres) // 2:
+    if (count := harmonic_count(lines, period)) > len(centres) // 2:
         return signal
     times = np.asarray(period / count * np.arange(count))
     parts = waves_at(np.fmod(centres - centres[0], period), period, count) @ signal.weights * (2 / count)

@@ -68,7 +68,7 @@ def waves_at(times: Array, period: float, count: int) -> Array:
     return phi
 
 
-def harmonics(density: SpectralDensity, period: float) -> int:
+def harmonic_count(density: SpectralDensity, period: float) -> int:
     """Return the number m = 1 + 2k of waves whose frequencies are 0 and the k lines of the `period` [s]."""
     return 1 + 2 * round(density.limit * period / math.tau)
 
@@ -122,7 +122,7 @@ class Ladder:
 
         Whole periods are subtracted from times exactly, so that phases of samples after many periods lose no digits.
         """
-        if (count := harmonics(density, period)) > most:
+        if (count := harmonic_count(density, period)) > most:
             return None
         times = stencil.centres(self.times - self._middle)
         phi = waves_at(np.fmod(times, period), period, count)
