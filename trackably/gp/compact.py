@@ -16,6 +16,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from trackably.gp.factors.fourier import harmonic_count, waves_at
 from trackably.gp.factors.low_rank import interpolation, nodes
 from trackably.gp.signal import KernelSum
 
@@ -44,6 +45,22 @@ def compact(signal: KernelSum) -> KernelSum:
         if float(np.max(np.abs(found(times) - values))) <= _ROUNDINGS * _EPS * size:
             return found
     return signal
+
+
+def within_a_period(signal: KernelSum) -> KernelSum:
+    """Return the function as a sum of kernels within one period, or unchanged if that is not half as many at most.
+
+    κ(t − s) with m waves is interpolated exactly in s, from m times s_j that divide the period evenly.
+    """
+    kernel, centres = signal.kernel, signal.centres
+    if len(centres) < _FEWEST or not (lines := kernel.lines) or not (period := kernel.period):
+        return signal
+    if (count := harmonic_count(lines, period)) > len(centres) // 2:
+        return signal
+    times = np.asarray(period / count * np.arange(count))
+    parts = waves_at(np.fmod(centres - centres[0], period), period, count) @ signal.weights * (2 / count)
+    parts[0] /= 2
+    return KernelSum(kernel, signal.mean, centres[0] + times, parts @ waves_at(times, period, count))
 
 
 def _counts(span: float, most: int) -> Iterator[int]:

@@ -1,14 +1,15 @@
 """Factorise K + V, the covariance of samples with noise, in the fastest way that is exact up to rounding.
 
-- `Fourier`: few cosines and sines make a kernel whose spectral density decays fast, such as the squared exponential.
+- `Fourier`: few cosines and sines make a periodic kernel, and one whose spectral density decays fast, such as the
+  squared exponential.
   It is 6 times as fast as `Dense` for 300 samples, 10 times for 1,000: most references are learned with it.
 - `Quasiseparable` by tails (polynomials times e^(−λ|r|)): covariances with later samples pass through a small state.
   This is for Matérn kernels and sums of them. The time is linear in the number of samples: 7 times as fast as `Dense`
   for 1,000 samples, 30 times for 3,000, the only way for 100,000.
 - `Quasiseparable` without tails: only samples in neighbouring blocks covary, if a kernel decays within a small part of
   the samples' span.
-- `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a periodic one. It is 30
-  times as fast as `Dense` for 1,500 samples.
+- `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a rational quadratic one.
+  It is 30 times as fast as `Dense` for 1,500 samples.
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
 The factorisations that apply are tried in the order of their speed. Where a dense matrix is possible, the
@@ -143,6 +144,10 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         yield partial(Fourier.of, samples.ladder, waves, density, prior.noise_std**2)
 
     slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+    lines = kernel.lines if is_allowed(ROUNDING * largest + _EPS * slope * samples.ladder.span) else None
+    if lines and kernel.period and (waves := samples.ladder.harmonics(lines, kernel.period, stencil, most)):
+        yield partial(Fourier.of, samples.ladder, waves, lines, prior.noise_std**2)
+
     # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
     moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
     is_smooth = kernel.is_analytic and moved <= tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.gp.compact import within_a_period
 from trackably.gp.factorise import factorise, noise_variance
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
@@ -127,7 +128,8 @@ class Posterior:
         centres, together = [self._kernel_centres, t[some]], [own, weights[some]]
         if self.base:
             centres, together = [self.base.centres, *centres], [self.base.weights, *together]
-        return KernelSum.of_terms(self.prior.kernel, self.prior.mean, np.concatenate(centres), np.concatenate(together))
+        every = np.concatenate(centres), np.concatenate(together)
+        return within_a_period(KernelSum.of_terms(self.prior.kernel, self.prior.mean, *every))
 
     @cached
     def misfit_gradient(self) -> Array:

@@ -13,6 +13,9 @@ diagonal matrix of these ϱ_i, and ∂ a derivative by ln θ_j. With M = ϱ⁻¹
     tr(A⁻¹ ∂K) = Σ_k ∂ln s_k (1 − (B⁻¹)_kk),    cᵀ ∂K c = Σ_k ∂ln s_k s_k (Φᵀ c)_k².
 
 So a gradient takes the diagonal of B⁻¹, and the exponentials of m frequencies instead of n (n + 1)/2 pairs of samples.
+
+A periodic kernel is such a sum at all distances, with its own period P, a hyperparameter. By ln P, Φ has the derivative
+Ψ. With N = ϱ⁻¹ Ψ diag(√s)/σ_n, the traces are then tr(A⁻¹ ∂K) = 2 tr(B⁻¹ Mᵀ N) and cᵀ ∂K c = 2 σ_n² (Mᵀ ϱ c)·(Nᵀ ϱ c).
 """
 
 import math
@@ -26,6 +29,7 @@ import scipy
 from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.kernels.base import SpectralDensity
+from trackably.gp.stencil import Stencil
 
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
@@ -36,18 +40,37 @@ _CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alt
 class Waves(NamedTuple):
     """Columns of Φ (n, m): 1, cos ω₁t, sin ω₁t, cos ω₂t, … with ω_k = 2πk/P and t from the middle of the samples.
 
-    `frequencies` (m,) has the ω [rad/s] of each column, `period` is P [s], `scaled` is ϱ⁻¹ Φ (n, m), and `products` are
-    Φᵀ ϱ⁻² Φ (m, m). The noise of sample i has the standard deviation ϱ_i σ_n; ϱ is diagonal.
+    `period` is P [s], `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m). The noise of sample i has the
+    standard deviation ϱ_i σ_n; ϱ is diagonal. `moved` is ϱ⁻¹ ∂Φ/∂ln P (n, m) if P is the last hyperparameter of the
+    kernel.
     """
 
     period: float
-    frequencies: Array
     scaled: Array
     products: Array
+    moved: Array | None = None
 
     def first(self, count: int) -> "Waves":
         """Return the first `count` of these waves."""
-        return Waves(self.period, self.frequencies[:count], self.scaled[:, :count], self.products[:count, :count])
+        return Waves(self.period, self.scaled[:, :count], self.products[:count, :count])
+
+    @property
+    def frequencies(self) -> Array:
+        """The frequency ω [rad/s] of each column, shape (m,)."""
+        return np.asarray((np.arange(len(self.products)) + 1) // 2 * (math.tau / self.period))
+
+
+def waves_at(times: Array, period: float, count: int) -> Array:
+    """Return the `count` waves 1, cos ω₁t, sin ω₁t, cos ω₂t, … of a `period` [s] at `times` t [s], (count, n)."""
+    angles = (np.arange(1, count // 2 + 1) * (math.tau / period))[:, None] * times
+    phi = np.ones((count, len(times)))
+    phi[1::2], phi[2::2] = np.cos(angles), np.sin(angles)
+    return phi
+
+
+def harmonic_count(density: SpectralDensity, period: float) -> int:
+    """Return the number m = 1 + 2k of waves whose frequencies are 0 and the k lines of the `period` [s]."""
+    return 1 + 2 * round(density.limit * period / math.tau)
 
 
 @dataclass(frozen=True)
@@ -94,18 +117,33 @@ class Ladder:
         self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
         return found.first(count)
 
+    def harmonics(self, density: SpectralDensity, period: float, stencil: Stencil, most: float) -> Waves | None:
+        """Return the waves of the lines of a `period` [s], as the `stencil` measures them; None if over `most`.
+
+        Whole periods are subtracted from times exactly, so that phases of samples after many periods lose no digits.
+        """
+        if (count := harmonic_count(density, period)) > most:
+            return None
+        times = stencil.centres(self.times - self._middle)
+        phi = waves_at(np.fmod(times, period), period, count)
+        psi = np.zeros_like(phi)
+        psi[1::2], psi[2::2] = phi[2::2], -phi[1::2]
+        phi, psi = (stencil.combine(rows) / self.relative_noise for rows in (phi, times * psi))
+        found = Waves(period, phi.T, phi @ phi.T)
+        return found._replace(moved=psi.T * found.frequencies)
+
+    @property
+    def _middle(self) -> float:
+        """The middle of the times, about which they have the smallest rounding errors."""
+        return float(self.times[0]) + self.span / 2
+
     def _period(self, place: int) -> float:
         return self.span * (1 + math.exp2(place / _STEPS))
 
     def _compute(self, period: float, count: int) -> Waves:
-        frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
-        middle = self.times[0] + self.span / 2  # times about the middle have the smallest rounding errors
-        angles = frequencies[::2, None] * (self.times - middle)
-        phi = np.empty((count, len(self.times)))
-        phi[0::2], phi[1::2] = np.sin(angles), np.cos(angles[1:])
-        phi[0] = 1.0
+        phi = waves_at(self.times - self._middle, period, count)
         phi /= self.relative_noise
-        return Waves(period, np.asarray(frequencies), phi.T, phi @ phi.T)
+        return Waves(period, phi.T, phi @ phi.T)
 
 
 @dataclass(frozen=True)
@@ -152,16 +190,31 @@ class Fourier(Factorisation):
 
     def gradient_times(self, c: Array) -> Array:
         noise = self.ladder.relative_noise
-        return np.asarray(self._spread(self.slope * self._along(noise * c)) * noise * self.noise_variance)
+        along = self._along(noise * c)
+        found = self._spread(self.slope * along)
+        if self._moved is not None:
+            found[-1] += self._spread((noise * c) @ self._moved) + self._moved @ along
+        return np.asarray(found * noise * self.noise_variance)
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         inverse, _ = scipy.linalg.lapack.dpotri(self.factor, lower=True)
         lost, scaled = inverse.diagonal(), self.ladder.relative_noise * c
-        by_kernel = self.slope.dot(1 - lost - self.noise_variance * self._along(scaled) ** 2)
+        along = self._along(scaled)
+        by_kernel = self.slope.dot(1 - lost - self.noise_variance * along**2)
+        if self._moved is not None:
+            products = self._along(self._moved.T)
+            products += products.T  # the inverse has no entries above its diagonal
+            traced = 2 * np.sum(inverse * products) - lost.dot(products.diagonal())
+            by_kernel[-1] += traced - 2 * self.noise_variance * along.dot(scaled @ self._moved)
         # With noise V, A = V^½ (I + M Mᵀ) V^½ (n, n) and B = I + Mᵀ M (m, m): tr(A⁻¹ V) = n − m + tr(B⁻¹). The diagonal
         # of B⁻¹ is `lost`.
         by_noise = len(c) - len(lost) + np.add.reduce(lost) - self.noise_variance * scaled.dot(scaled)
         return by_kernel, float(by_noise)
+
+    @cached_property
+    def _moved(self) -> Array | None:
+        """N = ϱ⁻¹ ∂Φ/∂ln P diag(`root`) (n, m), the derivative of M by the logarithm of the period; None if it is 0."""
+        return None if self.waves.moved is None else self.waves.moved * self.root
 
     def _along(self, rows: Array) -> Array:
         """Return Mᵀ times each of the `rows` (…, n), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, m)."""

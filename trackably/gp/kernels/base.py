@@ -274,6 +274,15 @@ class Kernel(Parametrized):
         """The spectral density of κ; None if κ or its density decays slowly, or if the density is not a function."""
         return None
 
+    @property
+    def lines(self) -> SpectralDensity | None:
+        """The lines of a kernel with a `period`, at multiples of 2π/period; None if it has none, or too many.
+
+        As κ never decays, `reach` is infinite. A line's power is 2/period times its density (1/period at ω = 0), and
+        `at` returns the derivatives of the logarithm of this power.
+        """
+        return None
+
     @cached_property
     def correlation_time(self) -> float:
         """√(κ(0)/|κ̈(0)|) [s] or less: the time scale on which a signal of this kernel changes."""
