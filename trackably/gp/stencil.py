@@ -1,6 +1,6 @@
 """Stencils: how samples depend on the process. A sample is a weighted sum of its values at shifted times."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,10 +9,22 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, weighted_sum
 from trackably.gp.kernels.base import Kernel, SpectralDensity
 
 _CANCELLED = 1e-9  # relative to the largest weight: smaller sums of weights count as 0, and the stencil as a difference
+
+
+Covariance = Callable[[Array], tuple[Array, Array]]
+"""Returns k(r) of two samples r [s] apart, and ∂k/∂ln θ_j; shapes (*r.shape) and (p, *r.shape). k is even in r."""
+
+
+def weighted_sum(covariance: Covariance, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
+    """Return Σ ρ k(r) and its ∂/∂ln θ_j for the `covariance` k: a sum over pairs of weights ρ and times r [s]."""
+    total, by_theta = np.zeros(()), np.zeros(())
+    for rho, r in parts:
+        value, gradient = covariance(r)
+        total, by_theta = total + rho * value, by_theta + rho * gradient
+    return total, by_theta
 
 
 class _Instants:

@@ -1,23 +1,8 @@
 """The interface of a factorised covariance matrix: factor once, then solve often."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
-
-import numpy as np
 
 from trackably.arrays import Array
-
-Covariance = Callable[[Array], tuple[Array, Array]]
-"""Returns k(r) of two samples r [s] apart, and ∂k/∂ln θ_j; shapes (*r.shape) and (p, *r.shape). k is even in r."""
-
-
-def weighted_sum(covariance: Covariance, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
-    """Return Σ ρ k(r) and its ∂/∂ln θ_j for the `covariance` k: a sum over pairs of weights ρ and times r [s]."""
-    total, by_theta = np.zeros(()), np.zeros(())
-    for rho, r in parts:
-        value, gradient = covariance(r)
-        total, by_theta = total + rho * value, by_theta + rho * gradient
-    return total, by_theta
 
 
 class Factorisation(ABC):

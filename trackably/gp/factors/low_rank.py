@@ -14,7 +14,8 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Factorisation
+from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.stencil import Covariance
 
 # Polynomial interpolation in Chebyshev points, and how many points resolve a covariance.
 #

@@ -33,9 +33,10 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Covariance, Factorisation, weighted_sum
+from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
+from trackably.gp.stencil import Covariance, weighted_sum
 
 
 def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
