@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure, Outcome, prove
 from trackably.checker.certificate import Window
 from trackably.learning.problem import RequiredValue
@@ -27,6 +28,7 @@ WINDOW = 1e-6
 # Tolerances are reduced by this part before they are rounded up for a text. Otherwise, a rounding error in a tolerance
 # would raise the last digit shown.
 _NOTHING = 1e-12
+_ADVICE = "float64 cannot meet this waypoint so precisely: give a larger at_tolerance"
 
 
 @dataclass(frozen=True)
@@ -120,12 +122,15 @@ def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
 
 
 def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[Certificate, ...] | Failure:
-    """Return a certificate for each of the required values `pinned`, or the first failure."""
+    """Return a certificate for each of the required values `pinned`, or the first failure, with advice."""
     found: list[Certificate] = []
     for at in pinned:
         outcome = at.prove(reference)
-        if not isinstance(outcome, Certificate):
-            return outcome
+        if isinstance(outcome, Unproved):
+            return replace(outcome, reason=f"{outcome.reason}; {_ADVICE}")
+        if isinstance(outcome, Counterexample):
+            box, reason = (outcome.time, outcome.time), f"it misses its waypoint; {_ADVICE}"
+            return Unproved(outcome.quantity, outcome.bounds, box, outcome.violation, reason)
         found.append(outcome)
     return tuple(found)
 

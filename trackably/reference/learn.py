@@ -19,7 +19,7 @@ from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.goal import Goal, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
-from trackably.certificates.waypoint import prove_waypoints
+from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllPhases
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
@@ -27,7 +27,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
-from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, RequiredValue, Solution
+from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
@@ -238,7 +238,6 @@ def learn_reference(
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     at_rest, keep = quantities_at_rest(claim, plant), learn_from is not None
-    required = tuple(value for at in pinned for value in at.required_values(plant))
 
     def likely(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
@@ -253,19 +252,17 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        search = _Search(measured, goal, required, starts, () if keep else between)
+        search = _Search(measured, goal, pinned, starts, () if keep else between)
         with _in_time(budget, end):
             (certified, cost, limited), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
-        pinned = tuple(at.found(certified.reference) for at in pinned)
-        proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
 
         # The reference, with what was learned about it.
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "_with_unconstrained has set it"
-        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned)
+        fit = Fit.of(certified.reference, solution, solution.unconstrained, certified.waypoints)
         fit = replace(fit, condensed=cost, limited=limited, budget=ended, free=tuple(between))
     certificate = with_truth(certified.certificate.with_robust(tightening), signals)
-    learned = TrackableReference(fit, certificate, proofs, tightening)
+    learned = TrackableReference(fit, certificate, certified.proofs, tightening)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
@@ -291,13 +288,13 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
-    `required` are the values of waypoints, `starts` is the number of points from which each search starts, and `free`
-    are the names whose prior mean is learned from these samples.
+    The reference has to meet the `waypoints`. `starts` is the number of points from which each search starts, and
+    `free` are the names whose prior mean is learned from these samples.
     """
 
     measured: Measurements
     goal: Goal
-    required: tuple[RequiredValue, ...]
+    waypoints: tuple[Waypoint, ...]
     starts: int
     free: Collection[str]
 
@@ -327,7 +324,7 @@ class _Search:
         ) -> Certified | NoSolution | Failure:
             last = before.solution if before and before.is_with(prior) else None
             given = of, prior, self.measured.plant, self._space(prior), self.goal
-            return learn_certified(*given, learner=learner, required=self.required, last=last)
+            return learn_certified(*given, learner=learner, waypoints=self.waypoints, last=last)
 
         found, cost = self.measured.learn_enough(
             lambda of, before: found_or_raise(first.best(partial(certified, of, before))),
@@ -358,7 +355,8 @@ class _Search:
             theta = held.likely.hyperparameters
             start = np.log([theta[name] for name in held.prior.learned])
             search = partial(learn_from_starts, [start], is_brief=True)
-            yield partial(self.learn, held, replace(FUNCTION, solve=partial(search, steps=0)))
+            here = partial(search, steps=0)
+            yield partial(self.learn, held, replace(FUNCTION, solve=here, extended=lambda _, problem: here(problem)))
             yield partial(self.learn, held, replace(JOINT, solve=search, fallback=None))
 
     def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:

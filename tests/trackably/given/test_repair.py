@@ -78,6 +78,8 @@ def test_a_start_that_breaks_a_bound_is_moved():
     assert -1.1 < found.state(0)[0] < -1.09
     with pytest.raises(ValueError, match="start must be one of given, free"):
         repair(curve, AXIS, "all_times", start="anywhere")
+    with pytest.raises(TypeError, match="repair: takes no disturbance; give a plant with smaller sets"):
+        repair(curve, AXIS, "all_times", disturbance=1.0)
 
 
 def test_a_late_motion_is_repaired_as_nearly_as_one_from_the_start():

@@ -24,6 +24,7 @@ ROBOT = ConstrainedSystem(
 )
 BOTH, ON_CART = {"position": SAMPLES, "velocity": SAMPLES}, {"plant": CART, "samples": {"a": SAMPLES, "b": SAMPLES}}
 REST, TRUTH = {"claim": (0.0, 2.0), "at": {1.0: "rest"}}, {"truth": Truth(0.1, slope=2.0)}
+EVERYWHERE = np.array([[-np.inf] * 2, [np.inf] * 2])
 REFUSALS = {
     "no name for two": ({"plant": CART}, "must be given by name, one for each of 2 flat outputs: one of a, z1; one"),
     "two, learned noise": (
@@ -42,6 +43,10 @@ REFUSALS = {
     ),
     "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
     "no period": ({"claim": "all_phases"}, "claim: all_phases needs periodic kernels of one period, got Squared"),
+    "nothing bounded": (
+        {"plant": replace(AXIS, state_set=Polytope.box(*EVERYWHERE), input_set=Polytope.box(*EVERYWHERE[:, :1]))},
+        "plant: nothing is bounded, so there is nothing to prove; give a state or an input bounds",
+    ),
     "no claim": ({"claim": "ever"}, "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'"),
     "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
     "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),

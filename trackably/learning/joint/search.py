@@ -593,9 +593,11 @@ def learn_function(problem: ConstrainedProblem) -> Solution | NoSolution:
 def function_near(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
     """Return the function for the hyperparameters of `solution` with slightly different samples or bounds.
 
-    The search starts at the function of `solution`.
+    Hyperparameters outside of the problem's search space are moved to its ends. The search starts at the function of
+    `solution`.
     """
     theta, search = solution.posterior.prior.hyperparameters, JointSearch(problem)
     log_theta = np.log([theta[name] for name in problem.prior.learned])
+    log_theta = np.clip(log_theta, problem.space.log_lower, problem.space.log_upper)
     search.settle(log_theta, _places(solution) or no_places(problem), solution.signals)
     return search.outcome(problem)
