@@ -20,14 +20,13 @@ from trackably.certificates.draft import evaluated_until, evaluation_errors, las
 from trackably.certificates.goal import Goal, for_all_times
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure, prove
-from trackably.certificates.waypoint import Waypoint, prove_waypoints
 from trackably.gp.compact import compact
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.learner import HYPERPARAMETERS, Learner
-from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, RequiredValue, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
@@ -41,9 +40,6 @@ _MOST_ATTEMPTS = 30
 # If the error of float64 evaluation is at least this part of a bound's width, the learner's fallback (hyperparameters
 # alone) is used at once, because length scales would have to be halved several times until the error is small.
 _HOPELESS = 1.0
-# Shorter length scales are tried for a waypoint if its proof is short by less than this part of its tolerances, both
-# ways: half as long, a crane's error of evaluation is smaller by a third only, and J may rise by a hundred.
-_NEARLY_MET = 0.25
 # The fallback is not tried if the objective J exceeds the least objective without bounds, l, by at most this part of
 # 1 + |l|, because the back-off of any proved reference costs about as much.
 _SAME_VALUE = 1e-6
@@ -77,8 +73,7 @@ class Certified:
 
     Its signals, and those of the `solution`, are sums of fewer kernels than learned, if fewer are accurate enough.
     Bounds were tightened by up to `backoff` (a part of their width). `space` is the box in which hyperparameters were
-    searched, without the length scales at which float64 cannot evaluate the reference. `waypoints` have the values that
-    were required, and `proofs` a certificate for each.
+    searched, without the length scales at which float64 cannot evaluate the reference.
     """
 
     solution: Solution
@@ -86,8 +81,6 @@ class Certified:
     certificate: Certificate
     backoff: float
     space: SearchSpace
-    waypoints: tuple[Waypoint, ...] = ()
-    proofs: tuple[Certificate, ...] = ()
 
     def is_with(self, prior: JointPrior) -> bool:
         """Whether the reference was learned with a prior that has the same hyperparameters to learn as `prior`."""
@@ -103,14 +96,14 @@ def learn_certified(
     goal: Goal | None = None,
     on_attempt: Callable[[Attempt], object] = lambda attempt: None,
     learner: Learner = HYPERPARAMETERS,
-    waypoints: tuple[Waypoint, ...] = (),
+    required: tuple[RequiredValue, ...] = (),
     last: Solution | None = None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """Return the best reference that provably keeps its bounds, or the reason why there is none. Deterministic.
 
-    Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `waypoints`
-    need a learner of functions, and are proved too. If the learner finds nothing that can be proved, its fallback is
-    used, unless there are waypoints.
+    Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `required`
+    values need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless
+    there are required values.
 
     The fallback is also tried if it might reach a lower J than the proved function, with a smaller back-off. The result
     with the lower J is returned, so J of a returned function exceeds that of a proved fallback by a millionth of
@@ -118,7 +111,7 @@ def learn_certified(
     of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
     goal = goal or for_all_times(samples, prior, plant)
-    first = _Learning(samples, prior, plant, space, on_attempt, learner, waypoints)
+    first = _Learning(samples, prior, plant, space, on_attempt, learner, required)
     learning = replace(first, last=last)
     found = _learn(goal, learning)
     fallback = first.fallback
@@ -175,8 +168,8 @@ class _Learning:
     """The data of the learning problem, and the numbers of `attempts` and nonlinear programs (`fits`) so far.
 
     `last` is the latest solution. `error` is the last error of float64 evaluation that was too large for a proof,
-    relative to the width of a bound. `alone` is the least objective of hyperparameters alone. `rounding` has, by
-    quantity, the least back-off that leaves room for errors of evaluation.
+    relative to the width of a bound. `rounding` has, by quantity, the least back-off that leaves room for errors of
+    evaluation.
     """
 
     samples: tuple[Samples, ...]
@@ -185,18 +178,17 @@ class _Learning:
     space: SearchSpace
     on_attempt: Callable[[Attempt], object]
     learner: Learner
-    waypoints: tuple[Waypoint, ...]
+    required: tuple[RequiredValue, ...]
     attempts: int = 0
     fits: int = 0
     last: Solution | None = None
     error: float = np.inf
-    alone: float = np.inf
     rounding: dict[str, float] = field(default_factory=dict)
 
     @property
     def fallback(self) -> Learner | None:
-        """The learner to use if this one fails; None with waypoints, which hyperparameters alone cannot meet."""
-        return None if self.waypoints else self.learner.fallback
+        """The learner to use if this one fails; None with required values, which hyperparameters alone cannot meet."""
+        return None if self.required else self.learner.fallback
 
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
@@ -219,24 +211,17 @@ class _Learning:
                 found = learner.continued(found, self._problem(goal, backoff))
                 continue
             outcome = prove(reference, goal.claim)
-            waypoints = tuple(at.found(reference) for at in self.waypoints)
-            keeps_bounds = isinstance(outcome, Certificate)
-            proofs = prove_waypoints(reference, waypoints) if keeps_bounds else ()
             self.attempts += 1
             done("fit")
-            self.on_attempt(Attempt(backoff, found.objective, keeps_bounds and isinstance(proofs, tuple)))
+            self.on_attempt(Attempt(backoff, found.objective, isinstance(outcome, Certificate)))
             if isinstance(outcome, Certificate):
-                if isinstance(proofs, tuple):
-                    solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
-                    largest = max([backoff, *self.rounding.values()]) + found.backoff
-                    return Certified(solution, reference, outcome, largest, self.space, waypoints, proofs)
-                outcome = proofs
-            is_far_off = keeps_bounds and _missing(outcome) > _NEARLY_MET
-            if is_far_off or goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
+                solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
+                largest = max([backoff, *self.rounding.values()]) + found.backoff
+                return Certified(solution, reference, outcome, largest, self.space)
+            if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
             room = _ROUGH_ROOM if found.is_rough else _ROOM
-            needed = max(error, self.rounding.get(outcome.quantity, 0.0))
-            most = None if keeps_bounds else self._largest_own(needed, errors, room, found)
+            most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
             if most is None and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
                 found = learner.extended(found, self._problem(goal, backoff))
@@ -308,8 +293,7 @@ class _Learning:
         nothing, if this would not help: if the error has not fallen since the last call, or if the fallback (learning
         hyperparameters alone) is known to be better.
         """
-        self.alone = min(self.alone, found.alone)
-        if self.fallback and (error >= _HOPELESS or found.objective > self.alone):
+        if self.fallback and (error >= _HOPELESS or found.objective > found.alone):
             return False
         bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
         for name, interval in self.space.bounds.items():
@@ -330,8 +314,7 @@ class _Learning:
             Constraint(_tighten(q, half), RealTimes(goal.times), half)
             for q, half in zip(self.plant.quantities, halves, strict=True)
         )
-        required = tuple(value for at in self.waypoints for value in at.required_values(self.plant))
-        return ConstrainedProblem(self.samples, self.prior, self.space, constraints, required)
+        return ConstrainedProblem(self.samples, self.prior, self.space, constraints, self.required)
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:

@@ -28,7 +28,6 @@ WINDOW = 1e-6
 # Tolerances are reduced by this part before they are rounded up for a text. Otherwise, a rounding error in a tolerance
 # would raise the last digit shown.
 _NOTHING = 1e-12
-_ADVICE = "float64 cannot meet this waypoint so precisely: give a larger at_tolerance"
 
 
 @dataclass(frozen=True)
@@ -84,6 +83,16 @@ class Waypoint:
         at = Reference(reference.signals, self.plant(reference.plant))
         return prove(at, Window(self.time - half, self.time + half))
 
+    def missed(self, failure: Failure) -> Unproved:
+        """Return a failure to prove the values, with a tolerance that is likely to succeed."""
+        if isinstance(failure, Counterexample):
+            box, short, why = (failure.time, failure.time), failure.violation, "the waypoint is missed"
+        else:
+            box, short, why = failure.box, failure.shortfall, failure.reason
+        enough = rounded_text(failure.bounds.width + 2 * short, "up")
+        advice = f"float64 may not be more precise: try a larger at_tolerance, such as {enough}"
+        return Unproved(failure.quantity, failure.bounds, box, short, f"{why}; {advice}")
+
     def alone(self, names: tuple[str, ...]) -> Polytope:
         """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""
         value = np.array([self.values.get(name, 0.0) for name in names])
@@ -126,11 +135,8 @@ def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[C
     found: list[Certificate] = []
     for at in pinned:
         outcome = at.prove(reference)
-        if isinstance(outcome, Unproved):
-            return replace(outcome, reason=f"{outcome.reason}; {_ADVICE}")
-        if isinstance(outcome, Counterexample):
-            box, reason = (outcome.time, outcome.time), f"it misses its waypoint; {_ADVICE}"
-            return Unproved(outcome.quantity, outcome.bounds, box, outcome.violation, reason)
+        if not isinstance(outcome, Certificate):
+            return at.missed(outcome)
         found.append(outcome)
     return tuple(found)
 

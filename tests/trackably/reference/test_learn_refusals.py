@@ -8,10 +8,9 @@ import pytest
 
 from tests.trackably.checker.redundant import PLANT as REDUNDANT
 from tests.trackably.gp.instances import over
-from tests.trackably.plants import AXIS, CART, KERNEL, SAMPLES
+from tests.trackably.plants import AXIS, CART, KERNEL, SAMPLES, SCALAR
 from trackably import (
     ConstrainedSystem,
-    Periodic,
     Polytope,
     Truth,
     learn_reference,
@@ -24,7 +23,6 @@ ROBOT = ConstrainedSystem(
 )
 BOTH, ON_CART = {"position": SAMPLES, "velocity": SAMPLES}, {"plant": CART, "samples": {"a": SAMPLES, "b": SAMPLES}}
 REST, TRUTH = {"claim": (0.0, 2.0), "at": {1.0: "rest"}}, {"truth": Truth(0.1, slope=2.0)}
-EVERYWHERE = np.array([[-np.inf] * 2, [np.inf] * 2])
 REFUSALS = {
     "no name for two": ({"plant": CART}, "must be given by name, one for each of 2 flat outputs: one of a, z1; one"),
     "two, learned noise": (
@@ -41,10 +39,9 @@ REFUSALS = {
         {"mean": 0.2},
         "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: what fades to it could not be followed",
     ),
-    "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
     "no period": ({"claim": "all_phases"}, "claim: all_phases needs periodic kernels of one period, got Squared"),
     "nothing bounded": (
-        {"plant": replace(AXIS, state_set=Polytope.box(*EVERYWHERE), input_set=Polytope.box(*EVERYWHERE[:, :1]))},
+        {"plant": ConstrainedSystem(SCALAR.system, *[Polytope.box([-np.inf], [np.inf])] * 2)},
         "plant: nothing is bounded, so there is nothing to prove; give a state or an input bounds",
     ),
     "no claim": ({"claim": "ever"}, "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'"),
