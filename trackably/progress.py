@@ -66,7 +66,7 @@ def progress_bar(title: str, *, shown: bool = True) -> Iterator[None]:
 
         def count(work: Work) -> None:
             counts[work] += 1
-            done = ", ".join(f"{name}: {counts[each]}" for each, name in _NAMES.items())
+            done = ", ".join(f"{name}: {counts[each]}" for each, name in _NAMES.items() if counts[each])
             bar.set_description_str(f"{title}, {done}", refresh=False)
             bar.update()
 

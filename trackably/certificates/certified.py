@@ -168,8 +168,8 @@ class _Learning:
     """The data of the learning problem, and the numbers of `attempts` and nonlinear programs (`fits`) so far.
 
     `last` is the latest solution. `error` is the last error of float64 evaluation that was too large for a proof,
-    relative to the width of a bound. `alone` is the least objective of hyperparameters alone. `rounding` has, by
-    quantity, the least back-off that leaves room for errors of evaluation.
+    relative to the width of a bound. `rounding` has, by quantity, the least back-off that leaves room for errors of
+    evaluation.
     """
 
     samples: tuple[Samples, ...]
@@ -183,7 +183,6 @@ class _Learning:
     fits: int = 0
     last: Solution | None = None
     error: float = np.inf
-    alone: float = np.inf
     rounding: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -225,7 +224,7 @@ class _Learning:
             most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
             if most is None and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
-                found = learner.solve(self._problem(goal, backoff))
+                found = learner.extended(found, self._problem(goal, backoff))
                 continue
             if most is None or backoff >= _LARGEST_BACKOFF:
                 return outcome
@@ -294,8 +293,7 @@ class _Learning:
         nothing, if this would not help: if the error has not fallen since the last call, or if the fallback (learning
         hyperparameters alone) is known to be better.
         """
-        self.alone = min(self.alone, found.alone)
-        if self.fallback and (error >= _HOPELESS or found.objective > self.alone):
+        if self.fallback and (error >= _HOPELESS or found.objective > found.alone):
             return False
         bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
         for name, interval in self.space.bounds.items():

@@ -24,6 +24,7 @@ from trackably.checker.intervals import UndefinedError
 from trackably.checker.piecewise import keeps, row_of
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
+from trackably.systems.tightening import require_bounds
 from trackably.systems.trajectories import Quantity
 
 Failure = Counterexample | Unproved
@@ -47,8 +48,7 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
     All times are all phases of a period, or else all real t ≥ 0: boxes come first, then a decaying envelope that stays
     inside the bounds. ValueError: nothing is bounded, or a signal has no centres.
     """
-    if not reference.quantities:
-        raise ValueError("claim: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+    require_bounds(reference.plant)
     for i, signal in enumerate(reference.signals):
         if isinstance(signal, KernelSum) and not len(signal.centres):
             raise ValueError(

@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure, Outcome, prove
 from trackably.checker.certificate import Window
 from trackably.learning.problem import RequiredValue
@@ -82,6 +83,16 @@ class Waypoint:
         at = Reference(reference.signals, self.plant(reference.plant))
         return prove(at, Window(self.time - half, self.time + half))
 
+    def missed(self, failure: Failure) -> Unproved:
+        """Return a failure to prove the values, with a tolerance that is likely to succeed."""
+        if isinstance(failure, Counterexample):
+            box, short, why = (failure.time, failure.time), failure.violation, "the waypoint is missed"
+        else:
+            box, short, why = failure.box, failure.shortfall, failure.reason
+        enough = rounded_text(failure.bounds.width + 2 * short, "up")
+        advice = f"float64 may not be more precise: try a larger at_tolerance, such as {enough}"
+        return Unproved(failure.quantity, failure.bounds, box, short, f"{why}; {advice}")
+
     def alone(self, names: tuple[str, ...]) -> Polytope:
         """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""
         value = np.array([self.values.get(name, 0.0) for name in names])
@@ -120,12 +131,12 @@ def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
 
 
 def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[Certificate, ...] | Failure:
-    """Return a certificate for each of the required values `pinned`, or the first failure."""
+    """Return a certificate for each of the required values `pinned`, or the first failure, with advice."""
     found: list[Certificate] = []
     for at in pinned:
         outcome = at.prove(reference)
         if not isinstance(outcome, Certificate):
-            return outcome
+            return at.missed(outcome)
         found.append(outcome)
     return tuple(found)
 

@@ -209,6 +209,7 @@ def repair(
     claim: Written | None = None,
     interpolation: Interpolation | None = None,
     start: Start = "given",
+    disturbance: None = None,
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
 
@@ -224,8 +225,13 @@ def repair(
     Returns Unproved if no such spline was found within the bounds; another one may exist. Returns a Counterexample if a
     bound was still violated after the last attempt.
 
-    ValueError: `start` is neither "given" nor "free".
+    ValueError: `start` is neither "given" nor "free". TypeError: a `disturbance` is given.
     """
+    if disturbance is not None:
+        raise TypeError(
+            "repair: takes no disturbance; give a plant with smaller sets, or samples of the trajectory to "
+            "learn_reference, which takes one"
+        )
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)

@@ -216,15 +216,18 @@ class NothingFactored(NoSolution):
 
 @dataclass(frozen=True, repr=False)
 class OutOfTime(NoSolution):
-    """The `budget` [s] ended before anything was proved."""
+    """The `budget` [s] ended before anything was proved; `so_far` says why earlier attempts failed, if any did."""
 
     budget: float
+    so_far: str = ""
 
     @property
     def explanation(self) -> str:
+        so_far = f". What was tried first failed: {self.so_far}" if self.so_far else ""
         return (
             f"the budget of {self.budget:g} s ended before a reference was proved: give more time, fewer `centres` or "
             "known hyperparameters; `learn_stream` is faster if samples last far longer than a kernel's memory"
+            f"{so_far}"
         )
 
 

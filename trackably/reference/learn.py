@@ -14,12 +14,13 @@ import numpy as np
 
 from trackably.arguments import instance, positive
 from trackably.arrays import ArrayLike
+from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.goal import Goal, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
-from trackably.certificates.waypoint import prove_waypoints
+from trackably.certificates.waypoint import Waypoint, prove_waypoints
 from trackably.checker.certificate import AllPhases
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
@@ -27,7 +28,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
-from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, RequiredValue, Solution
+from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
@@ -48,8 +49,9 @@ from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.work import BudgetEnded, until
 
-Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...]]
-"""The certified reference, the effect of condensing samples, and the names whose search intervals were shortened."""
+Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...], tuple[Certificate, ...]]
+"""The certified reference, the effect of condensing samples, the names whose search intervals were shortened, and the
+certificates of waypoints."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
 _FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
@@ -238,7 +240,6 @@ def learn_reference(
     others = measured if learn_from is None else measured.others("learn_from", learn_from)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))
     at_rest, keep = quantities_at_rest(claim, plant), learn_from is not None
-    required = tuple(value for at in pinned for value in at.required_values(plant))
 
     def likely(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
@@ -253,13 +254,13 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        search = _Search(measured, goal, required, starts, () if keep else between)
+        search = _Search(measured, goal, pinned, starts, () if keep else between)
         with _in_time(budget, end):
-            (certified, cost, limited), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
-        pinned = tuple(at.found(certified.reference) for at in pinned)
-        proofs = found_or_raise(prove_waypoints(certified.reference, pinned))
+            found, is_whole = _best_of(search.stages(first, learner, near, budget is not None))
 
         # The reference, with what was learned about it.
+        certified, cost, limited, proofs = found
+        pinned = tuple(at.found(certified.reference) for at in pinned)
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "_with_unconstrained has set it"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned)
@@ -291,13 +292,13 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
-    `required` are the values of waypoints, `starts` is the number of points from which each search starts, and `free`
-    are the names whose prior mean is learned from these samples.
+    The reference has to meet the `waypoints`. `starts` is the number of points from which each search starts, and
+    `free` are the names whose prior mean is learned from these samples.
     """
 
     measured: Measurements
     goal: Goal
-    required: tuple[RequiredValue, ...]
+    waypoints: tuple[Waypoint, ...]
     starts: int
     free: Collection[str]
 
@@ -315,19 +316,21 @@ class _Search:
         yield partial(self.learn, first, _informed(learner, first, near))
 
     def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
-        """Return the best proved reference for a prior, the effect of condensing, and names of length scales.
+        """Return the best proved reference for a prior, the effect of condensing, names, and waypoints' certificates.
 
-        The search intervals of these length scales were shortened.
+        The search intervals of the length scales with these names were shortened.
 
         NotTrackableError: no reference was found, or none that is proved.
         """
+
+        required = tuple(value for at in self.waypoints for value in at.required_values(self.measured.plant))
 
         def certified(
             of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
         ) -> Certified | NoSolution | Failure:
             last = before.solution if before and before.is_with(prior) else None
             given = of, prior, self.measured.plant, self._space(prior), self.goal
-            return learn_certified(*given, learner=learner, required=self.required, last=last)
+            return learn_certified(*given, learner=learner, required=required, last=last)
 
         found, cost = self.measured.learn_enough(
             lambda of, before: found_or_raise(first.best(partial(certified, of, before))),
@@ -335,7 +338,8 @@ class _Search:
         )
         sought = self._space(first.with_noise or first.prior).bounds
         limited = tuple(name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval))
-        return _with_unconstrained(None if limited else first.likeliest, found), cost, limited
+        proofs = found_or_raise(prove_waypoints(found.reference, [at.found(found.reference) for at in self.waypoints]))
+        return _with_unconstrained(None if limited else first.likeliest, found), cost, limited, proofs
 
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
         """Yield functions that prove a reference sooner than the whole search does, for likely hyperparameters.
@@ -358,8 +362,10 @@ class _Search:
             theta = held.likely.hyperparameters
             start = np.log([theta[name] for name in held.prior.learned])
             search = partial(learn_from_starts, [start], is_brief=True)
-            yield partial(self.learn, held, replace(FUNCTION, solve=partial(search, steps=0)))
-            yield partial(self.learn, held, replace(JOINT, solve=search, fallback=None))
+            here = partial(search, steps=0)
+            yield partial(self.learn, held, replace(FUNCTION, solve=here, extended=lambda _, problem: here(problem)))
+            brief = replace(JOINT, solve=search, extended=lambda _, problem: search(problem), fallback=None)
+            yield partial(self.learn, held, brief)
 
     def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
         """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
@@ -420,15 +426,15 @@ def _in_time(budget: float | None, end: float) -> Iterator[None]:
     try:
         with until(end):
             yield
-    except BudgetEnded:
-        raise NotTrackableError(OutOfTime(budget or 0.0)) from None
+    except BudgetEnded as ended:
+        raise NotTrackableError(OutOfTime(budget or 0.0, str(ended))) from None
 
 
 def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
     """Call functions that learn references until the budget ends; return the result with the least J.
 
     Also return whether all of them were called. Of equal results, the later one is returned. BudgetEnded or
-    NotTrackableError: there is no result.
+    NotTrackableError: there is no result; it says why a function that ended gave none.
     """
     best: Found | None = None
     why: NotTrackableError | None = None
@@ -442,7 +448,7 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
                 best = found if best is None or _is_no_worse(found, best) else best
     except BudgetEnded:
         if best is None:
-            raise
+            raise BudgetEnded(why or "") from None
         return best, False
     if best is None:
         assert why is not None, "there is a stage"

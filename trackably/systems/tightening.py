@@ -446,6 +446,12 @@ def require_plant(plant: object) -> None:
     instance("plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
 
 
+def require_bounds(plant: ConstrainedSystem) -> None:
+    """Raise ValueError if nothing is bounded."""
+    if not plant.quantities:
+        raise ValueError("plant: nothing is bounded, so there is nothing to prove; give a state or an input bounds")
+
+
 def tighten_plant(
     plant: ConstrainedSystem,
     disturbance: DisturbanceSet | None,
@@ -456,8 +462,9 @@ def tighten_plant(
 ) -> tuple[ConstrainedSystem, Tightening | None]:
     """Return the plant with tightened bounds, and the tightening; the plant itself and None if nothing is tightened.
 
-    TypeError: `plant` is no ConstrainedSystem. Raises also the errors of `tightening`.
+    TypeError: `plant` is no ConstrainedSystem. ValueError: nothing is bounded. Raises also the errors of `tightening`.
     """
     require_plant(plant)
+    require_bounds(plant)
     found = tightening(plant, disturbance, feedback, margin, noise, model_error)
     return (found.plant, found) if found.margin or found.invariant is not None else (plant, None)

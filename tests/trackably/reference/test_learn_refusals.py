@@ -8,10 +8,9 @@ import pytest
 
 from tests.trackably.checker.redundant import PLANT as REDUNDANT
 from tests.trackably.gp.instances import over
-from tests.trackably.plants import AXIS, CART, KERNEL, SAMPLES
+from tests.trackably.plants import AXIS, CART, KERNEL, SAMPLES, SCALAR
 from trackably import (
     ConstrainedSystem,
-    Periodic,
     Polytope,
     Truth,
     learn_reference,
@@ -40,8 +39,11 @@ REFUSALS = {
         {"mean": 0.2},
         "at rest there the position is 0.2, on a bound of [-1.1, 0.2]: what fades to it could not be followed",
     ),
-    "does not decay": ({"kernel": Periodic(period=1.0)}, "claim: all_times needs kernels that decay, got Per"),
     "no period": ({"claim": "all_phases"}, "claim: all_phases needs periodic kernels of one period, got Squared"),
+    "nothing bounded": (
+        {"plant": ConstrainedSystem(SCALAR.system, *[Polytope.box([-np.inf], [np.inf])] * 2)},
+        "plant: nothing is bounded, so there is nothing to prove; give a state or an input bounds",
+    ),
     "no claim": ({"claim": "ever"}, "'all_times', 'all_phases' or (start, end) in seconds, got 'ever'"),
     "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
     "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),

@@ -528,13 +528,19 @@ def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoS
 
 
 def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem whose samples or times differ slightly from those of `solution`, starting at its minimiser.
+    """Solve a problem whose samples, times or search space differ from those of `solution`, starting at its minimiser.
 
-    If `solution` violates its bounds, or has very many active bounds (`is_rough`), this is `continued`, because a
-    search would take long. If no function is found: if `solution` has learned hyperparameters alone, they alone are
-    learned again; otherwise the problem is solved from all starts. A posterior mean that keeps the bounds may have a
-    smaller J: compare with `alone`, which is taken from `solution`.
+    If the minimiser lies outside of the search space by over 0.1 in an ln θ, the search begins at the nearest point
+    inside, without the bounds that were active: with them, more would be active, and evaluation less precise. If
+    `solution` violates its bounds, or has very many active bounds (`is_rough`), this is `continued`, because a search
+    would take long. If no function is found: if `solution` has learned hyperparameters alone, they alone are learned
+    again; otherwise the problem is solved from all starts. A posterior mean that keeps the bounds may have a smaller J:
+    compare with `alone`, which is taken from `solution`.
     """
+    log_theta, space = solution.posterior.prior.log_hyperparameters, problem.space
+    if np.any(np.abs(np.clip(log_theta, space.log_lower, space.log_upper) - log_theta) > _NEARBY):
+        found = learn_from([log_theta], problem)
+        return _like(solution, found) if isinstance(found, Solution) else learn_jointly(problem)
     takes_long = solution.missed or solution.is_rough
     return continued(solution, problem) if takes_long else _searched_on(solution, problem)
 
