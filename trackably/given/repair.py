@@ -209,11 +209,10 @@ def repair(
     claim: Written | None = None,
     interpolation: Interpolation | None = None,
     start: Start = "given",
-    disturbance: None = None,
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
 
-    Arguments and exceptions are those of `certify`. The spline has up to 400 pieces. Its degree is 5, or one more than
+    Arguments and exceptions are those of `certify`, without its `disturbance`: give a plant with smaller sets. The spline has up to 400 pieces. Its degree is 5, or one more than
     the number of later steps that inputs depend on, if that is larger. It is nearest in the root mean square of all
     curves, each relative to its own range. It begins with the states of the reference that `certify` examines, to the
     precision of the solver, because a system in these states cannot begin elsewhere; the notes of `certify` say how
@@ -225,13 +224,8 @@ def repair(
     Returns Unproved if no such spline was found within the bounds; another one may exist. Returns a Counterexample if a
     bound was still violated after the last attempt.
 
-    ValueError: `start` is neither "given" nor "free". TypeError: a `disturbance` is given.
+    ValueError: `start` is neither "given" nor "free".
     """
-    if disturbance is not None:
-        raise TypeError(
-            "repair: takes no disturbance; give a plant with smaller sets, or samples of the trajectory to "
-            "learn_reference, which takes one"
-        )
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
     given = Given.of(trajectory, plant, claim, interpolation)
