@@ -219,6 +219,17 @@ class _ProofProblem:
 
         The value is enclosed, which takes long for many kernels.
         """
+        found = self._failure_exactly_at(quantity, time, step)
+        beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
+        # A bound that jumps at this time may be kept on one side of it: examine the float64 times before and after.
+        if isinstance(found, Counterexample) and step is None and len(quantity.bounds.breakpoints_in(*beside)):
+            inside = [t for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
+            failures = [self._failure_exactly_at(quantity, t, None) for t in inside]
+            found = next((found for found in failures if isinstance(found, Counterexample)), failures[0])
+        return found
+
+    def _failure_exactly_at(self, quantity: Quantity, time: float, step: int | None) -> Failure | None:
+        """Return what `_failure_at` says, without a look beside the time."""
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
         at = Fraction(time) if step is None else step * Fraction(self.reference.plant.sampling_time)
         try:
@@ -226,11 +237,6 @@ class _ProofProblem:
         except UndefinedError as undefined:
             return Unproved(quantity.name, bounds, (time, time), np.inf, str(undefined))
         beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
-        beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
-        # A bound that jumps at this time may be kept on one side of it: examine the float64 times before and after.
-        if beyond > 0 and step is None and len(quantity.bounds.breakpoints_in(*beside)):
-            failures = [self._failure_at(quantity, t) for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
-            return next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         if beyond > 0:
             by = _STATED * math.nextafter(beyond, 0.0)
             return Counterexample(quantity.name, bounds, time, by, self.reference, self.claim, step)

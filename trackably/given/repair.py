@@ -212,14 +212,14 @@ def repair(
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
 
-    Arguments and exceptions are those of `certify`, without its `disturbance`: give a plant with smaller sets. The spline has up to 400 pieces. Its degree is 5, or one more than
-    the number of later steps that inputs depend on, if that is larger. It is nearest in the root mean square of all
-    curves, each relative to its own range. It begins with the states of the reference that `certify` examines, to the
-    precision of the solver, because a system in these states cannot begin elsewhere; the notes of `certify` say how
-    these states differ from the curves. It may begin with other states if `start` is "free", if curves are periodic, or
-    if the given states violate a bound at the start. Quadratic programs with bounds at many times find the spline. The
-    bounds are tightened by a small part of their width until the proof succeeds. `CertifiedReference.moved` is the
-    distance by which each curve was moved.
+    Arguments and exceptions are those of `certify`, without its `disturbance`: give a plant with smaller sets. The
+    spline has up to 400 pieces. Its degree is 5, or one more than the number of later steps that inputs depend on, if
+    that is larger. It is nearest in the root mean square of all curves, each relative to its own range. It begins with
+    the states of the reference that `certify` examines, to the precision of the solver, because a system in these
+    states cannot begin elsewhere; the notes of `certify` say how these states differ from the curves. It may begin with
+    other states if `start` is "free", if curves are periodic, or if the given states violate a bound at the start.
+    Quadratic programs with bounds at many times find the spline. The bounds are tightened by a small part of their
+    width until the proof succeeds. `CertifiedReference.moved` is the distance by which each curve was moved.
 
     Returns Unproved if no such spline was found within the bounds; another one may exist. Returns a Counterexample if a
     bound was still violated after the last attempt.

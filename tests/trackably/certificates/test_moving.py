@@ -130,8 +130,10 @@ def on_window(reference: Reference) -> Certificate | Counterexample:
 def test_each_side_of_a_jump_counts() -> None:
     at = float(HILL(np.asarray(2.0)))
     before = PolynomialPieces([0, 1.9, 2, 3], [[0.5, 0], [0.5, (at - 1e-6 - 0.5) / 0.1], [0.5, 0]])
-    for upper in (before, PolynomialPieces.steps({0.0: 0.5, 2.0: at - 1e-6})):
-        found = on_window(under(upper))
+    again = PolynomialPieces.steps({0.0: 0.3, 0.1: 0.2}, period=0.3)
+    pulse = PolynomialPieces([0.0, 0.69, 0.71, 3.0], [[0.0], [0.4], [0.0]])  # outside on both sides of a later jump
+    for upper, z in (before, HILL), (PolynomialPieces.steps({0.0: 0.5, 2.0: at - 1e-6}), HILL), (again, pulse):
+        found = on_window(under(upper, z))
         assert isinstance(found, Counterexample), found
     assert isinstance(on_window(under(PolynomialPieces.steps({0.0: 0.5, 2.0: at + 1e-6}))), Certificate)
 
