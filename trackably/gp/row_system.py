@@ -77,7 +77,7 @@ class RowSystem:
         both[self.samples] = -self.part.solve(times(self.blocks, both)[0, self.samples])
         return np.asarray(times(self.blocks, both)[0, self.rows])
 
-    def solver(self, active: Flags, jitter: float) -> Callable[[Array], Array] | None:
+    def solver(self, active: Flags, jitter: Array | float) -> Callable[[Array], Array] | None:
         """Return the function that solves (K⁺_AA + D) x = b for b (m,), with the covariance K⁺_AA of m `active` rows.
 
         D has `jitter` times the prior variances of these rows on its diagonal. All other rows get noise so large that

@@ -24,6 +24,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior, has_system
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.dual import solve_dual, solve_symmetric, system_multipliers
+from trackably.learning.joint.interior import interior_multipliers
 from trackably.learning.joint.places import Demands, Places, demands, flags
 from trackably.learning.joint.sequential import FormulaProgram
 from trackably.learning.problem import ActiveBound, ConstrainedProblem
@@ -163,6 +164,8 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     gap = demanded.limits - given.mean
     if given.system and not demanded.is_equation.any():
         multipliers = system_multipliers(given.system, gap, likely)
+        if multipliers is None:
+            multipliers = interior_multipliers(given.system, gap)
         if multipliers is not None:
             return ConstrainedMean(given, demanded, multipliers, float(multipliers @ gap), contradicts=False)
     dual = solve_dual(given.covariance, gap, demanded.is_equation, likely, given.rounding)

@@ -17,12 +17,13 @@ import scipy
 from trackably.arrays import Array, Flags
 from trackably.gp.row_system import RowSystem
 
-_MOST_EXCHANGES, _MOST_STEPS = 200, 30  # most exchanges of blocks; most steps with single variables per variable
+_MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of variables with x < 0 or y < 0
 _ROUNDING = 2 * float(np.finfo(float).eps)  # relative to Σ|x| + |b|: y = G x − b counts as zero above minus this
 # For a system of many rows: the part of a row's variance that is added to the diagonal of K⁺; the parts of the largest
 # demand up to which inactive and active rows may miss theirs. Rows that contradict each other miss them by far more.
 _SYSTEM_JITTER, _EXACT, _MET = 1e-13, 1e-10, 1e-6
+_MOST_OF_SYSTEM = 20  # most exchanges for a system: an interior point method takes as long as so many
 
 
 def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Array:
@@ -63,7 +64,7 @@ def system_multipliers(system: RowSystem, demand: Array, likely: Flags | None = 
         return np.asarray(system.product(x / scale) / scale)
 
     try:
-        found = _pivot(solve, product, wanted, likely, exact)
+        found = _pivot(solve, product, wanted, likely, exact, _MOST_OF_SYSTEM)
     except np.linalg.LinAlgError:
         return None
     if found is None or np.any(np.abs(product(found) - wanted)[found > 0] > _MET * float(np.max(np.abs(wanted)))):
@@ -77,8 +78,9 @@ def _pivot(
     b: Array,
     likely: Flags | None,
     exact: float = 0.0,
+    most: int = _MOST_EXCHANGES,
 ) -> Array | None:
-    """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `_MOST_EXCHANGES`.
+    """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `most` exchanges.
 
     Block principal pivoting: the equations y = 0 are solved for the positive variables, and all variables with x < 0
     or y < 0 are exchanged together. If that does not help, single ones are exchanged (Júdice and Pires 1994: A block
@@ -88,7 +90,7 @@ def _pivot(
     """
     positive = np.zeros(len(b), dtype=bool) if likely is None else likely
     fewest, patience = len(b) + 1, _PATIENCE
-    for _ in range(_MOST_EXCHANGES):
+    for _ in range(most):
         x, y = np.zeros(len(b)), -b
         if positive.any():
             x[positive] = solve(positive)
