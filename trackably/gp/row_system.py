@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 from trackably.gp.factorise import noise_variance, terms_of
 from trackably.gp.factors.quasiseparable import Block, Cut, Quasiseparable, blocks, row_blocks, times
 from trackably.gp.posterior import Posterior
@@ -26,6 +26,7 @@ _BLOCK = 48  # smallest number of samples and rows in a block
 # Largest λ times the time between the first and last instant of a row. Covariances are extrapolated backwards by this
 # time, over which e^(−λ|r|) grows by e⁵ at most.
 _WITHIN_A_ROW = 5.0
+_ABSENT = 1e18  # variance of the noise on a row that is not active, relative to its own variance
 
 
 @dataclass(frozen=True)
@@ -76,16 +77,25 @@ class RowSystem:
         both[self.samples] = -self.part.solve(times(self.blocks, both)[0, self.samples])
         return np.asarray(times(self.blocks, both)[0, self.rows])
 
-    def solver(self, noise: Array) -> Callable[[Array], Array] | None:
-        """Return the function that solves (K⁺ + D) x = b for b (r,), with the posterior covariance K⁺ of the rows.
+    def solver(self, active: Flags, jitter: Array | float) -> Callable[[Array], Array] | None:
+        """Return the function that solves (K⁺_AA + D) x = b for b (m,), with the covariance K⁺_AA of m `active` rows.
 
-        D is diagonal and has the rows' `noise` variances (r,). Return None if the covariance of samples and rows with
-        noise is not positive definite in float64.
+        D has `jitter` times the prior variances of these rows on its diagonal. All other rows get noise so large that
+        they do not count. Return None if the covariance of samples and rows with noise is not positive definite in
+        float64.
         """
-        variances = self._spread(noise)
+        variances = self._spread(np.where(active, jitter, _ABSENT) * self.variances)
         variances[self.samples] = noise_variance(self.part.prior, self.part.samples)
-        factor = Quasiseparable.of(self.blocks, variances)
-        return None if factor is None else lambda b: np.asarray(factor.solve(self._spread(b))[self.rows])
+        if (factor := Quasiseparable.of(self.blocks, variances)) is None:
+            return None
+        rows = self.rows[active]
+
+        def solve(b: Array) -> Array:
+            right = np.zeros(len(variances))
+            right[rows] = b
+            return np.asarray(factor.solve(right)[rows])
+
+        return solve
 
     def _spread(self, of_rows: Array) -> Array:
         both = np.zeros(len(self.samples) + len(self.rows))

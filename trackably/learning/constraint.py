@@ -269,12 +269,16 @@ def _lowest(
         constraint.index_set.nearest(first + _INNER * length)
         for constraint, first, length in zip(constraints, starts, reach, strict=True)
     ]
+    return [_lowest_of_each(*pair) for pair in zip(times, margins_at(together, times), strict=True)]
+
+
+def margins_at(together: Quantities, times: Sequence[Array]) -> list[Array]:
+    """Return the margin of each of the quantities at its own `times` [s], arrays of the same shapes."""
     if all(np.array_equal(at, times[0]) for at in times[1:]):  # equal times: signals are evaluated only once
-        return [_lowest_of_each(*pair) for pair in zip(times, together.margins(times[0]), strict=True)]
-    firsts = [at[0] for at in times]
-    every = np.concatenate(times, axis=1)
-    found = _lowest_of_each(every, together.margins_of(owners(firsts), every))
-    return list(zip(*(parts(of_all, firsts) for of_all in found), strict=True))
+        return list(together.margins(times[0]))
+    lasts = [at.shape[-1] for at in times]
+    margins = together.margins_of(np.repeat(np.arange(len(times)), lasts), np.concatenate(times, axis=-1))
+    return np.split(margins, np.cumsum(lasts)[:-1], axis=-1)
 
 
 def _lowest_of_each(times: Array, margins: Array) -> tuple[Array, Array]:

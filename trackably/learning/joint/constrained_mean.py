@@ -23,7 +23,7 @@ from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
 from trackably.gp.row_posterior import RowPosterior, has_system
 from trackably.gp.signal import KernelSum
-from trackably.learning.joint.dual import solve_dual, solve_symmetric
+from trackably.learning.joint.dual import solve_dual, solve_symmetric, system_multipliers
 from trackably.learning.joint.interior import interior_multipliers
 from trackably.learning.joint.places import Demands, Places, demands, flags
 from trackably.learning.joint.sequential import FormulaProgram
@@ -88,16 +88,9 @@ class ConstrainedMean:
         active = np.flatnonzero(self.multipliers)
         if not self.given.system:
             return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
-        if not (system := self._active.system):
-            return solve_symmetric(self._active.covariance, right)
-        solvers = (system.solver(part * system.variances) for part in _JITTERS)
+        solvers = (self.given.system.solver(self.multipliers != 0, part) for part in _JITTERS)
         solve = next(filter(None, solvers), None)
         return np.zeros(len(active)) if solve is None else solve(right)
-
-    @cached
-    def _active(self) -> RowPosterior:
-        rows = self.demanded.rows.among(np.flatnonzero(self.multipliers))
-        return RowPosterior(self.given.posterior, rows)
 
     @property
     def active_bounds(self) -> tuple[ActiveBound, ...]:
@@ -170,7 +163,9 @@ def mean_meeting(posterior: JointPosterior, demanded: Demands, likely: Flags | N
     given = RowPosterior(posterior, demanded.rows)
     gap = demanded.limits - given.mean
     if given.system and not demanded.is_equation.any():
-        multipliers = interior_multipliers(given.system, gap)
+        multipliers = system_multipliers(given.system, gap, likely)
+        if multipliers is None:
+            multipliers = interior_multipliers(given.system, gap)
         if multipliers is not None:
             return ConstrainedMean(given, demanded, multipliers, float(multipliers @ gap), contradicts=False)
     dual = solve_dual(given.covariance, gap, demanded.is_equation, likely, given.rounding)
@@ -203,8 +198,9 @@ class WorkingSet:
         Raises IllConditioned if K + σ_n² I has no Cholesky factor.
         """
         if has_system(posterior, len(self.chosen)):
-            if found := mean_meeting(posterior, self.demanded):
-                self.chosen |= found.multipliers != 0
+            if found := mean_meeting(posterior, self.demanded, self._active):
+                self._active = found.multipliers != 0
+                self.chosen |= self._active
             return found
         for _ in range(_MAX_ROUNDS):
             rows = np.flatnonzero(self.chosen)

@@ -4,19 +4,26 @@
 
 and δ = Σ_a λ_a L_a (representer theorem). The multiplier of an equation L_a δ = d_a may have any sign.
 
-Many multipliers are positive at the maximum: block principal pivoting exchanges hundreds of them at once.
+Many multipliers are positive at the maximum: block principal pivoting exchanges hundreds of them at once. It needs K
+only to solve equations for some rows and to multiply, so that K is a matrix for few rows, and a `RowSystem` for many.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from trackably.arrays import Array, Flags
+from trackably.gp.row_system import RowSystem
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of variables with x < 0 or y < 0
 _ROUNDING = 2 * float(np.finfo(float).eps)  # relative to Σ|x| + |b|: y = G x − b counts as zero above minus this
+# For a system of many rows: the part of a row's variance that is added to the diagonal of K⁺; the parts of the largest
+# demand up to which inactive and active rows may miss theirs. Rows that contradict each other miss them by far more.
+_SYSTEM_JITTER, _EXACT, _MET = 1e-13, 1e-10, 1e-6
+_MOST_OF_SYSTEM = 20  # most exchanges for a system: an interior point method takes as long as so many
 
 
 def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Array:
@@ -25,27 +32,70 @@ def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Arra
     The search begins with the variables that are `likely` positive, flags of shape (r,). Raises LinAlgError if a
     submatrix has no Cholesky factor, and RuntimeError if the minimum is not found in float64.
     """
-    found = _pivot(G, b, np.zeros(len(b), dtype=bool) if likely is None else likely)
+
+    def solve(positive: Flags) -> Array:
+        _, x, not_positive = scipy.linalg.lapack.dposv(G[positive][:, positive], b[positive], lower=1)
+        if not_positive:
+            raise np.linalg.LinAlgError("a submatrix of the dual program has no Cholesky factor in float64")
+        return np.asarray(x)
+
+    found = _pivot(solve, lambda x: G @ x, b, likely)
     return _by_single_steps(G, b) if found is None else found
 
 
-def _pivot(G: Array, b: Array, positive: Flags) -> Array | None:
-    """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `_MOST_EXCHANGES`.
+def system_multipliers(system: RowSystem, demand: Array, likely: Flags | None = None) -> Array | None:
+    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ for d = `demand` (r,), with K⁺ as a system of many rows.
 
-    Block principal pivoting: the equations y = 0 are solved for the `positive` variables, and all variables with x < 0
+    The search starts with the rows whose multipliers are `likely` to be positive, flags (r,). None if λ is not found
+    in float64.
+    """
+    scale = np.sqrt(system.variances)
+    if not np.all(scale > 0):
+        return None
+    wanted = demand / scale
+    exact = _EXACT * max(float(np.max(wanted)), 0.0)
+
+    def solve(positive: Flags) -> Array:
+        if (solver := system.solver(positive, _SYSTEM_JITTER)) is None:
+            raise np.linalg.LinAlgError("samples and active rows have no Cholesky factor in float64")
+        return np.asarray(solver(demand[positive]) * scale[positive])
+
+    def product(x: Array) -> Array:
+        return np.asarray(system.product(x / scale) / scale)
+
+    try:
+        found = _pivot(solve, product, wanted, likely, exact, _MOST_OF_SYSTEM)
+    except np.linalg.LinAlgError:
+        return None
+    if found is None or np.any(np.abs(product(found) - wanted)[found > 0] > _MET * float(np.max(np.abs(wanted)))):
+        return None
+    return found / scale
+
+
+def _pivot(
+    solve: Callable[[Flags], Array],
+    product: Callable[[Array], Array],
+    b: Array,
+    likely: Flags | None,
+    exact: float = 0.0,
+    most: int = _MOST_EXCHANGES,
+) -> Array | None:
+    """Return the x ≥ 0 with y = G x − b ≥ 0 and xᵀ y = 0; None if it is not found within `most` exchanges.
+
+    Block principal pivoting: the equations y = 0 are solved for the positive variables, and all variables with x < 0
     or y < 0 are exchanged together. If that does not help, single ones are exchanged (Júdice and Pires 1994: A block
     principal pivoting algorithm for large-scale strictly monotone linear complementarity problems, Computers and
-    Operations Research 21). y counts as zero within the rounding error of G x.
+    Operations Research 21). The first positive variables are those that are `likely` so. `solve` returns the positive
+    variables, and `product` is G x. y counts as zero within the rounding error of G x, and within `exact`.
     """
+    positive = np.zeros(len(b), dtype=bool) if likely is None else likely
     fewest, patience = len(b) + 1, _PATIENCE
-    for _ in range(_MOST_EXCHANGES):
+    for _ in range(most):
         x, y = np.zeros(len(b)), -b
         if positive.any():
-            _, x[positive], not_positive = scipy.linalg.lapack.dposv(G[positive][:, positive], b[positive], lower=1)
-            if not_positive:
-                raise np.linalg.LinAlgError("a submatrix of the dual program has no Cholesky factor in float64")
-            y = G[:, positive] @ x[positive] - b
-        rounding = _ROUNDING * (np.abs(x).sum() + np.abs(b))
+            x[positive] = solve(positive)
+            y = product(x) - b
+        rounding = np.maximum(_ROUNDING * (np.abs(x).sum() + np.abs(b)), exact)
         wrong = np.where(positive, x < 0, y < -rounding)
         count = int(np.count_nonzero(wrong))
         if not count:

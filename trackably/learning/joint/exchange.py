@@ -12,7 +12,7 @@ import numpy as np
 from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint, timed, worst
+from trackably.learning.constraint import Constraint, joined, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
@@ -24,14 +24,12 @@ MAX_ROUNDS = 40  # most programs in an exchange
 # Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
 # large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 ALMOST = 3e-3
-_CROWD = 800  # if bounds are active at more times, new times are thinned out; a larger back-off removes violations left
-_CROWDED = 100  # if bounds are violated at more times than this, a bound is active along whole stretches of time
-_MATTERS = 1e-5  # part of a width: with bounds at many times, a larger back-off removes smaller violations than this
-_SPARSE = 0.2  # part of a time step: the distance of thinned-out times, between which violations stay small
+_MATTERS = 1e-5  # part of a width: after smaller violations, those between kinks are searched
 _SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as one; violations between them are small
 _JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
+_BETWEEN = 5  # regular times between two samples at which bounds on a function with kinks are imposed if violated
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
@@ -64,7 +62,9 @@ def exchange_bounds(
     """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
     Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
-    violates bounds. With nonlinear formulas, the first program starts at the signals `near`. The exchange ends when
+    violates bounds. For functions with kinks, these are also regular times at which a bound is violated, because such a
+    function may be on a bound along whole stretches of time. With nonlinear formulas, the first program starts at the
+    signals `near`. The exchange ends when
     - no bound is violated by more than `tolerance` (a part of its width), or all violations are so small that a later,
       larger back-off removes them,
     - the bounds contradict each other,
@@ -77,13 +77,14 @@ def exchange_bounds(
     if K + σ_n² I has no Cholesky factor.
     """
     best: ExchangeResult | None = None
-    kept: Places | None = None
-    is_thinned, is_close, jumps = False, False, 0
+    is_close, jumps = False, 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
+    regular = _regular_times(problem) if is_convex and is_rough else []
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
+    kept = places if is_rough else None
     for _ in range(rounds):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
@@ -91,10 +92,10 @@ def exchange_bounds(
         seen = MarginScan(problem.constraints, bent.signals)
         minima = seen.closest(places)
         least, gain, price = worst(minima)[0], bent.price - price, bent.price
-        removed = _removed_by_backoff(problem, bent) if is_convex else 0.0
+        removed = _removed_by_backoff(problem, bent, is_rough) if is_convex else 0.0
         if merges:
             same = same_time(posterior.signals, max(removed, tolerance))
-        is_stuck, was_thinned = abs(gain) <= _NO_GAIN * price, is_thinned
+        is_stuck = abs(gain) <= _NO_GAIN * price
         # Violations between kinks are searched only in the last rounds: earlier there would be thousands of them. No
         # exchange ends with small violations before this search, because those between kinks may be large.
         ends_at = -max(removed, tolerance, _MATTERS)
@@ -103,15 +104,8 @@ def exchange_bounds(
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
-        crowded = sum(np.count_nonzero(margins < 0) for _, margins in minima) > _CROWDED
-        is_thinned = bool(is_convex and crowded and not is_stuck and (tolerance or _count(kept) > _CROWD))
-        if is_thinned:
-            enough = max(tolerance / 2, _MATTERS - min(each.backoff for each in problem.constraints), 0.0)
-            large = [(times[margins < -enough], margins[margins < -enough]) for times, margins in minima]
-            step = problem.constraints[0].quantity.trajectory.sampling_time
-            met = merge(kept, at_steps(problem, seen.places(large), places, same), _SPARSE * step)
-        if not is_thinned or all(map(np.array_equal, met, places)):
-            met = merge(kept if is_convex else places, at_steps(problem, seen.places(minima), places, same), same)
+        found = joined(minima, seen.violated(regular)) if regular and not is_close else minima
+        met = merge(kept if is_convex else places, at_steps(problem, seen.places(found), places, same), same)
         ends = is_stuck or all(map(np.array_equal, met, places))
         if merges and ends and margin < -max(tolerance, removed, ALMOST):
             # The function crosses a bound near a time at which it meets it: the bound has to be met there too.
@@ -127,7 +121,7 @@ def exchange_bounds(
             or all(map(np.array_equal, met, places))
         ):
             return best
-        if is_stuck and (was_close or not is_rough) and not was_thinned:
+        if is_stuck and (was_close or not is_rough):
             return best
         places = met
         if is_convex or margin >= -_JUMPED:
@@ -135,18 +129,35 @@ def exchange_bounds(
     return best
 
 
-def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean) -> float:
-    """Return the violation, as a part of a width, that a later, larger back-off removes.
+def _regular_times(problem: ConstrainedProblem) -> list[Array]:
+    """Return, for each constraint, regular times [s] of its index set, about five between two samples.
+
+    They are whole steps of the plant from the first sample (see `at_steps`).
+    """
+    samples, found = problem.samples[0].times, []
+    between = float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
+    for constraint in timed(problem.constraints):
+        steps = [functional.sampling_time for _, functional in constraint.quantity.trajectory.arguments]
+        apart = steps[0] * max(1.0, np.rint(between / (_BETWEEN * steps[0]))) if steps else np.inf
+        first, last = (np.array(constraint.index_set.ends) - samples[0]) / apart
+        times = samples[0] + apart * np.arange(np.ceil(first), np.floor(last) + 1) if steps else np.empty(0)
+        found.append(np.unique(constraint.index_set.nearest(times)))
+    return found
+
+
+def _removed_by_backoff(problem: ConstrainedProblem, bent: ConstrainedMean, is_rough: bool) -> float:
+    """Return the violation, as a part of a width, that need not be removed: a back-off leaves room for it.
 
     If many bounds are active, they are later tightened by the largest back-off that raises the objective J by no more
     than `gap_allowed`: for functions with kinks because the proof is then short, for smooth functions because of the
-    violations that are left. Rounds that remove only violations which this back-off removes
-    anyway would be wasted. The result is 0 if no larger back-off follows.
+    violations that are left. Rounds that remove only violations which this back-off removes anyway would be wasted. If
+    no larger back-off follows, functions with kinks may use a part of the present one. The result is 0 if few bounds
+    are active.
     """
     if np.count_nonzero(bent.multipliers) <= MANY_CONTACTS:
         return 0.0
     enough, present = gap_allowed(bent.price) / bent.rise, 2 * min(each.backoff for each in problem.constraints)
-    return _OF_BACKOFF * enough if enough > _FAR * present else 0.0
+    return _OF_BACKOFF * (enough if enough > _FAR * present else present * is_rough)
 
 
 def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: float) -> Places:

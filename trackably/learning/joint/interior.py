@@ -39,7 +39,7 @@ def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
         missed, mu = applied - d - slacks, float(multipliers @ slacks) / len(d)
         if mu <= _SMALL * size**2 and np.max(np.abs(missed)) <= _EXACT * size:
             return np.where(multipliers > slacks, multipliers, 0.0) / scale
-        if (solve := system.solver((slacks / multipliers + _JITTER) * scale**2)) is None:
+        if (solve := system.solver(np.ones(len(d), dtype=bool), slacks / multipliers + _JITTER)) is None:
             return None
         step = partial(_newton_step, solve, scale, multipliers, slacks, missed)
         along, across, _ = step(np.zeros(len(d)))

@@ -23,6 +23,7 @@ from trackably.learning.constraint import (
     between,
     joined,
     local_minima,
+    margins_at,
     owners,
     parts,
     rows_of,
@@ -231,6 +232,12 @@ class MarginScan:
         """Return the minima `found` before, and further violations between kinks that the grid of `closest` missed."""
         centres = [each.suspect_centres(self) for each in self._known]
         return joined(found, between(self._known, self._all, centres, CLOSER))
+
+    def violated(self, times: Sequence[Array]) -> Minima:
+        """Return those of each constraint's `times` [s] at which its margin is negative, and the relative margins."""
+        widths = (constraint.quantity.bounds.width for constraint in self._known)
+        found = [(at, of / width) for at, of, width in zip(times, margins_at(self._all, times), widths, strict=True)]
+        return [(at[margins < 0], margins[margins < 0]) for at, margins in found]
 
     def places(self, found: Minima) -> Places:
         """Return the times of minima with a small margin, each with the side of the nearer bound: (n, 2)."""

@@ -74,7 +74,7 @@ def both_sides(case: Case, times: np.ndarray) -> Demands:
 
 
 @pytest.mark.parametrize("name", ["matern32", "matern52", "matern72", "rough_axis"])
-def test_an_interior_point_method_for_many_rows_gives_the_same_function(name):
+def test_exchanges_of_blocks_among_many_rows_give_the_same_function(name):
     case, dense = ALL[name], solved(name).mean
     found = mean_meeting(case.posterior, both_sides(case, case.times))
     assert found.given.system
