@@ -122,15 +122,16 @@ def _kinks(draft: Draft) -> Array:
     If the time of a kink is no float64 number, it gets a narrow box of its own, wide enough to contain the kink near
     its middle for certain.
     """
-    found = set[float]()
+    found = [np.empty(0)]
     for s, shift in _shifts(draft.subject, draft.arguments):
-        signal = draft.subject.signals[s]
-        for centre in signal.centres if signal.kernel.has_kink else ():
-            exact = Fraction(centre) - shift
-            near = float(exact)
-            beside = _BESIDE * float(np.spacing(max(abs(centre), abs(near)))) if near != exact else 0.0
-            found |= {near - beside, near + beside}
-    return np.array(sorted(found))
+        if (signal := draft.subject.signals[s]).kernel.has_kink:
+            centres, by = np.array(signal.centres), float(shift)
+            near = centres - by
+            rounding = (centres - near - by) + (centres - (near + (centres - near)))
+            spacings = np.spacing(np.maximum(np.abs(centres), np.abs(near)))
+            beside = np.where((rounding == 0) & (by == shift), 0.0, _BESIDE * spacings)
+            found += [near - beside, near + beside]
+    return np.unique(np.concatenate(found))
 
 
 def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:
