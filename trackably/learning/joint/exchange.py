@@ -63,8 +63,8 @@ def exchange_bounds(
 
     Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
     violates bounds. For functions with kinks, these are also regular times at which a bound is violated, because such a
-    function may be on a bound along whole stretches of time. With nonlinear formulas, the first program starts at the
-    signals `near`. The exchange ends when
+    function may be on a bound along whole stretches of time; if fewer `rounds` than usual are asked for, the price need
+    not be so exact. With nonlinear formulas, the first program starts at the signals `near`. The exchange ends when
     - no bound is violated by more than `tolerance` (a part of its width), or all violations are so small that a later,
       larger back-off removes them,
     - the bounds contradict each other,
@@ -81,7 +81,7 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
-    regular = _regular_times(problem) if is_convex and is_rough else []
+    regular = _regular_times(problem) if is_convex and is_rough and rounds == MAX_ROUNDS else []
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     kept = places if is_rough else None
