@@ -16,6 +16,7 @@ from trackably.arrays import Array
 from trackably.certificates.form import as_subject, as_written
 from trackably.checker import certificate as checked
 from trackably.checker import piecewise
+from trackably.checker.answers import FailedStepError
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.form import a_kernel
@@ -148,9 +149,14 @@ class Draft:
     @cached_property
     def has_sane_sizes(self) -> bool:
         """Whether all numbers are in the range for which the analysis of rounding holds."""
-        if self.subject.pieces:
-            return piecewise.check_sizes(self.certificate) is None
-        return check_sizes(self.certificate, list(self.quantities)) is None
+        try:
+            if self.subject.pieces:
+                piecewise.check_sizes(self.certificate)
+            else:
+                check_sizes(self.certificate, list(self.quantities))
+        except FailedStepError:
+            return False
+        return True
 
     def is_settled(self, start: float) -> bool:
         """Whether the decay of the kernels keeps all bounds from `start` [s] on, as float64 intervals show."""

@@ -77,19 +77,20 @@ from typing import Any
 from trackably.checker.answers import (
     Contradicted,
     Failed,
+    FailedStepError,
     NotACertificate,
     Proved,
     Refuted,
     Undecided,
     Verdict,
-    check_certificate,
 )
-from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
-from trackably.checker.certificate import FORMAT
+from trackably.checker.boxes import NO_FIRST_PASS, FirstPass, check_boxes, check_cover
+from trackably.checker.certificate import FORMAT, Certificate
 from trackably.checker.contradiction import FORMAT as CONTRADICTION
 from trackably.checker.contradiction import check_contradiction, impossibility, read_contradiction
 from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
 from trackably.checker.counterexample import check_counterexample
+from trackably.checker.disturbances import check_robust
 from trackably.checker.form import (
     UnreadableError,
     format_of,
@@ -112,12 +113,18 @@ from trackably.checker.joints import (
     read_broken_joints,
     read_joints,
 )
+from trackably.checker.piecewise import check_pieces
+from trackably.checker.quantities import quantities
+from trackably.checker.redundancy import check_input_set
+from trackably.checker.rounding import check_rounding, check_sizes
 from trackably.checker.statement import no_signal, refutation, statement, table_refutation, table_statement
 from trackably.checker.tables import FORMAT as TABLE
 from trackably.checker.tables import REFUTED as REFUTED_TABLE
 from trackably.checker.tables import check_refuted_table, check_table
+from trackably.checker.tail import check_tail
+from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
 from trackably.checker.truth import CONTRADICTION as CONTRADICTED
-from trackably.checker.truth import check_contradicted, read_contradicted
+from trackably.checker.truth import check_truth, contradiction_of, read_contradicted
 from trackably.checker.watch import Report, UndecidedError, watch
 
 __all__ = ["Contradicted", "Failed", "NotACertificate", "Proved", "Refuted", "Undecided", "Verdict", "check"]
@@ -146,13 +153,15 @@ def _check(data: object, exact: bool) -> Verdict:
             exact = exact or (isinstance(reference, dict) and has_pieces(reference.get("signals")))
             first_pass = _first_pass(exact) if kind in (FORMAT, JOINTS) else NO_FIRST_PASS
             if kind in (kinds := _kinds(first_pass)):
-                wanted, name, read, why_not, say = kinds[kind]
+                wanted, name, read, require, say = kinds[kind]
                 found = read(data)
                 try:
-                    reason = why_not(found)
+                    require(found)
                 except UnsolvableError as error:
-                    reason = f"system: {error}"
-                return Failed(reason, name) if reason else wanted(f"{say(found)} {first_pass.trusted}")
+                    return Failed(f"system: {error}", name)
+                except FailedStepError as error:
+                    return Failed(str(error), name, error.bound)
+                return wanted(f"{say(found)} {first_pass.trusted}")
     except UnreadableError as error:
         return NotACertificate(str(error))
     found = data.get("format") if isinstance(data, dict) else data
@@ -161,28 +170,52 @@ def _check(data: object, exact: bool) -> Verdict:
 
 
 _Shown = type[Proved | Refuted | Contradicted]
-_Kind = tuple[_Shown, str, Callable[[Any], Any], Callable[[Any], str | None], Callable[[Any], str]]
+_Kind = tuple[_Shown, str, Callable[[Any], Any], Callable[[Any], object], Callable[[Any], str]]
 
 
 def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
     """Return, for each format of files, what a check of such a file needs.
 
     This is the class of the answer to a valid file, the name of such files in sentences, and three functions. The first
-    one reads the file, the second one returns why the file shows nothing, or None if it is valid, and the third one
-    says what a valid file shows.
+    one reads the file, the second one raises FailedStepError unless the file is valid, and the third one says what a
+    valid file shows.
     """
     whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
     joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement
     return {
         FORMAT: (Proved, "certificate", read_certificate, *whole),
         COUNTEREXAMPLE: (Refuted, "counterexample", read_counterexample, check_counterexample, refutation),
-        CONTRADICTED: (Contradicted, "contradiction", read_contradicted, check_contradicted, no_signal),
+        CONTRADICTED: (Contradicted, "contradiction", read_contradicted, contradiction_of, no_signal),
         CONTRADICTION: (Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
         TABLE: (Proved, "certificate", read_table, check_table, table_statement),
         REFUTED_TABLE: (Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),
         JOINTS: (Proved, "certificate", read_joints, *joints),
         BROKEN_JOINTS: (Refuted, "counterexample", read_broken_joints, check_broken, joints_refutation),
     }
+
+
+def check_certificate(certificate: Certificate, first_pass: FirstPass) -> None:
+    """Take all steps of the proof in their order. Raise FailedStepError at the first one that does not hold.
+
+    `first_pass` is the check in float64 intervals; what it leaves undecided is checked in mpmath. Raise
+    UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
+    """
+    subject, robust = certificate.subject, certificate.robust
+    check_shapes(subject)
+    check_trajectories(subject)
+    check_names(certificate)
+    check_input_set(subject)
+    check_cover(certificate)
+    check_robust(subject, robust)
+    check_truth(subject, certificate.truth, robust, first_pass)
+    if subject.pieces:
+        check_pieces(certificate)
+        return
+    bounded = quantities(subject, certificate.errors)
+    check_sizes(certificate, bounded)
+    check_rounding(certificate, bounded)
+    check_boxes(certificate, bounded, first_pass)
+    check_tail(certificate, bounded, first_pass)
 
 
 def _first_pass(exact: bool) -> FirstPass:

@@ -1,18 +1,20 @@
-"""The answers of a check, each with a sentence that explains it, and the order of the steps that a check takes."""
+"""The answers of a check, each with a sentence that explains it, and the error with which a step of a check fails."""
 
 from dataclasses import dataclass
 
-from trackably.checker.boxes import FirstPass, check_boxes, check_cover
-from trackably.checker.certificate import Certificate
-from trackably.checker.disturbances import check_robust
-from trackably.checker.piecewise import check_pieces
-from trackably.checker.quantities import quantities
-from trackably.checker.redundancy import check_input_set
-from trackably.checker.rounding import check_rounding, check_sizes
-from trackably.checker.subject import OfBound
-from trackably.checker.tail import check_tail
-from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
-from trackably.checker.truth import check_truth
+
+class FailedStepError(Exception):
+    """A step of the proof in a file does not hold; the message says why, for `Failed`.
+
+    `bound` is the name of the bound that is not shown to hold, if it is a single one. A check takes its steps as calls
+    that return only if they hold, and ends with the first one that raises. So no caller can overlook a failure. Only
+    `check` turns it into an answer; whoever else catches it has shown nothing. It is no ValueError and no
+    ArithmeticError, so that it passes through where those are caught.
+    """
+
+    def __init__(self, reason: str, bound: str | None = None) -> None:
+        super().__init__(reason)
+        self.bound = bound
 
 
 @dataclass(frozen=True)
@@ -41,16 +43,13 @@ class Contradicted(_Shown):
 class Failed:
     """The file can be read but shows nothing; `reason` names the first step that fails.
 
-    `kind` is what the file should be, in words: a certificate, counterexample or contradiction.
+    `kind` is what the file should be, in words: a certificate, counterexample or contradiction. `bound` is the name of
+    the bound that is not shown to hold; None if the cause is not a single bound.
     """
 
     reason: str
     kind: str = "certificate"
-
-    @property
-    def bound(self) -> str | None:
-        """The name of the bound that is not shown to hold; None if the cause is not a single bound."""
-        return self.reason.bound if isinstance(self.reason, OfBound) else None
+    bound: str | None = None
 
     @property
     def sentence(self) -> str:
@@ -83,23 +82,3 @@ class Undecided(_NotShown):
 
 
 Verdict = Proved | Refuted | Contradicted | Failed | NotACertificate | Undecided
-
-
-def check_certificate(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return why the proof fails, for the first step that does not hold; None if all steps hold.
-
-    `first_pass` is the check in float64 intervals; what it leaves undecided is checked in mpmath. Raise
-    UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
-    """
-    subject, robust = certificate.subject, certificate.robust
-    reason = check_shapes(subject) or check_trajectories(subject) or check_names(certificate)
-    reason = reason or check_input_set(subject) or check_cover(certificate)
-    reason = reason or check_robust(subject, robust) or check_truth(subject, certificate.truth, robust, first_pass)
-    return reason or (check_pieces(certificate) if subject.pieces else _check_kernels(certificate, first_pass))
-
-
-def _check_kernels(certificate: Certificate, first_pass: FirstPass) -> str | None:
-    """Return why a step of the proof fails for signals that are sums of kernels; None if all steps hold."""
-    bounded = quantities(certificate.subject, certificate.errors)
-    reason = check_sizes(certificate, bounded) or check_rounding(certificate, bounded)
-    return reason or check_boxes(certificate, bounded, first_pass) or check_tail(certificate, bounded, first_pass)

@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, Certificate, Steps
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point
 from trackably.checker.joints import JointTrajectory, Open, everything
@@ -19,7 +20,7 @@ from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
 from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import OfBound, Signal, Subject
+from trackably.checker.subject import Signal, Subject
 from trackably.checker.watch import UndecidedError, progress, tick
 
 
@@ -103,13 +104,10 @@ NO_FIRST_PASS = FirstPass(
 """The first pass that decides nothing, so that mpmath decides everything."""
 
 
-def check_boxes(
-    certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
-) -> str | None:
-    """Return a sentence about the first box in which a quantity is not shown to stay inside its bounds.
+def check_boxes(certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS) -> None:
+    """Raise FailedStepError at the first box in which a quantity is not shown to stay inside its bounds.
 
-    Return None if all quantities are shown to stay inside. Those that the `first_pass` leaves undecided are enclosed
-    in mpmath.
+    Quantities that the `first_pass` leaves undecided are enclosed in mpmath.
     """
     subject, needs = certificate.subject, FormulaNeeds.of(certificate, quantities)
     at_instants = isinstance(certificate.proof, Steps)
@@ -120,8 +118,7 @@ def check_boxes(
             where = f"at step {i}" if at_instants else f"from {box.start!r} s to {box.end!r} s"
             what = f"be defined {where}: {undefined}" if undefined else f"stay inside its bounds {where}"
             step = "instants" if at_instants else "box"
-            return OfBound(q.name, f"{step}: the {q.name} is not shown to {what}")
-    return None
+            raise FailedStepError(f"{step}: the {q.name} is not shown to {what}", q.name)
 
 
 _TERMS = 4
@@ -193,29 +190,29 @@ def is_never_negative(model: Model) -> bool:
     return is_nowhere_negative(p)
 
 
-def check_cover(certificate: Certificate) -> str | None:
-    """Return why the boxes do not cover the claimed times; None if they do.
+def check_cover(certificate: Certificate) -> None:
+    """Raise FailedStepError unless the boxes cover the claimed times.
 
     If the claim is about every real t (all phases), the boxes have to cover one period, after which all kernels and
     bounds have to repeat.
     """
     proof = certificate.proof
     if isinstance(proof, Steps):
-        return None
+        return
     start, end = proof.start, proof.end
     if isinstance(certificate.claim, AllPhases):
         if any(s.kernel.repeats_after != end for s in certificate.subject.signals):
-            return f"period: a signal's kernel does not repeat after {end!r} s, where the boxes end"
+            raise FailedStepError(f"period: a signal's kernel does not repeat after {end!r} s, where the boxes end")
         if not all(repeats(bound, end) for bound in certificate.subject.bounds):
-            return f"period: a bound does not repeat after {end!r} s, where the boxes end"
+            raise FailedStepError(f"period: a bound does not repeat after {end!r} s, where the boxes end")
     for name, boxes in proof.boxes.items():
         ends = boxes.ends
         if (ends[0], ends[-1], len(ends)) != (start, end, len(boxes.radii) + 1):
-            return (
+            raise FailedStepError(
                 f"cover: the boxes of the {name} must lead from {start!r} s to {end!r} s, with a radius for each, got "
                 f"{len(ends) - 1} boxes from {ends[0]!r} s to {ends[-1]!r} s with {len(boxes.radii)} radii"
             )
         for before, after in pairwise(ends):
             if not before < after:
-                return f"cover: the ends of the boxes of the {name} are out of order: {before!r} s, then {after!r} s"
-    return None
+                order = f"{before!r} s, then {after!r} s"
+                raise FailedStepError(f"cover: the ends of the boxes of the {name} are out of order: {order}")

@@ -32,6 +32,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.disturbances import product
 from trackably.checker.form import (
     a_plant,
@@ -64,7 +65,7 @@ from trackably.checker.moving import ends_at
 from trackably.checker.redundancy import row_echelon
 from trackably.checker.statement import bounds_text, dynamics
 from trackably.checker.subject import LinearSystem, NonlinearSystem, Plant, single_bounds
-from trackably.checker.trajectories import why_no_plant
+from trackably.checker.trajectories import check_plant
 from trackably.checker.watch import progress, tick
 
 FORMAT, VERSION = "trackably contradiction", 1
@@ -144,33 +145,38 @@ read_contradiction = file_of(
 )
 
 
-def check_contradiction(of: Contradiction) -> str | None:
-    """Return why the contradiction is not shown; None if it is."""
+def check_contradiction(of: Contradiction) -> None:
+    """Raise FailedStepError unless the contradiction is shown."""
     system, proof = of.system, of.proof
-    if reason := why_no_plant(of):
-        return reason
+    check_plant(of)
     known = (*system.states, *system.inputs)
     if wrong := [v for v in of.values if v.step >= of.steps or v.name not in known]:
-        return (
+        raise FailedStepError(
             f"values: expected states or inputs of the system at steps from 0 to {of.steps - 1}, got {wrong[0].name} "
             f"at step {wrong[0].step}"
         )
     if isinstance(system, LinearSystem) and isinstance(proof, Multipliers):
-        return _misfit_of_multipliers(of, proof) or _why_not_infeasible(of, system, proof)
-    if isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
-        return _why_no_gap(of, system, proof)
-    return (
-        "proof: expected multipliers for a linear system, or boxes for a nonlinear one without angles in its flat form"
-    )
+        _check_multipliers(of, proof)
+        _check_infeasible(of, system, proof)
+    elif isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
+        _check_gap(of, system, proof)
+    else:
+        raise FailedStepError(
+            "proof: expected multipliers for a linear system, or boxes for a nonlinear one without angles in its flat "
+            "form"
+        )
 
 
-def _misfit_of_multipliers(of: Contradiction, proof: Multipliers) -> str | None:
+def _check_multipliers(of: Contradiction, proof: Multipliers) -> None:
     for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
         if len(stored) != of.steps or any(len(row) != len(bounded.rows) for row in stored):
-            return f"proof: expected a multiplier for each row of both sets at each of the {of.steps} steps"
-    if len(proof.values) == len(of.values):
-        return None
-    return f"proof: expected {len(of.values)} multipliers, one for each of the values, got {len(proof.values)}"
+            raise FailedStepError(
+                f"proof: expected a multiplier for each row of both sets at each of the {of.steps} steps"
+            )
+    if len(proof.values) != len(of.values):
+        raise FailedStepError(
+            f"proof: expected {len(of.values)} multipliers, one for each of the values, got {len(proof.values)}"
+        )
 
 
 @dataclass(frozen=True)
@@ -214,19 +220,23 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
         yield _Weighted(value.step, of_state, unit, low, high, Fraction(mu))
 
 
-def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> str | None:
+def _check_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> None:
     rows, n = list(_weighted_rows(of, proof)), len(system.states)
     A, B, c = system.exact
     q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
     if of.steps * q.bit_length() > _MOST_BITS:
-        return f"proof: the check would take hours: {of.steps} steps are too many for so many digits in A, B and c"
+        raise FailedStepError(
+            f"proof: the check would take hours: {of.steps} steps are too many for so many digits in A, B and c"
+        )
     dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps
     p, _, _, scale = _factors(*dynamics, rows)
     if any(p):
         early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
         added = _cancelling(p, early, [_at_start(row, A) for row in early])
         if added is None:
-            return "proof: the state at step 0 does not cancel in the weighted sum of bounds, nor with bounds of states"
+            raise FailedStepError(
+                "proof: the state at step 0 does not cancel in the weighted sum of bounds, nor with bounds of states"
+            )
         rows += [replace(row, multiplier=row.multiplier / scale) for row in added]
     p, of_inputs, constant, scale = _factors(*dynamics, rows)
     assert not any(p), "the rows that were added take it away"
@@ -237,11 +247,14 @@ def _why_not_infeasible(of: Contradiction, system: LinearSystem, proof: Multipli
         here = rows[end - (k + 1) * count : end - k * count]
         added = _cancelling(e, here, [row.row for row in here])
         if added is None:
-            return "proof: an input does not cancel in the weighted sum of bounds, nor with bounds of inputs"
+            raise FailedStepError(
+                "proof: an input does not cancel in the weighted sum of bounds, nor with bounds of inputs"
+            )
         paid += sum(row.most for row in added)
-    if paid < constant:
-        return None
-    return f"value: bounds and given values are not shown to contradict each other by `missing` = {of.missing!r}"
+    if not paid < constant:
+        raise FailedStepError(
+            f"value: bounds and given values are not shown to contradict each other by `missing` = {of.missing!r}"
+        )
 
 
 _Columns = Sequence[Sequence[int]]
@@ -295,10 +308,10 @@ def _cancelling(
     return [replace(rows[i], multiplier=-factor) for i, factor in factors if factor]
 
 
-def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | None:
-    """Return why it is not shown that a state or an input has no admissible value at the step; None if it is shown."""
+def _check_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> None:
+    """Raise FailedStepError unless it is shown that a state or an input has no admissible value at the step."""
     if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
-        return (
+        raise FailedStepError(
             f"proof: expected a state or an input of the system at a step from 0 to {of.steps - 1}, got {gap.name} at "
             f"step {gap.step}"
         )
@@ -307,11 +320,14 @@ def _why_no_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> str | N
         progress(k, gap.step + 1)
         if k == gap.step:
             low, high = box.get(gap.name, (ZERO, ZERO))
-            is_far = at_most(exactly(of.missing), low - high)
-            if is_far:
-                return None
-            return f"value: the bounds of {gap.name} are not shown to be {of.missing!r} apart at step {k}"
-    return f"value: no states and inputs are admissible at step {k} already, but the proof names step {gap.step}"
+            if at_most(exactly(of.missing), low - high):
+                return
+            raise FailedStepError(
+                f"value: the bounds of {gap.name} are not shown to be {of.missing!r} apart at step {k}"
+            )
+    raise FailedStepError(
+        f"value: no states and inputs are admissible at step {k} already, but the proof names step {gap.step}"
+    )
 
 
 def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:

@@ -13,6 +13,7 @@ is a sum of these rows.
 from dataclasses import dataclass
 from fractions import Fraction
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import Claim, Instants
 from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
 from trackably.checker.moving import ends_at
@@ -39,38 +40,39 @@ class Counterexample:
     violation: float
 
 
-def check_counterexample(counterexample: Counterexample) -> str | None:
-    """Return why a counterexample refutes nothing; None if it refutes its claim.
+def check_counterexample(counterexample: Counterexample) -> None:
+    """Raise FailedStepError unless a counterexample refutes its claim.
 
     Raise UnsolvableError if a nonlinear system x⁺ = f(x, u) cannot be solved for u.
     """
-    subject = counterexample.subject
-    return check_shapes(subject) or check_trajectories(subject) or _why_not_broken(counterexample)
-
-
-def _why_not_broken(counterexample: Counterexample) -> str | None:
+    check_shapes(counterexample.subject)
+    check_trajectories(counterexample.subject)
     subject, t, by = counterexample.subject, Fraction(counterexample.at), Fraction(counterexample.violation)
     first, last = counterexample.claim.span
     if not first <= t <= last:
         when = f"step {t}" if isinstance(counterexample.claim, Instants) else f"{counterexample.at!r} s"
-        return f"at: {when} is outside of the claimed times, {counterexample.claim}"
+        raise FailedStepError(f"at: {when} is outside of the claimed times, {counterexample.claim}")
     if isinstance(counterexample.claim, Instants):
         t *= Fraction(subject.system.sampling_time)
     bound = next((bound for bound in subject.bounds if bound.name == counterexample.name), None)
     if bound is None:
-        return f"quantity: no bound is called {counterexample.name}"
+        raise FailedStepError(f"quantity: no bound is called {counterexample.name}")
     ends = _necessary(subject, bound, t)
     if ends is None:
-        return f"attainable: the bound of {bound.name} is not shown to follow from the rows of the input set"
+        raise FailedStepError(
+            f"attainable: the bound of {bound.name} is not shown to follow from the rows of the input set"
+        )
     try:
         value = _value(subject, bound, t)
     except UndefinedError as undefined:
-        return f"value: the {bound.name} is not shown to be defined at the stated time: {undefined}"
+        raise FailedStepError(
+            f"value: the {bound.name} is not shown to be defined at the stated time: {undefined}"
+        ) from None
     low, high = ends[0] - by, ends[1] + by
-    is_outside = at_most(value, low) or at_most(high, value)
-    if is_outside:
-        return None
-    return f"value: the {bound.name} is not shown to be outside of its bounds by {counterexample.violation!r}"
+    if not (at_most(value, low) or at_most(high, value)):
+        raise FailedStepError(
+            f"value: the {bound.name} is not shown to be outside of its bounds by {counterexample.violation!r}"
+        )
 
 
 def _value(subject: Subject, bound: Bound, t: Fraction) -> Real | Fraction:

@@ -32,8 +32,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import exact_dot, in_whole_numbers
-from trackably.checker.model_error import Matrix, UnboundedModelError, Vertex, of_model_error
+from trackably.checker.model_error import Matrix, Vertex, of_model_error
 from trackably.checker.moving import room
 from trackably.checker.subject import LinearSystem, Polytope, Subject
 from trackably.checker.watch import tick
@@ -102,11 +103,11 @@ class Robust:
     def model_generators(self, system: LinearSystem) -> list[Vector]:
         """Return the generators of the set D that a wrong `model` adds to W; none without one.
 
-        Raise UnboundedModelError if D is unknown.
+        Raise FailedStepError if D is unknown.
         """
         if self.model and not isinstance(self.disturbance, Zonotope):
-            raise UnboundedModelError(
-                "the disturbance set W must be a zonotope, not a hull of points, if `model` has vertices"
+            raise FailedStepError(
+                "model: the disturbance set W must be a zonotope, not a hull of points, if `model` has vertices"
             )
         return of_model_error(system, self.model, self.state_set, self.input_set) if self.model else []
 
@@ -128,29 +129,26 @@ def product(a: Sequence[int], b: Sequence[int]) -> int:
 _MOST_BITS = 2_000_000  # with more bits in a power of A + B K, a certificate is refused: its check would take hours
 
 
-def check_robust(subject: Subject, robust: Robust | None) -> str | None:
-    """Return why the claim about the disturbed system is not shown; None if it is shown, or if there is no claim.
+def check_robust(subject: Subject, robust: Robust | None) -> None:
+    """Raise FailedStepError if there is a claim about the disturbed system, but it is not shown.
 
     The reason is that errors may leave their set Z, or that a bound of X leaves too little room for Z, or a bound of U
     for K Z.
     """
     if robust is None:
-        return None
+        return
     system = subject.system
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
-    if reason := _misfit(robust, len(system.states), len(system.inputs)):
-        return f"disturbance: {reason}"
-    try:
-        errors = _errors_of(system, robust)
-    except UnboundedModelError as unbounded:
-        return f"model: {unbounded}"
+    _check_dimensions(robust, len(system.states), len(system.inputs))
+    errors = _errors_of(system, robust)
     if (robust.head + robust.terms) * errors.closed[0].bit_length() > _MOST_BITS:
-        return "disturbance: the check would take hours: powers of A + B K up to head + terms have too many digits"
-    if reason := _not_invariant(robust, errors):
-        return f"disturbance: {reason}"
+        raise FailedStepError(
+            "disturbance: the check would take hours: powers of A + B K up to head + terms have too many digits"
+        )
+    _check_invariant(robust, errors)
     K = [[Fraction(k) for k in column] for column in zip(*robust.feedback, strict=True)]
-    of_state = _short("state_set", subject.state_set, robust.state_set, errors, robust.noise, None)
-    return of_state or _short("input_set", subject.input_set, robust.input_set, errors, None, K)
+    _check_room("state_set", subject.state_set, robust.state_set, errors, robust.noise, None)
+    _check_room("input_set", subject.input_set, robust.input_set, errors, None, K)
 
 
 def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> bool:
@@ -173,7 +171,7 @@ def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
 
 
 def _errors_of(system: LinearSystem, robust: Robust) -> "Errors":
-    """Return the set Z of the errors of a disturbed system. Raise UnboundedModelError if its model has no set D."""
+    """Return the set Z of the errors of a disturbed system. Raise FailedStepError if its model has no set D."""
     W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
     if isinstance(W, Zonotope):
         W = of_measured_state(W, V, system.A) if V else W
@@ -252,54 +250,67 @@ class Errors:
         return [product(row, column) for column in zip(*self.closed[1], strict=True)]
 
 
-def _misfit(robust: Robust, n: int, m: int) -> str | None:
+def _check_dimensions(robust: Robust, n: int, m: int) -> None:
     if [len(row) for row in robust.feedback] != [n] * m:
-        return f"K (`feedback`) must have {m} rows, for inputs, of {n} numbers, for states"
+        raise FailedStepError(f"disturbance: K (`feedback`) must have {m} rows, for inputs, of {n} numbers, for states")
     vectors = (*robust.disturbance.vectors, *(robust.noise.vectors if robust.noise else ()))
     if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
-        return "all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state"
+        raise FailedStepError(
+            "disturbance: all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state"
+        )
     if (robust.state_set.dimension, robust.input_set.dimension) != (n, m):
-        return f"X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
+        raise FailedStepError(
+            f"disturbance: X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
+        )
     if not 0 <= robust.contraction < 1:
-        return f"the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
-    least = min(robust.box)
-    return f"P (`box`) must have sizes of at least 0, got {least!r}" if least < 0 else None
+        raise FailedStepError(
+            f"disturbance: the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
+        )
+    if (least := min(robust.box)) < 0:
+        raise FailedStepError(f"disturbance: P (`box`) must have sizes of at least 0, got {least!r}")
 
 
-def _not_invariant(robust: Robust, errors: Errors) -> str | None:
-    """Return which of W ⊆ P and A_Kˢ P ⊆ α P (`Robust`) does not hold, so errors may leave Z; None if both hold."""
+def _check_invariant(robust: Robust, errors: Errors) -> None:
+    """Raise FailedStepError unless W ⊆ P and A_Kˢ P ⊆ α P (`Robust`), so that errors stay in Z."""
     (q, _), (d, vectors), (b, sizes) = errors.closed, errors.vectors, errors.sizes
     for i, size in enumerate(robust.box):
         axis = [int(i == j) for j in range(len(sizes))]
         supports = (errors.disturbance.largest(vectors, side) for side in (axis, [-a for a in axis]))
         if Fraction(max(supports), d) > size:
-            return f"W, with noise and model error, is not inside of P: coordinate {i} exceeds {size!r} of `box`"
+            raise FailedStepError(
+                f"disturbance: W, with noise and model error, is not inside of P: coordinate {i} exceeds {size!r} of "
+                "`box`"
+            )
         power = axis
         for _ in range(robust.terms):
             tick()
             power = errors.moved(power)
         reached, allowed = product([abs(x) for x in power], sizes), Fraction(robust.contraction) * Fraction(size)
         if reached * allowed.denominator > allowed.numerator * q**robust.terms * b:
-            power_of = f"(A + B K)^{robust.terms}"
-            return f"{power_of} does not contract P in coordinate {i} by the factor {robust.contraction!r}"
-    return None
+            raise FailedStepError(
+                f"disturbance: (A + B K)^{robust.terms} does not contract P in coordinate {i} by the factor "
+                f"{robust.contraction!r}"
+            )
 
 
-def _short(
+def _check_room(
     name: str, left: Polytope, given: Polytope, errors: Errors, V: Zonotope | None, K: list[list[Fraction]] | None
-) -> str | None:
-    """Return which bound leaves too little room for errors; None if all leave enough.
+) -> None:
+    """Raise FailedStepError unless all bounds leave enough room for errors.
 
     `left` has the bounds that the reference keeps, and `given` those that the disturbed system has to keep. For inputs,
     `K` is given by its columns; for states, `K` is None, and `V` is the noise, if there is noise.
     """
     if [row.row for row in left.rows] != [row.row for row in given.rows]:
-        return f"disturbance: {name} must have the same rows as that of the reference"
+        raise FailedStepError(f"disturbance: {name} must have the same rows as that of the reference")
     for i, (inner, outer) in enumerate(zip(left.rows, given.rows, strict=True)):
         row = inner.row if K is None else [exact_dot(inner.row, column) for column in K]
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
-            return f"disturbance: {name}: row {i} does not move as that of the reference; only constants may differ"
+            raise FailedStepError(
+                f"disturbance: {name}: row {i} does not move as that of the reference; only constants may differ"
+            )
         if not (errors.fit(row, above, V) and errors.fit([-r for r in row], below, V)):
-            return f"disturbance: {name}: row {i} of the reference leaves less room than tracking errors may need"
-    return None
+            raise FailedStepError(
+                f"disturbance: {name}: row {i} of the reference leaves less room than tracking errors may need"
+            )

@@ -22,6 +22,7 @@ that the signals have there.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.formulas import (
     Angle,
     Formula,
@@ -54,8 +55,8 @@ class Need:
     may_be_negative: bool
 
 
-def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
-    """Return why x(t + T) = f(x(t), u(t)) is not shown for the formulas of a flat form; None if it is shown.
+def check_flat_form(system: NonlinearSystem, flat: FlatForm) -> None:
+    """Raise FailedStepError unless x(t + T) = f(x(t), u(t)) is shown for the formulas of a flat form.
 
     For states that are angles, both sides may differ by multiples of 2π.
     """
@@ -63,7 +64,7 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
         for angle in flat.angles:
             turned = turns(formula, angle)
             if turned is None or (turned and state not in flat.angles):
-                return (
+                raise FailedStepError(
                     f"flat: if the angle {angle} turns by 2π, {state} may change by more than whole turns of angles; "
                     "use this angle in sin and cos only, or in sums of angles"
                 )
@@ -75,10 +76,9 @@ def why_not_flat(system: NonlinearSystem, flat: FlatForm) -> str | None:
                 continue
             whole = whole or _values(flat, later)
             if not _agree(whole, whole.of(a), whole.of(b), state in flat.angles):
-                return f"flat: f is not shown to give the {state} that its formula has one step later"
+                raise FailedStepError(f"flat: f is not shown to give the {state} that its formula has one step later")
     except (TooLongError, ZeroDivisionError) as error:
-        return f"flat: the formulas are not shown to be those of f: {error}"
-    return None
+        raise FailedStepError(f"flat: the formulas are not shown to be those of f: {error}") from None
 
 
 def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:

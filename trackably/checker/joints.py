@@ -32,6 +32,7 @@ from itertools import pairwise
 from math import perm
 from typing import Any
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.form import (
     UnreadableError,
     a_bound,
@@ -170,10 +171,10 @@ def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
 
 def check_joints(
     trajectory: JointTrajectory, undecided: Callable[[JointTrajectory], tuple[Open, Open]] = everything
-) -> str | None:
-    """Return a sentence about the first limit that is not shown to be kept, or the first jump that is too large.
+) -> None:
+    """Raise FailedStepError at the first limit that is not shown to be kept, or the first jump that is too large.
 
-    Return None if there are none. `undecided` returns the limits and the jumps that are still to be checked here.
+    `undecided` returns the limits and the jumps that are still to be checked here.
     """
     limits, jumps = undecided(trajectory)
     for j, r, i in limits:
@@ -183,13 +184,11 @@ def check_joints(
         if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
             start, *end = trajectory.breakpoints[i : i + 2]  # rest at the end is a piece without an end
             kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {f'to {end[0]:.9g} s' if end else 'on'}"
-            return f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}'
+            raise FailedStepError(f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}')
     for j, r, i in jumps:
         if abs(trajectory.jump(j, r, i)) > Fraction(trajectory.jumps[r]):
-            at = trajectory.breakpoints[i]
-            most = trajectory.jumps[r]
-            return f'jump: the {ORDERS[r]} of "{trajectory.joints[j].name}" jumps by more than {most!r} at {at!r} s'
-    return None
+            of, most, at = trajectory.joints[j].name, trajectory.jumps[r], trajectory.breakpoints[i]
+            raise FailedStepError(f'jump: the {ORDERS[r]} of "{of}" jumps by more than {most!r} at {at!r} s')
 
 
 def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[float, float]) -> bool:
@@ -197,30 +196,37 @@ def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[
     return stays_between([c * width**k for k, c in enumerate(polynomial)], *map(Fraction, limit))
 
 
-def check_broken(found: BrokenTrajectory) -> str | None:
-    """Return which of the claimed violations is not shown, and why; None if all are shown."""
+def check_broken(found: BrokenTrajectory) -> None:
+    """Raise FailedStepError at the first of the claimed violations that is not shown."""
     trajectory = found.trajectory
     pieces, orders = trajectory.pieces, len(trajectory.jumps)
     for n, broken in enumerate(found.broken):
         by, where = Fraction(broken.violation), f"broken[{n}]"
         if broken.joint >= len(trajectory.joints) or broken.order > orders:
             known = f"a joint up to {len(trajectory.joints) - 1} and an order up to {orders}"
-            return f"{where}: expected {known}, got joint {broken.joint} and order {broken.order}"
+            raise FailedStepError(f"{where}: expected {known}, got joint {broken.joint} and order {broken.order}")
         if broken.jump >= 0:
             if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
-                return f"{where}: jumps of order {broken.order} are not limited at breakpoint {broken.jump}"
+                raise FailedStepError(
+                    f"{where}: jumps of order {broken.order} are not limited at breakpoint {broken.jump}"
+                )
             size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
             if not size >= by > Fraction(trajectory.jumps[broken.order]):
                 most = trajectory.jumps[broken.order]
-                return f"{where}: no jump by {broken.violation!r} is shown there, or it is allowed (up to {most!r})"
+                raise FailedStepError(
+                    f"{where}: no jump by {broken.violation!r} is shown there, or it is allowed (up to {most!r})"
+                )
             continue
         limit, since = trajectory.joints[broken.joint].limits[broken.order], Fraction(broken.since)
         if broken.piece >= pieces or not 0 <= since <= trajectory.width(broken.piece) or limit is None:
-            return f"{where}: there is no piece {broken.piece}, no time {broken.since!r} s in it, or no such limit"
+            raise FailedStepError(
+                f"{where}: there is no piece {broken.piece}, no time {broken.since!r} s in it, or no such limit"
+            )
         x = value(trajectory.polynomial(broken.joint, broken.piece, broken.order), since)
         if not max(Fraction(limit[0]) - x, x - Fraction(limit[1])) >= by:
-            return f"{where}: the limits {[*limit]} are not shown to be broken by {broken.violation!r} there"
-    return None
+            raise FailedStepError(
+                f"{where}: the limits {[*limit]} are not shown to be broken by {broken.violation!r} there"
+            )
 
 
 # Statements about joint trajectories, in words.

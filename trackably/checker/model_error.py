@@ -21,15 +21,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.subject import LinearSystem, Polytope, single_bounds
 from trackably.checker.watch import tick
 
 Vector = tuple[Fraction, ...]
 Matrix = Sequence[Sequence[float]]
-
-
-class UnboundedModelError(ValueError):
-    """No set D is known for a wrong model; the message says what does not fit, or has no bound."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +41,11 @@ class Vertex:
 def of_model_error(
     system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
 ) -> list[Vector]:
-    """Return the generators of the set D (see the module). Raise UnboundedModelError if there is no such set."""
+    """Return the generators of the set D (see the module). Raise FailedStepError if there is no such set."""
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
-        raise UnboundedModelError("each vertex must have A, B and c of the shapes that the system has")
+        raise FailedStepError("model: each vertex must have A, B and c of the shapes that the system has")
     reach = [*_reach(state_set, n), *_reach(input_set, m), Fraction(1)]
     nominal = list(_columns(system))
     for j, columns in enumerate(zip(*(_columns(vertex) for vertex in vertices), strict=True)):
@@ -57,9 +54,9 @@ def of_model_error(
             continue
         size = reach[j]
         if size is None:
-            raise UnboundedModelError(
-                f"no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone (counted "
-                "from 0), which are needed because its column differs between vertices and nominal system"
+            raise FailedStepError(
+                f"model: no constant bounds of the {'state' if j < n else 'input'} {j if j < n else j - n} alone "
+                "(counted from 0), which are needed because its column differs between vertices and nominal system"
             )
         found += _around(apart, size)
     return found

@@ -24,13 +24,14 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import zip_longest
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Steps
 from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
 from trackably.checker.moving import Cells, cells_of, hull, place, value_of_signal
 from trackably.checker.polynomials import compose, is_nowhere_negative
 from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
-from trackably.checker.rounding import why_not_sized, why_off
-from trackably.checker.subject import Bound, End, Functional, OfBound, Pieces, Subject
+from trackably.checker.rounding import check_range, check_stated
+from trackably.checker.subject import Bound, End, Functional, Pieces, Subject
 from trackably.checker.watch import progress, require_room, tick
 
 Parts = tuple[Fraction, list[tuple[Pieces, Fraction, Fraction]]]
@@ -134,8 +135,8 @@ UNIT, _TINY = Fraction(1, 2**53), Fraction(1, 2**300)
 _LARGEST, _LARGEST_POWER, _HIGHEST = 1e30, 10**100, 50
 
 
-def check_sizes(certificate: Certificate) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if all are in range.
+def check_sizes(certificate: Certificate) -> None:
+    """Raise FailedStepError if a number may be too large or too small for float64 evaluation.
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
@@ -143,20 +144,21 @@ def check_sizes(certificate: Certificate) -> str | None:
     for z in subject.pieces:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
         if largest > _LARGEST or z.degree > _HIGHEST or max([*z.lengths, Fraction(1)]) ** z.degree > _LARGEST_POWER:
-            return (
+            raise FailedStepError(
                 "sizes: rounding is bounded only for numbers up to 1e30, degrees up to 50 and length^degree up to 1e100"
             )
     factors = [length for z in subject.pieces for length in z.lengths]
     for bound in subject.bounds:
         weights, offset = gross_of(bound.row, functionals(subject, bound.of))
         factors += [*weights, offset]
-    return why_not_sized(certificate, [], factors)
+    check_range(certificate, [], factors)
 
 
-def check_rounding(certificate: Certificate) -> str | None:
-    """Return a sentence about the first bound whose quantity may have a larger rounding error than stated, or None."""
+def check_rounding(certificate: Certificate) -> None:
+    """Raise FailedStepError at the first bound whose quantity may have a larger rounding error than stated."""
     errors = evaluation_errors(certificate.subject, *_span(certificate))
-    return _why_uncounted(certificate) or why_off(certificate, errors.items())
+    _check_periods(certificate)
+    check_stated(certificate, errors.items())
 
 
 def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[str, Fraction]:
@@ -181,13 +183,12 @@ def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[
     return found
 
 
-def _why_uncounted(certificate: Certificate) -> str | None:
-    """Return why float64 may not count the periods of a signal exactly up to the time `until`; None if it does."""
+def _check_periods(certificate: Certificate) -> None:
+    """Raise FailedStepError unless float64 counts the periods of signals exactly up to the time `until`."""
     ahead = max(certificate.subject.shifts) * Fraction(certificate.subject.system.sampling_time)
     for z in certificate.subject.pieces:
         if z.beyond == "period" and not Fraction(certificate.until) + ahead + abs(z.ends[0]) <= 2**50 * z.period:
-            return "evaluation: up to the time `until` there are more periods than float64 can count"
-    return None
+            raise FailedStepError("evaluation: up to the time `until` there are more periods than float64 can count")
 
 
 def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fraction:
@@ -213,13 +214,16 @@ def _span(certificate: Certificate) -> tuple[Fraction, Fraction]:
     return Fraction(certificate.proof.start), Fraction(certificate.proof.end)
 
 
-def check_pieces(certificate: Certificate) -> str | None:
-    """Return why a step of the proof fails for signals of polynomial pieces; None if all steps hold."""
-    return _claim_gap(certificate) or check_sizes(certificate) or check_rounding(certificate) or _outside(certificate)
+def check_pieces(certificate: Certificate) -> None:
+    """Raise FailedStepError at the first step of the proof that fails for signals of polynomial pieces."""
+    _check_claim(certificate)
+    check_sizes(certificate)
+    check_rounding(certificate)
+    _check_cells(certificate)
 
 
-def _claim_gap(certificate: Certificate) -> str | None:
-    """Return why bounds that hold from the proof's start to its end do not imply the claim; None if they do."""
+def _check_claim(certificate: Certificate) -> None:
+    """Raise FailedStepError unless bounds that hold from the proof's start to its end imply the claim."""
     proof, pieces = certificate.proof, certificate.subject.pieces
     assert not isinstance(proof, Steps), "not read for pieces"
     bounds = [end for bound in certificate.subject.bounds for end in (bound.low, bound.high)]
@@ -228,45 +232,47 @@ def _claim_gap(certificate: Certificate) -> str | None:
     match certificate.claim:
         case AllTimes():
             if not all(z.beyond == "rest" and z.breakpoints[-1] <= end for z in pieces):
-                return f"claim: a signal or a moving bound is not at rest from {end!r} s on"
+                raise FailedStepError(f"claim: a signal or a moving bound is not at rest from {end!r} s on")
         case AllPhases():
             if not all(z.beyond == "period" and z.period == Fraction(end) for z in pieces):
-                return f"period: a signal or a moving bound does not repeat after {end!r} s"
+                raise FailedStepError(f"period: a signal or a moving bound does not repeat after {end!r} s")
         case _:
             if not start < end:
-                return f"claim: a window needs start < end, got {start!r} s and {end!r} s"
-            return why_unknown(certificate.subject, Fraction(start), Fraction(end))
-    return None
+                raise FailedStepError(f"claim: a window needs start < end, got {start!r} s and {end!r} s")
+            try:
+                _require_defined(certificate.subject, Fraction(start), Fraction(end))
+            except UndefinedError as undefined:
+                raise FailedStepError(str(undefined)) from None
 
 
-def why_unknown(subject: Subject, start: Fraction, end: Fraction) -> str | None:
-    """Return which signal is undefined at some time on which states and inputs depend; None if all are defined."""
+def _require_defined(subject: Subject, start: Fraction, end: Fraction) -> None:
+    """Raise UndefinedError if a signal is undefined at some time on which states and inputs depend."""
     for s, (z, shifts) in enumerate(zip(subject.pieces, subject.shifts, strict=True)):
         ahead = (shifts - 1) * Fraction(subject.system.sampling_time)
         if z.beyond == "end" and not (z.ends[0] <= start and end + ahead <= z.ends[-1]):
             known = f"got {z.breakpoints[0]!r} s to {z.breakpoints[-1]!r} s"
-            return f"claim: signal {s} must be defined from {float(start)!r} s to {float(end + ahead)!r} s, {known}"
-    return None
+            times = f"from {float(start)!r} s to {float(end + ahead)!r} s"
+            raise UndefinedError(f"claim: signal {s} must be defined {times}, {known}")
 
 
 def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
     """Return the value of a bound's row at a time [s]. Raise UndefinedError if a signal is undefined there."""
-    if reason := why_unknown(subject, t, t):
-        raise UndefinedError(reason)
+    _require_defined(subject, t, t)
     return values_at(subject, [row_of(subject, bound)], t)[0]
 
 
-def _outside(certificate: Certificate) -> str | None:
-    """Return a sentence about the first bound that is not shown to hold in all cells; None if all are."""
+def _check_cells(certificate: Certificate) -> None:
+    """Raise FailedStepError at the first bound that is not shown to hold in all cells."""
     subject = certificate.subject
     for k, bound in enumerate(subject.bounds):
         progress(k, len(subject.bounds))
         error = Fraction(certificate.errors[bound.name])
         if not keeps(subject, row_of(subject, bound), _span(certificate), (bound.low, bound.high), error):
             start, end = map(float, _span(certificate))
-            what = f"the {bound.name} is not shown to stay inside its bounds from {start!r} s to {end!r} s"
-            return OfBound(bound.name, f"cell: {what}")
-    return None
+            raise FailedStepError(
+                f"cell: the {bound.name} is not shown to stay inside its bounds from {start!r} s to {end!r} s",
+                bound.name,
+            )
 
 
 def row_of(subject: Subject, bound: Bound) -> Functional:

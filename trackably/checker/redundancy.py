@@ -18,6 +18,7 @@ from fractions import Fraction
 from itertools import combinations
 from math import comb
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import exact_dot, exact_sum
 from trackably.checker.subject import Bound, LinearSystem, Row, Subject
 from trackably.checker.watch import short, tick
@@ -25,27 +26,25 @@ from trackably.checker.watch import short, tick
 _MOST = 10_000
 
 
-def check_input_set(subject: Subject) -> str | None:
-    """Return why some u that keeps the attainable rows may have no v with B v = 0 and u + v ∈ U.
+def check_input_set(subject: Subject) -> None:
+    """Raise FailedStepError if some u that keeps the attainable rows may have no v with B v = 0 and u + v ∈ U.
 
-    Return None if every such u has one, or if the file has no attainable rows.
+    Without attainable rows, there is nothing to show.
     """
     system, rows = subject.system, subject.input_set.rows
     if subject.attainable is None or not isinstance(system, LinearSystem):
-        return None
-    if reason := _why_not_enumerable(system, rows):
-        return reason
+        return
+    _check_enumerable(system, rows)
     for demand in demands(idle_inputs(system), rows):
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
-            return f"input_set: no input keeps all of its rows {demand.numbers} (counted from 0)"
+            raise FailedStepError(f"input_set: no input keeps all of its rows {demand.numbers} (counted from 0)")
         if any(demand.row) and not any(
             ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
             for bound in subject.attainable
             if (ends := _scale(demand, bound.row))
         ):
             rows_of = f"its rows {demand.numbers} (counted from 0)"
-            return f"input_set: no row of `attainable` implies the inequality to which {rows_of} add up"
-    return None
+            raise FailedStepError(f"input_set: no row of `attainable` implies the inequality to which {rows_of} add up")
 
 
 def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tuple[Fraction, Fraction] | None:
@@ -53,7 +52,9 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
 
     `rows` are those of U. Return None if they imply no such bounds, or are too many to enumerate.
     """
-    if _why_not_enumerable(system, rows):
+    try:
+        _check_enumerable(system, rows)
+    except FailedStepError:
         return None
     found = [ends for demand in demands(idle_inputs(system), rows) if (ends := _scale(demand, bound.row))]
     if not found:
@@ -75,14 +76,15 @@ class Demand:
     numbers: str
 
 
-def _why_not_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> str | None:
+def _check_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> None:
     m = len(system.inputs)
     if any(len(side.row) != m or not side.lower <= side.upper for side in rows):
-        return "input_set: every row needs a number for each input, and lower ≤ upper"
+        raise FailedStepError("input_set: every row needs a number for each input, and lower ≤ upper")
     idle = idle_inputs(system)
     if sum(comb(len(rows), size) for size in range(1, len(idle) + 2)) > _MOST:
-        return f"input_set: {len(rows)} rows have too many combinations of up to {len(idle) + 1} rows to check"
-    return None
+        raise FailedStepError(
+            f"input_set: {len(rows)} rows have too many combinations of up to {len(idle) + 1} rows to check"
+        )
 
 
 def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]:

@@ -16,6 +16,7 @@ from functools import lru_cache
 from itertools import accumulate, pairwise
 from typing import Any
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import Certificate
 from trackably.checker.formulas import Formula, Name, Number, Operation, numbers, operands, parts, text
 from trackably.checker.intervals import (
@@ -36,7 +37,7 @@ from trackably.checker.intervals import (
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, differential, evaluate
 from trackably.checker.quantities import ITSELF, LinearCombination, Quantity
-from trackably.checker.subject import NonlinearSystem, OfBound, Signal, Subject
+from trackably.checker.subject import NonlinearSystem, Signal, Subject
 from trackably.checker.watch import tick
 
 _HALVINGS = 12  # `largest_sums` halves the span of the centres this many times to get its narrowest cells
@@ -47,24 +48,26 @@ _OVERFLOW = exactly(10) ** 300
 TINY = exactly(2) ** -300
 
 
-def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return a sentence about the first linear combination of signals whose error may exceed the stated one, or None.
+def check_rounding(certificate: Certificate, quantities: list[Quantity]) -> None:
+    """Raise FailedStepError at the first linear combination of signals whose error may exceed the stated one.
 
     Errors are bounded to first order in the unit roundoff u, and enlarged by 1 %. Errors of formulas are bounded
     elsewhere, in each box (`FormulaValues`).
     """
     subject, of_signals = certificate.subject, signal_errors(certificate.subject, certificate.until)
     linear = ((q.name, q.combination) for q in quantities if q.combination is not None)
-    return why_off(certificate, ((name, error_of(subject, of, of_signals)) for name, of in linear))
+    check_stated(certificate, ((name, error_of(subject, of, of_signals)) for name, of in linear))
 
 
-def why_off(certificate: Certificate, errors: Iterable[tuple[str, Real | Fraction]]) -> str | None:
-    """Return a sentence about the first bound whose rounding error may exceed the stated one; None if none does."""
+def check_stated(certificate: Certificate, errors: Iterable[tuple[str, Real | Fraction]]) -> None:
+    """Raise FailedStepError at the first bound whose rounding error may exceed the stated one."""
     for name, error in errors:
         stated = certificate.errors[name]
         if not at_most(error, Fraction(stated)):
-            return OfBound(name, f"evaluation: the {name} can be off by more than the stated {stated!r} in float64")
-    return None
+            raise FailedStepError(
+                f"evaluation: the {name} can be off by more than the stated {stated!r} in float64",
+                name,
+            )
 
 
 SignalError = tuple[Real, Real]
@@ -138,23 +141,21 @@ def largest_sums(signal: Signal) -> Decay:
     return Decay(grown * found[0], grown * found[1])
 
 
-def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> str | None:
-    """Return why a number may be too large or too small for float64 evaluation; None if all are in range.
+def check_sizes(certificate: Certificate, quantities: list[Quantity]) -> None:
+    """Raise FailedStepError if a number may be too large or too small for float64 evaluation.
 
     With such a number, evaluation could overflow, or a factor could be lost by underflow.
     """
     signals, factors = certificate.subject.signals, _factors(certificate, quantities)
     values = [value for signal in signals for value in (*signal.centres, *signal.weights, signal.mean)]
     factors += [number for signal in signals for number in signal.kernel.numbers]
-    if reason := why_not_sized(certificate, values, factors):
-        return reason
+    check_range(certificate, values, factors)
     if not all(at_most(signal.kernel.peak.size, 1e100) for signal in signals):
-        return "sizes: values of a kernel κ could overflow in float64, because κ(0) exceeds 1e100"
-    return None
+        raise FailedStepError("sizes: values of a kernel κ could overflow in float64, because κ(0) exceeds 1e100")
 
 
-def why_not_sized(certificate: Certificate, values: Sequence[float], factors: Sequence[Fraction | float]) -> str | None:
-    """Return why numbers are out of the range in which bounds of rounding hold; None if all are in it.
+def check_range(certificate: Certificate, values: Sequence[float], factors: Sequence[Fraction | float]) -> None:
+    """Raise FailedStepError unless all numbers are in the range in which bounds of rounding hold.
 
     No value or factor may exceed 1e30 in size, and no factor but zero be below 1e-30. The sampling time is a factor,
     too; the certificate's `until` may be 1e60 at most.
@@ -162,8 +163,9 @@ def why_not_sized(certificate: Certificate, values: Sequence[float], factors: Se
     sizes = [abs(Fraction(factor)) for factor in (certificate.subject.system.sampling_time, *factors) if factor]
     is_large = max(sizes) > 1e30 or max(map(abs, values), default=0.0) > 1e30
     if is_large or min(sizes) < 1e-30 or certificate.until > 1e60:
-        return "sizes: rounding is bounded only for numbers up to 1e30, factors from 1e-30 on, and `until` up to 1e60 s"
-    return None
+        raise FailedStepError(
+            "sizes: rounding is bounded only for numbers up to 1e30, factors from 1e-30 on, and `until` up to 1e60 s"
+        )
 
 
 def _factors(certificate: Certificate, quantities: list[Quantity]) -> list[Fraction | float]:

@@ -222,9 +222,7 @@ def no_signal(found: ContradictedSamples) -> str:
 
     It names the samples that contradict each other, and by how much a bound would have to grow.
     """
-    shown = contradiction_of(found)
-    assert not isinstance(shown, str), "checked before"
-    excess, weight, size, bound = shown
+    excess, weight, size, bound = contradiction_of(found)
     used = [t for t, m in zip(found.of.samples.times, found.samples, strict=True) if m]
     rates = [t for t, m in zip(found.of.rates.times if found.of.rates else (), found.rates, strict=True) if m]
     more = f" and the rates at {', '.join(map(repr, rates))} s" if rates else ""

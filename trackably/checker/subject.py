@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from math import frexp
-from typing import Literal, Self
+from typing import Literal
 
 from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
@@ -164,17 +164,6 @@ class NonlinearSystem:
     def last_shift(self) -> int:
         """The largest j of the shifted signals z_s(t + j T) on which states and inputs depend."""
         return 1 if self.flat is None else self.flat.last_shift
-
-
-class OfBound(str):
-    """A sentence that says why a file shows nothing, if a single bound is the cause; `bound` is the bound's name."""
-
-    bound: str
-
-    def __new__(cls, bound: str, reason: str) -> Self:
-        found = super().__new__(cls, reason)
-        found.bound = bound
-        return found
 
 
 System = LinearSystem | NonlinearSystem

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import Real, UndefinedError, at_most, exact_dot, exactly
 from trackably.checker.models import enclose
 from trackably.checker.subject import LinearSystem, Plant
-from trackably.checker.trajectories import why_no_plant
+from trackably.checker.trajectories import check_plant
 from trackably.checker.watch import progress, tick
 
 FORMAT, REFUTED, VERSION = "trackably table", "trackably refuted table", 1
@@ -51,10 +52,9 @@ class RefutedTable:
     violation: float
 
 
-def check_table(table: Table) -> str | None:
-    """Return a sentence about the first step at which a bound or the dynamics are not shown to hold; None if none."""
-    if reason := _misfit(table):
-        return reason
+def check_table(table: Table) -> None:
+    """Raise FailedStepError at the first step at which a bound or the dynamics are not shown to hold."""
+    _check_lengths(table)
     for k, (part, rows) in enumerate(_rows(table).items()):
         progress(k, 3)
         for row in range(rows):
@@ -62,25 +62,30 @@ def check_table(table: Table) -> str | None:
             try:
                 found = excesses(table, part, row)
             except UndefinedError as undefined:
-                return str(undefined)
+                raise FailedStepError(str(undefined)) from None
             for i, excess in enumerate(found):
                 tick()
                 if at_most(excess, Fraction(0)):
                     continue
                 if part == "dynamics":
-                    return f"table: f(x, u) is not shown to be within the tolerance of the state after step {step}"
-                return f"table: bound {i} of the {part} is broken at step {step}"
-    return None
+                    raise FailedStepError(
+                        f"table: f(x, u) is not shown to be within the tolerance of the state after step {step}"
+                    )
+                raise FailedStepError(f"table: bound {i} of the {part} is broken at step {step}")
 
 
-def _misfit(table: Table) -> str | None:
-    """Return which parts do not fit together; None if all do."""
+def _check_lengths(table: Table) -> None:
+    """Raise FailedStepError unless all parts of a table fit together."""
     sides = ((table.system.states, table.states), (table.system.inputs, table.inputs))
     if len(table.inputs) not in (len(table.states), len(table.states) - 1) or len(table.states) < 2:
-        return "shapes: a table needs two states at least, and an input for each state (but perhaps not for the last)"
+        raise FailedStepError(
+            "shapes: a table needs two states at least, and an input for each state (but perhaps not for the last)"
+        )
     if any(len(row) != len(names) for names, values in sides for row in values):
-        return "shapes: rows of `states` need a number for each state, and rows of `inputs` one for each input"
-    return why_no_plant(table)
+        raise FailedStepError(
+            "shapes: rows of `states` need a number for each state, and rows of `inputs` one for each input"
+        )
+    check_plant(table)
 
 
 def _rows(table: Table) -> dict[Part, int]:
@@ -88,21 +93,21 @@ def _rows(table: Table) -> dict[Part, int]:
     return {"states": len(table.states), "inputs": len(table.inputs), "dynamics": len(table.states) - 1}
 
 
-def check_refuted_table(refuted: RefutedTable) -> str | None:
-    """Return why the named violation is not shown; None if it is shown."""
+def check_refuted_table(refuted: RefutedTable) -> None:
+    """Raise FailedStepError unless the named violation is shown."""
     table, row = refuted.table, refuted.step - refuted.table.first_step
-    if reason := _misfit(table):
-        return reason
+    _check_lengths(table)
     try:
         found = excesses(table, refuted.part, row) if 0 <= row < _rows(table)[refuted.part] else []
     except UndefinedError as undefined:
-        return str(undefined)
+        raise FailedStepError(str(undefined)) from None
     if not 0 <= refuted.index < len(found):
-        return f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
-    if at_most(Fraction(refuted.violation), found[refuted.index]):
-        return None
-    where = f"step {refuted.step}: index {refuted.index} of the {refuted.part}"
-    return f"value: {where} is not shown to be broken by {refuted.violation!r}"
+        raise FailedStepError(
+            f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
+        )
+    if not at_most(Fraction(refuted.violation), found[refuted.index]):
+        where = f"step {refuted.step}: index {refuted.index} of the {refuted.part}"
+        raise FailedStepError(f"value: {where} is not shown to be broken by {refuted.violation!r}")
 
 
 def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:

@@ -6,6 +6,7 @@ that the signals may have at these times.
 
 from collections.abc import Mapping, Sequence
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.boxes import NO_FIRST_PASS, FirstPass
 from trackably.checker.certificate import AllTimes, Certificate, Steps
 from trackably.checker.formulas import Formula, Name, operands, parts
@@ -26,14 +27,12 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model, constants, differential, evaluate
 from trackably.checker.quantities import ITSELF, Quantity, value_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import OfBound, Signal
+from trackably.checker.subject import Signal
 from trackably.checker.watch import tick
 
 
-def check_tail(
-    certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS
-) -> str | None:
-    """Return a sentence about the first quantity that may leave its bounds after the boxes or instants, or None.
+def check_tail(certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS) -> None:
+    """Raise FailedStepError at the first quantity that may leave its bounds after the boxes or instants.
 
     If the envelopes of the `first_pass` do not show this, they are computed in mpmath. An envelope is an upper bound of
     |z − m| and |ż| at all later times.
@@ -44,31 +43,38 @@ def check_tail(
     elif isinstance(certificate.claim, AllTimes):
         start = exactly(proof.end)
     else:
-        return None
-    if is_settled(certificate, quantities, start, first_pass):
-        return None
-    return _why_not(certificate, quantities, start, [envelope(signal, start) for signal in subject.signals])
+        return
+    if not is_settled(certificate, quantities, start, first_pass):
+        _check_decay(certificate, quantities, start, [envelope(signal, start) for signal in subject.signals])
 
 
 def is_settled(certificate: Certificate, quantities: list[Quantity], start: Real, first_pass: FirstPass) -> bool:
     """Whether the envelopes of the `first_pass` show that all bounds are kept from `start` on."""
     quick = [found for signal in certificate.subject.signals if (found := first_pass.envelope(signal, start))]
-    return len(quick) == len(certificate.subject.signals) and not _why_not(certificate, quantities, start, quick)
+    if len(quick) != len(certificate.subject.signals):
+        return False
+    try:
+        _check_decay(certificate, quantities, start, quick)
+    except FailedStepError:
+        return False
+    return True
 
 
-def _why_not(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> str | None:
+def _check_decay(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> None:
     needs, since = FormulaNeeds.of(certificate, quantities), f"from {float(start.mid):g} s on"
     for q in quantities:
         try:
             middle, reach = _limits(needs, q, envelopes, certificate.subject.step)
         except UndefinedError as undefined:
-            return OfBound(q.name, f"tail: the {q.name} is not shown to be defined {since}: {undefined}")
+            raise FailedStepError(
+                f"tail: the {q.name} is not shown to be defined {since}: {undefined}",
+                q.name,
+            ) from None
         lower, upper = q.lower.after(start), q.upper.after(start)
         if lower is None or upper is None:
-            return OfBound(q.name, f"tail: the bound of the {q.name} still moves {since}")
+            raise FailedStepError(f"tail: the bound of the {q.name} still moves {since}", q.name)
         if not (at_most(lower, middle - reach) and at_most(middle + reach, upper)):
-            return OfBound(q.name, f"tail: the envelope of the {q.name} does not lie inside the bounds {since}")
-    return None
+            raise FailedStepError(f"tail: the envelope of the {q.name} does not lie inside the bounds {since}", q.name)
 
 
 def envelope(signal: Signal, start: Real) -> Decay:

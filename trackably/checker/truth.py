@@ -41,6 +41,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+from trackably.checker.answers import FailedStepError
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_never_negative
 from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
@@ -77,47 +78,53 @@ read_contradicted = file_of(
 )
 
 
-def check_truth(
-    subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass
-) -> str | None:
-    """Return which stated distance of a state from its true signals is not shown; None if all are shown."""
+def check_truth(subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass) -> None:
+    """Raise FailedStepError at the first stated distance of a state from its true signals that is not shown."""
     for truth in truths:
-        if reason := _misfit(subject, truth, robust):
-            return f"truth: {reason}"
+        _check_fit(subject, truth, robust)
         for k, sides in enumerate(gaps(subject, truth, first_pass)):
             progress(k, len(truth.errors))
             error = exactly(truth.errors[k])
             cell = f"from {truth.ends[k]!r} s to {truth.ends[k + 1]!r} s"
             for side in sides:
                 if side is None:
-                    return f"truth: measurements named in `upper` or `lower` give no bound of the signal {cell}"
+                    raise FailedStepError(
+                        f"truth: measurements named in `upper` or `lower` give no bound of the signal {cell}"
+                    )
                 if not is_never_negative(Model.constant(error, len(side.coefficients)) - side):
-                    return f'truth: "{truth.state}" may be further than {truth.errors[k]!r} from the true signal {cell}'
-    return None
+                    raise FailedStepError(
+                        f'truth: "{truth.state}" may be further than {truth.errors[k]!r} from the true signal {cell}'
+                    )
 
 
-def _misfit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> str | None:
+def _check_fit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> None:
     system, count = subject.system, len(truth.errors)
     if subject.pieces or not isinstance(system, LinearSystem) or truth.state not in system.states:
-        return "it must be about a state of a linear system, with signals that are sums of kernels"
+        raise FailedStepError(
+            "truth: it must be about a state of a linear system, with signals that are sums of kernels"
+        )
     if not len(truth.ends) - 1 == len(truth.radii) == len(truth.upper) == len(truth.lower) == count:
-        return "`radii`, `upper`, `lower` and `errors` must have one entry for each cell, and `ends` one more"
+        raise FailedStepError(
+            "truth: `radii`, `upper`, `lower` and `errors` must have one entry for each cell, and `ends` one more"
+        )
     if any(not start < end for start, end in pairwise(truth.ends)):
-        return "the ends of cells must increase"
-    if reason := _misfit_of_class(truth.of):
-        return reason
+        raise FailedStepError("truth: the ends of cells must increase")
+    if not _is_ordered(truth.of):
+        raise FailedStepError(f"truth: {_UNORDERED}")
     if truth.plant is not None:
         room = Fraction(truth.plant) - Fraction(truth.error)
         if robust is None or not keeps_near(system, robust, system.states.index(truth.state), room):
-            return f"under disturbance the plant may be further than {truth.plant!r} (`plant`) from the true signal"
-    return None
+            raise FailedStepError(
+                f"truth: under disturbance the plant may be further than {truth.plant!r} (`plant`) from the true signal"
+            )
 
 
-def _misfit_of_class(of: SignalClass) -> str | None:
-    for measured in filter(None, (of.samples, of.rates)):
-        if len(measured.times) != len(measured.values) or any(a >= b for a, b in pairwise(measured.times)):
-            return "measurements must have increasing times, and a value for each time"
-    return None
+_UNORDERED = "measurements must have increasing times, and a value for each time"
+
+
+def _is_ordered(of: SignalClass) -> bool:
+    every = [measured for measured in (of.samples, of.rates) if measured]
+    return all(len(at.times) == len(at.values) and all(a < b for a, b in pairwise(at.times)) for at in every)
 
 
 def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator[tuple[Model | None, Model | None]]:
@@ -228,27 +235,23 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, P
     return [middle, (high - low) / 2, (high + low) / 2 - middle]  # the side is quadratic in the box
 
 
-def check_contradicted(found: ContradictedSamples) -> str | None:
-    """Return why samples do not contradict the class of signals; None if they do."""
-    return reason if isinstance(reason := contradiction_of(found), str) else None
-
-
-def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str] | str:
-    """Return by how much samples contradict the class of signals, with the sensitivities to its bounds; or why not.
+def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fraction, str]:
+    """Return by how much samples contradict the class of signals, with the sensitivities to its bounds.
 
     With the symbols of the module, the sensitivities are Σ |μ_i| (to the noise; 0 if there are multipliers ν_j) and
-    ∫ |κ| (to the bound of slope or second derivative). The name of this bound comes last.
+    ∫ |κ| (to the bound of slope or second derivative). The name of this bound comes last. Raise FailedStepError if the
+    samples are not shown to contradict the class.
     """
     of, mu, nu = found.of, found.samples, found.rates
     rates = of.rates or Measured((), (), 0.0)
     if len(mu) != len(of.samples.times) or len(nu) != len(rates.times):
-        return "there must be one multiplier for each measurement, sample or rate"
-    if reason := _misfit_of_class(of):
-        return reason
+        raise FailedStepError("there must be one multiplier for each measurement, sample or rate")
+    if not _is_ordered(of):
+        raise FailedStepError(_UNORDERED)
     pairs = [(m, Fraction(t)) for m, t in zip(mu, of.samples.times, strict=True) if m]
     jumps = [(m, Fraction(s)) for m, s in zip(nu, rates.times, strict=True) if m]
     if exact_sum(mu) or not pairs:
-        return "multipliers of samples must have the sum 0, and not all be 0"
+        raise FailedStepError("multipliers of samples must have the sum 0, and not all be 0")
     sides = ((mu, of.samples), (nu, rates))
     seen = exact_sum(exact_dot(by, map(Fraction, at.values)) for by, at in sides)
     sizes = [exact_sum(map(abs, by)) for by, _ in sides]
@@ -258,10 +261,14 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     elif of.slope is not None and not jumps:
         bound, size, name = of.slope, _integral([], pairs), "slope"
     else:
-        return "multipliers must give a straight line (a constant, if only the slope is bounded) the weighted sum 0"
+        raise FailedStepError(
+            "multipliers must give a straight line (a constant, if only the slope is bounded) the weighted sum 0"
+        )
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
-        return "the samples are not shown to contradict the class of signals: its bounds allow their weighted sum"
+        raise FailedStepError(
+            "the samples are not shown to contradict the class of signals: its bounds allow their weighted sum"
+        )
     return excess, Fraction(0) if jumps else sizes[0], size, name
 
 

@@ -22,6 +22,7 @@ from trackably.certificates.cover import discs
 from trackably.certificates.form import as_subject, as_written, without_none
 from trackably.certificates.judge import NotTrackableError, found_or_raise, judge_contradiction
 from trackably.certificates.outcome import NoSignal, TooFar, Unproved
+from trackably.checker.answers import FailedStepError
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, SignalClass, TrueSignal, Window
 from trackably.checker.contradiction import Value
@@ -497,9 +498,10 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
         return None
     n = len(some.samples.times)
     found = ContradictedSamples(some, tuple(exact[:n]), tuple(exact[n:]))
-    if isinstance(shown := contradiction_of(found), str):
+    try:
+        excess, weight, size, bound = contradiction_of(found)
+    except FailedStepError:
         return None
-    excess, weight, size, bound = shown
     missing = float(excess / weight) if weight else 0.0
     among = [f"{name} = {y:.6g} at t = {t:.6g} s" for t, y in zip(some.samples.times, some.samples.values, strict=True)]
     if some.rates:

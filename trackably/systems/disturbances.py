@@ -18,6 +18,7 @@ from trackably.arguments import array, instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import disturbances as checker
 from trackably.checker import model_error as checked
+from trackably.checker.answers import FailedStepError
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import ends_within
 from trackably.systems.linear import LinearSystem
@@ -382,8 +383,8 @@ class ModelError:
         nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
         try:
             D = checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
-        except checked.UnboundedModelError as error:
-            raise ValueError(f"model_error: {error}") from error
+        except FailedStepError as error:
+            raise ValueError(f"model_error: {str(error).removeprefix('model: ')}") from error
         return Zonotope(W.centre, [*W.generators, *D])
 
     def __str__(self) -> str:

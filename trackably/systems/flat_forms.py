@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from trackably.checker import flatness, subject
+from trackably.checker.answers import FailedStepError
 from trackably.checker.flatness import substitute
 from trackably.checker.formulas import (
     Angle,
@@ -121,9 +122,11 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
         )
     if unknown := {*form.angles} - {*system.states}:
         return f"calls {min(unknown)} an angle, which is no state"
-    if (why := flatness.why_not_flat(system, form)) is None:
-        return None
-    return f"is not proved to satisfy f, as {why.removeprefix('flat: ')}"
+    try:
+        flatness.check_flat_form(system, form)
+    except FailedStepError as error:
+        return f"is not proved to satisfy f, as {str(error).removeprefix('flat: ')}"
+    return None
 
 
 # Find flat forms of systems whose equations can be solved one after the other, in small blocks.
