@@ -134,6 +134,8 @@ def _misfit_of_flat_form(subject: Subject, flat: FlatForm) -> str | None:
         subject.signals
     ):
         return "flat: the formulas must contain each signal of the reference, and no others"
+    if max(j for _, j in found) > flat.last_shift + 1:
+        return "flat: formulas in `positive` must look no further ahead than those of the states one step later"
     return None
 
 
