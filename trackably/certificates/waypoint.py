@@ -84,14 +84,15 @@ class Waypoint:
         return prove(at, Window(self.time - half, self.time + half))
 
     def missed(self, failure: Failure) -> Unproved:
-        """Return a failure to prove the values, with a tolerance that is likely to succeed."""
+        """Return a failure to prove the values, with a tolerance that is likely to succeed, if the failure says one."""
         if isinstance(failure, Counterexample):
             box, short, why = (failure.time, failure.time), failure.violation, "the waypoint is missed"
         else:
             box, short, why = failure.box, failure.shortfall, failure.reason
-        enough = rounded_text(failure.bounds.width + 2 * short, "up")
-        advice = f"float64 may not be more precise: try a larger at_tolerance, such as {enough}"
-        return Unproved(failure.quantity, failure.bounds, box, short, f"{why}; {advice}")
+        if np.isfinite(short):
+            enough = rounded_text(failure.bounds.width + 2 * short, "up")
+            why += f"; float64 may not be more precise: try a larger at_tolerance, such as {enough}"
+        return Unproved(failure.quantity, failure.bounds, box, short, why)
 
     def alone(self, names: tuple[str, ...]) -> Polytope:
         """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""

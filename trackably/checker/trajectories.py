@@ -139,6 +139,10 @@ def _check_names_of_signals(subject: Subject, flat: FlatForm) -> None:
         subject.signals
     ):
         raise FailedStepError("flat: the formulas must contain each signal of the reference, and no others")
+    if max(j for _, j in found) > flat.last_shift + 1:
+        raise FailedStepError(
+            "flat: formulas in `positive` must look no further ahead than those of the states one step later"
+        )
 
 
 def check_trajectories(subject: Subject) -> None:

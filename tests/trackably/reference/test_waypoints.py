@@ -16,9 +16,12 @@ from trackably import (
     Proved,
     Samples,
     SquaredExponential,
+    Unproved,
     check,
     learn_reference,
 )
+from trackably.certificates.waypoint import Waypoint
+from trackably.systems.intervals import Interval
 
 KNOWN = SquaredExponential(0.5, 0.6)
 AT = {1.0: {"force": -1.0}, 0.0: {"position": -0.98, "velocity": 0.0}}
@@ -89,3 +92,10 @@ def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name,
             assert np.all(np.abs(found.reference.state(step) - x) <= tolerances)
     assert len(found.pin_certificates) == len(at)
     assert_comes_back(found, tmp_path)
+
+
+@pytest.mark.parametrize(("shortfall", "advised"), [(1e-5, "at_tolerance, such as 0.00202"), (np.inf, None)])
+def test_a_larger_tolerance_is_advised_where_it_may_help(shortfall, advised):
+    failure = Unproved("x", Interval(-1e-3, 1e-3), (1.0, 1.0), shortfall, "it may be undefined")
+    said = Waypoint(1.0, {"x": 0.0}, {"x": 1e-3}).missed(failure).explanation
+    assert advised in said if advised else said.endswith("it may be undefined")

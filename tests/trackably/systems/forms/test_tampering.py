@@ -22,6 +22,7 @@ TAMPERED = {
     "a drift": (f"{SYSTEM}.f.0", ["+", "x", ["*", 0.1, "speed"]]),
     "fewer states": (f"{FLAT}.states", lambda states: states[:2]),
     "a positive formula that is negative somewhere": (f"{FLAT}.positive", ["z1[0]"], "may not be positive"),
+    "a positive formula of the far future": (f"{FLAT}.positive", ["z1[9]"], "ahead"),
     "an error that is too small": ("evaluation.errors.turn", 1e-12, "float64"),
 }
 """The path of a part, what is put there, and the reason if it is not the flat form."""
