@@ -24,6 +24,7 @@ _FEWEST = 64  # kernels: a sum of fewer kernels is not changed, as its rounding 
 _LEAST, _GROWTH = 2.0, 1.125  # points per correlation time that are tried first, and the factor to the next number
 _ROUNDINGS = 8.0  # largest change of a value, in units of ε Σ_i |c_i| κ(0); the bounds of rounding errors are larger
 _BEYOND = 2.0  # correlation times before the first centre and after the last at which functions are compared
+_RESOLVED = 16.0  # spacings of float64: times that are closer together are rounded by a large part of their distance
 _EPS = float(np.finfo(float).eps)
 
 
@@ -50,17 +51,18 @@ def compact(signal: KernelSum) -> KernelSum:
 def within_a_period(signal: KernelSum) -> KernelSum:
     """Return the function as a sum of kernels within one period, or unchanged if that is not half as many at most.
 
-    κ(t − s) with m waves is interpolated exactly in s, from m times s_j that divide the period evenly.
+    κ(t − s) with m waves is interpolated exactly in s, from m times s_j that divide the period evenly, up to their
+    rounding: equations for their waves hold for the rounded times. Whole periods are subtracted exactly.
     """
     kernel, centres = signal.kernel, signal.centres
     if len(centres) < _FEWEST or not (lines := kernel.lines) or not (period := kernel.period):
         return signal
-    if (count := harmonic_count(lines, period)) > len(centres) // 2:
+    apart = period / (count := harmonic_count(lines, period))
+    if count > len(centres) // 2 or apart < _RESOLVED * np.spacing(np.max(np.abs(centres))):
         return signal
-    times = np.asarray(period / count * np.arange(count))
-    parts = waves_at(np.fmod(centres - centres[0], period), period, count) @ signal.weights * (2 / count)
-    parts[0] /= 2
-    return KernelSum(kernel, signal.mean, centres[0] + times, parts @ waves_at(times, period, count))
+    times = np.asarray(centres[0] + apart * np.arange(count))
+    here, there = (waves_at(np.fmod(at, period), period, count) for at in (times, centres))
+    return KernelSum(kernel, signal.mean, times, np.asarray(np.linalg.solve(here, there @ signal.weights)))
 
 
 def _counts(span: float, most: int) -> Iterator[int]:

@@ -15,6 +15,9 @@ from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
+from trackably.gp.posterior import Posterior
+from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
 from trackably.gp.stencil import POINT, Stencil
 
 AGREEMENT = 1e-8
@@ -84,6 +87,14 @@ def test_where_rounding_would_decide_only_the_dense_matrix_is_offered(kernel):
     found = factorisations(posterior)
     assert found.keys() == {Dense}
     assert posterior.weights.tobytes() == with_factor(posterior, found[Dense]).weights.tobytes()
+
+
+def test_whole_periods_between_samples_change_nothing():
+    prior, within, values, means = Prior(Periodic(1.0, 0.5, 1.0), 0.1), np.arange(5000) / 2**13, random(5000, -1, 1), []
+    for apart in (0.0, 2.0**20):  # of samples in the first period, or of one sample in a million periods each
+        times = within + apart * np.arange(1, 5001)
+        means.append(Posterior(prior, Samples(times, values)).mean(times[0] + within))
+    np.testing.assert_allclose(*means, rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("waves", [120, 130, 255, 400])
