@@ -48,6 +48,19 @@ def chain(seed: int) -> Reference:
     return Reference(tuple(through(0.4 * rng.uniform(-1, 1, 8)) for _ in system.inputs), unbounded(system))
 
 
+def linked(seed: int) -> Reference:
+    """Two states, of which one drives the other inside of functions."""
+    link = (
+        lambda x: np.sqrt(1962 * x + 1) / 50,
+        lambda x: np.exp(-x / (8 * x + 1)),
+        lambda x: np.log(1 + 2 * x**0.5),
+    )[seed]
+    system = NonlinearSystem.of(
+        lambda x, u: [x[0] + T_S * (link(x[1]) - x[0]), x[1] + T_S * (u[0] - link(x[1]))], ["a", "b"], ["u"], T_S
+    )
+    return Reference((through(0.9 - 0.2 * seed + 0.02 * np.arange(8) % 0.05),), unbounded(system))
+
+
 def arm(seed: int) -> Reference:
     """An arm with two joints: its torques are coupled by the inverse of the inertia."""
 
@@ -86,7 +99,7 @@ def assert_follows(reference: Reference) -> None:
     np.testing.assert_allclose(reference.plant.system.successor(states[:-1], inputs), states[1:], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("make", [chain, vehicle, arm])
+@pytest.mark.parametrize("make", [chain, linked, vehicle, arm])
 def test_the_system_follows_random_references(make: Callable[[int], Reference]):
     for seed in range(3):
         assert_follows(make(seed))
