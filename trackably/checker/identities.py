@@ -7,6 +7,7 @@ The variables of the polynomials stand for names, and for atoms: values of funct
   sin, cos: for a sum, they follow from those of its terms. For a single term α, sin² α = 1 − cos² α. With v = (x, y)
     and |v| = √(x² + y²), sin(atan2(y, x)) = y/|v|, cos(atan2(y, x)) = x/|v|; sin(atan w) = w/√(1 + w²), cos(atan w) =
     1/√(1 + w²).
+  exp, log: exp(log a) = log(exp a) = a.
 
 Each rule is a true equality of real numbers wherever both sides have values and |v| > 0. Every value is kept as a
 quotient whose divisor is a product of divisors and roots that occur in the formula, and of |v|. So the divisor is not
@@ -32,6 +33,8 @@ Polynomial = Mapping[Monomial, Fraction]
 _MOST_TERMS = 5000
 _TOO_LONG = f"a formula has more than {_MOST_TERMS} terms when it is multiplied out"
 _UNIT: Polynomial = {(): Fraction(1)}
+INVERSES = {"exp": "log", "log": "exp"}
+"""The function that undoes a function, by its name."""
 
 
 class TooLongError(ArithmeticError):
@@ -278,6 +281,8 @@ class Values:
                 self.is_zero(a - b) for a, b in zip(atom.arguments, arguments, strict=True)
             ):
                 return Quotient.variable(atom.number)
+            if atom.function == INVERSES.get(function) and self.is_zero(arguments[0] - Quotient.variable(atom.number)):
+                return atom.arguments[0]
         if len(self.atoms) == _MOST_ATOMS:
             raise TooLongError(
                 f"the formulas have more than {_MOST_ATOMS} different function terms, such as sin(x); simplify them"

@@ -1,6 +1,6 @@
 """Flat forms of nonlinear systems: states and inputs as formulas of flat outputs at this step and at later ones."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -22,9 +22,11 @@ from trackably.checker.formulas import (
     Power,
     names,
     operands,
+    parts,
     rewritten,
     shared_parts,
 )
+from trackably.checker.identities import INVERSES
 from trackably.checker.inverse import UnsolvableError, inputs_of
 from trackably.checker.subject import shifted_name
 from trackably.systems.formulas import ONE, size_and_depth
@@ -131,41 +133,53 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
 
 # Find flat forms of systems whose equations can be solved one after the other, in small blocks.
 #
-# As many states as there are inputs are taken for flat outputs. If x_i is known and its equation x_i⁺ = f_i contains
-# one unknown v, with f_i = a + b v or f_i = a + b √v, then v is (x_i⁺ − a)/b, or for the root the square of this
-# quotient, and the quotient is assumed to be positive. If no equation has a single unknown, two or three equations that
-# are affine in as many unknowns, or in the roots of the unknowns, are solved together. If all states and inputs are
-# known in the end, their formulas are a flat form.
+# As many states as there are inputs are taken for flat outputs. If x_i is known and its equation x_i⁺ = f_i = a + b v
+# contains one unknown v, then v is (x_i⁺ − a)/b. If no equation has a single unknown, two or three equations that are
+# affine in as many unknowns are solved together. Instead of v, they may contain one part v' such as √(c v + d), which
+# is then the unknown (`_Shell`). If all states and inputs are known in the end, their formulas are a flat form.
 
 _MOST_CHOICES = 2000  # choices of states as flat outputs; if there are more, no flat form is searched
-_ROOT = "√"
 _MOST_COUPLED = 3  # largest number of equations that are solved together
 
 
-def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm | None:
-    """Return the first flat form found whose flat outputs are some of the states; None if none is found."""
-    if not inputs or comb(len(states), len(inputs)) > _MOST_CHOICES:
-        return None
-    choices = combinations(range(len(states)), len(inputs))
-    return next((form for choice in choices if (form := _form_of_choice(f, states, inputs, choice)) is not None), None)
+def found_form(f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str]) -> FlatForm:
+    """Return the first flat form found whose flat outputs are some of the states.
+
+    Raise UnsolvableError if none is found, with the message of one choice of states.
+    """
+    if not 0 < len(inputs) < len(states):
+        raise UnsolvableError("there must be at least one input, and not more inputs than states")
+    if (count := comb(len(states), len(inputs))) > _MOST_CHOICES:
+        raise UnsolvableError(f"as many states as inputs can be chosen in {count} ways, more than {_MOST_CHOICES}")
+    f, failures = shared_parts(f), list[_StuckError]()
+    for choice in combinations(range(len(states)), len(inputs)):
+        try:
+            return _form_of_choice(f, states, inputs, choice)
+        except _StuckError as error:
+            failures.append(error)
+    raise min(failures, key=lambda error: error.rank)
+
+
+class _StuckError(UnsolvableError):
+    """No more equations can be solved. The search reports the error of the lowest `rank`."""
+
+    def __init__(self, why: str, rank: tuple[bool, int]) -> None:
+        super().__init__(why)
+        self.rank = rank
 
 
 def _form_of_choice(
     f: Sequence[Formula], states: Sequence[str], inputs: Sequence[str], choice: tuple[int, ...]
-) -> FlatForm | None:
+) -> FlatForm:
     known: dict[str, Formula] = {states[i]: Name(shifted_name(c, 0)) for c, i in enumerate(choice)}
     positive: list[Formula] = []
-    waiting = dict(zip(states, f, strict=True))
+    waiting, unknown = dict(zip(states, f, strict=True)), {*states, *inputs} - {*known}
     while waiting:
-        block = _solve_block(waiting, {*states, *inputs} - {*known}, known)
-        if block is None:
-            return None
-        solved, found, roots = block
+        solved, found, roots = _solve_block(waiting, unknown, known)
         waiting = {state: formula for state, formula in waiting.items() if state not in solved}
         known |= found
+        unknown -= {*found}
         positive += roots
-    if known.keys() != {*states, *inputs}:
-        return None
     return FlatForm(
         tuple(known[name] for name in states), tuple(known[name] for name in inputs), positive=tuple(positive)
     )
@@ -173,50 +187,114 @@ def _form_of_choice(
 
 def _solve_block(
     waiting: Mapping[str, Formula], unknown: set[str], known: Mapping[str, Formula]
-) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]] | None:
+) -> tuple[tuple[str, ...], dict[str, Formula], list[Formula]]:
     """Find a smallest set of equations with exactly as many unknowns, and solve it for the unknowns.
 
-    Return the states x_i whose equations x_i⁺ = f_i these are, the formulas of the unknowns, and the formulas whose
-    squares are unknowns. None if there is no set that can be solved.
+    Return the states x_i whose equations x_i⁺ = f_i these are, the formulas of the unknowns, and those of the roots
+    that are assumed positive. Raise _StuckError if there is no set that can be solved.
     """
     ready = [state for state in waiting if state in known and not _is_far_ahead(known[state])]
+    failed = list[str]()
     for count in range(1, _MOST_COUPLED + 1):
         for block in combinations(ready, count):
             wanted = sorted(set().union(*(names(waiting[state]) & unknown for state in block)))
             if len(wanted) != count:
                 continue
-            formulas, variables = [waiting[state] for state in block], dict(zip(wanted, wanted, strict=True))
+            formulas, variables, shells = [waiting[state] for state in block], list[str](), list[_Shell]()
             for name in wanted:
-                rooted = _name_roots(formulas, name)
-                if not any(name in names(formula) for formula in rooted):
-                    formulas, variables[name] = rooted, _ROOT + name
+                formulas, variable, around = _without_shells(formulas, name)
+                variables.append(variable)
+                shells += around
             later = {f"{state}⁺": of for state in block for of in flatness.one_step_later([known[state]])}
             try:
-                solved = inputs_of(formulas, list(later), list(variables.values()))
+                solved, inverses = inputs_of(formulas, list(later), variables), [shell.inverse for shell in shells]
             except UnsolvableError:
+                failed.append(
+                    f"the equation of {_listed(block)} cannot be solved for {_listed(wanted)}: expected a + b·v, where "
+                    f"v is {wanted[0]}, or sqrt, exp, log or the reciprocal of c·{wanted[0]} + d"
+                )
                 continue
-            found = dict(zip(solved, substitute(list(solved.values()), {**known, **later}), strict=True))
+            by = {**known, **later}
+            by |= dict(zip(solved, substitute(list(solved.values()), by), strict=True))
+            for shell, inverse in zip(reversed(shells), reversed(inverses), strict=True):
+                (by[shell.name],) = substitute([inverse], by)
+            found = {name: by[name] for name in wanted}
             if all(size_and_depth(formula)[0] <= MOST_PARTS for formula in found.values()):
-                roots = {name: found.pop(variable) for name, variable in variables.items() if variable != name}
-                squares = {name: Power(root, 2.0) for name, root in roots.items()}
-                return block, found | squares, list(roots.values())
-    return None
+                return block, found, [by[shell.outer] for shell in shells if shell.is_root]
+            failed.append(f"the formula of {_listed(wanted)} has more than {MOST_PARTS} parts")
+    unsolved = (f"that of {state} has {_listed(names(waiting[state]) & unknown) or 'none'}" for state in ready)
+    counted = f"no equation has one unknown: {', '.join(unsolved)}" if ready else f"more than {MOST_SHIFTS} steps count"
+    raise _StuckError(
+        f"from {_listed(known)} at all steps, {failed[0] if failed else counted}", (not failed, len(waiting))
+    )
+
+
+def _listed(names: Iterable[str]) -> str:
+    return " and ".join(sorted(names))
 
 
 def _is_far_ahead(formula: Formula) -> bool:
     return max(subject.indices(z)[1] for z in names(formula)) >= MOST_SHIFTS - 1
 
 
-def _name_roots(formulas: Sequence[Formula], name: str) -> list[Formula]:
-    """Return formulas in which each √`name`, the root of a variable, is replaced by one new variable."""
+@dataclass(frozen=True)
+class _Shell:
+    """A part √a, exp a, log a or a/b of an equation, which determines the variable `name` in a or b.
 
-    def named(node: Formula, _: Mapping[Formula, Formula]) -> Formula | None:
+    `outer` is the name of the variable that takes the place of the part.
+    """
+
+    name: str
+    part: Formula
+
+    @property
+    def outer(self) -> str:
+        return f"({self.name})"
+
+    @property
+    def is_root(self) -> bool:
+        return isinstance(self.part, Function) and self.part.function == "sqrt"
+
+    @property
+    def inverse(self) -> Formula:
+        """The formula of the variable, in terms of `outer` = v: the solution of a = v², log v or exp v, or a = b v.
+
+        UnsolvableError: this equation is not affine in the variable.
+        """
+        value: Formula = Name(self.outer)
+        match self.part:
+            case Operation("/", above, below):
+                equation, value = Operation("-", above, Operation("*", value, below)), Number(0.0)
+            case Function(function, equation):
+                value = Power(value, 2.0) if function == "sqrt" else Function(INVERSES[function], value)
+        if isinstance(equation, Name):
+            return value
+        (found,) = inputs_of([equation], [_VALUE], [self.name]).values()
+        return substitute([found], {_VALUE: value})[0]
+
+
+_VALUE = "="
+
+
+def _without_shells(formulas: Sequence[Formula], name: str) -> tuple[list[Formula], str, list[_Shell]]:
+    """Return formulas in which a variable takes the place of a part that holds `name`, and the parts, innermost first.
+
+    The variable is the name itself if it is in no such part, or in other parts too.
+    """
+
+    def is_shell(node: Formula) -> bool:
         match node:
-            case Function("sqrt", Name(own)) if own == name:
-                return Name(_ROOT + name)
-        return None
+            case Function("sqrt" | "exp" | "log", inner) | Operation("/", _, inner):
+                return name in names(inner)
+        return False
 
-    return rewritten(formulas, named)
+    shell = next((_Shell(name, part) for of in formulas for part in parts(of) if is_shell(part)), None)
+    if shell is not None:
+        less = rewritten(formulas, lambda node, _: Name(shell.outer) if node is shell.part else None)
+        if not any(name in names(formula) for formula in less):
+            found, variable, others = _without_shells(less, shell.outer)
+            return found, variable, [shell, *others]
+    return [*formulas], name, []
 
 
 # Headings of flat forms without jumps: atan2 jumps by 2π where a vector crosses the direction of ±π.

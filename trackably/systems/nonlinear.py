@@ -47,16 +47,16 @@ class NonlinearSystem(subject.NonlinearSystem):
         n = len(self.states)
         self._require_formulas()
         if self.flat is None and len(self.inputs) != n:
-            object.__setattr__(self, "flat", found_form(self.f, self.states, self.inputs))
+            try:
+                object.__setattr__(self, "flat", found_form(self.f, self.states, self.inputs))
+            except UnsolvableError as error:
+                raise ValueError(
+                    f"system: no flat form is found for {n} states ({', '.join(self.states)}) and {len(self.inputs)} "
+                    f"inputs ({', '.join(self.inputs)}): {error}; write f differently, or give flat=FlatForm.of(…)"
+                ) from None
         if self.flat is not None:
             object.__setattr__(self, "flat", self._verify(self.flat))
             return
-        if len(self.inputs) != n:
-            raise ValueError(
-                "system: a nonlinear system needs as many inputs as states, so that f can be solved for the inputs, or "
-                "a flat form, which is found automatically for short chains only (give flat=FlatForm.of(…)); got "
-                f"{len(self.inputs)} inputs ({', '.join(self.inputs)}) for {n} states ({', '.join(self.states)})"
-            )
         for node in (part for formula in self._solved.inputs for part in parts(formula)):
             match node:
                 case Operation("/", _, pivot) if not names_in(pivot):

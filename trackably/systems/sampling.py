@@ -200,4 +200,6 @@ def _where(plant: ConstrainedSystem) -> str:
         *shown, name = sampled_names(plant, signal)
         if not shown:
             said.append(f"{name} = {weighted_sum_text(row, plant.system.states, _DIGITS)}")
-    return f", where {' and '.join(said)}" if said else ""
+    if not said:
+        return ""
+    return f", where {' and '.join(said)}; plant.flat_samples computes them from samples of these states"

@@ -132,7 +132,7 @@ def _product(a: Formula, b: Formula) -> Formula:
 
 def _power(a: Formula, b: Formula) -> Formula:
     if isinstance(b, Number):
-        return a if b.value == 1.0 else Power(a, b.value)
+        return a if b.value == 1.0 else Function("sqrt", a) if b.value == 0.5 else Power(a, b.value)
     if isinstance(a, Number) and a.value > 0 and math.isfinite(a.value):
         return Function("exp", Operation("*", b, Function("log", a)))
     refuse(f"have numbers as exponents, or positive numbers as bases, got {text(a)}**{text(b)}")

@@ -37,6 +37,10 @@ REFUSED = {
     "a function": (lambda x, u: [x[0] + np.sin(u[0] + x[0])], rf'{AFFINE}sin\(\("p" \+ "a"\)\)'),
     "no input": (lambda x, u: [x[0]], "must be solvable for its inputs, .* f cannot be solved"),
     "an effect that cancels": (lambda x, u: [x[0] + u[0] - u[0]], r"but that would divide by \(1.0 - 1.0\)"),
+    "a cube that drives": (
+        lambda x, u: [x[0] + x[1] ** 3, u[0]],
+        "from a at all steps, the equation of a cannot be solved for b: expected a",
+    ),
     "a long formula": (
         lambda x, u: [sum(x[0] ** i for i in range(2, 300)) + u[0]],
         "is too long.* 1000 and 100 are",
@@ -48,4 +52,4 @@ REFUSED = {
 def test_f_that_cannot_be_solved_is_refused(name):
     f, reason = REFUSED[name]
     with pytest.raises(ValueError, match=reason):
-        NonlinearSystem.of(f, ("a",), ("p",), T_S)
+        NonlinearSystem.of(f, ("a", "b")[: 1 + ("drives" in name)], ("p",), T_S)

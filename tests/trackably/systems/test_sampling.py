@@ -5,7 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from tests.trackably.plants import MIXED
 from tests.trackably.systems.instances import random_signal, unbounded
+from trackably.gp.samples import Samples
 from trackably.systems.library import mobile_robot, pendulum
 from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
@@ -32,6 +34,7 @@ SHOWN = {
     "plane": (PLANE, ["level", "x", "rate of z2"]),
     "linear": (AXIS, ["position", "velocity", "rate of velocity", "rate of z1"]),
     "pendulum": (PENDULUM, ["angle", "rate", "rate of angle", "rate of rate"]),
+    "mixed": (MIXED, ["z1", "z2"]),
     "robot": (ROBOT, ["x", "y", "rate of x", "rate of z2"]),
 }
 
@@ -51,6 +54,12 @@ def test_a_stencil_measures_what_its_name_says(which: str):
             now, later = (of(signals, at) for at in (t, t + step))
             expected = now if name in coordinates else (later - now) / step
             np.testing.assert_allclose(stencil.measured(signals[c], t), expected, rtol=1e-9, atol=1e-9)
+    if plant.flatness.outputs:
+        sampled = {state: Samples(t, coordinates[state](signals, t)) for state in plant.system.states}
+        with pytest.raises(ValueError, match="there are none of"):
+            plant.flat_samples({})
+        for name, samples in plant.flat_samples(sampled).items():
+            np.testing.assert_allclose(samples.values, coordinates[name](signals, t), rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -79,5 +88,5 @@ def test_a_difference_shows_no_level_whatever_rounding_leaves_of_it(sampling_tim
 def test_flat_outputs_that_no_state_shows_are_told_in_states():
     A, B = np.array([[1.0, 0.25, 0.0], [0.0, 0.5, 0.5], [0.0, 0.0, 0.0]]), np.array([[0, 0.125], [0, 0.25], [1, 0]])
     delayed = unbounded(LinearSystem(A, B, states=("x", "v", "held"), sampling_time=0.25))
-    with pytest.raises(ValueError, match=r"also give one of z1, where z1 = -2x\+v$"):
+    with pytest.raises(ValueError, match=r"also give one of z1, where z1 = -2x\+v; plant.flat"):
         kinds_by_name(delayed, ["x"])
