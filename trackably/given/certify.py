@@ -104,7 +104,8 @@ class CertifiedReference(ProvedReference):
 
     `off` is the largest distance of the reference's states from the given ones, by name and in their units: a system in
     discrete time follows a continuous curve only approximately. `moved` is the change by a repair; None without a
-    repair.
+    repair. `save_certificate` writes the proof, which `check` reads. There is no `save` and no `load`: to have the
+    reference again, certify the same curves.
     """
 
     certificate: Certificate
