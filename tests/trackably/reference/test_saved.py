@@ -8,16 +8,7 @@ import pytest
 from tests.trackably.checker.changes import changed
 from tests.trackably.gp.instances import over
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import (
-    InputError,
-    NotTrackableError,
-    SquaredExponential,
-    StreamReference,
-    TrackableReference,
-    Unchecked,
-    Zonotope,
-    learn_reference,
-)
+from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, Zonotope, learn_reference
 from trackably.codec import CodecError
 
 OPTIONS = {
@@ -98,5 +89,3 @@ def test_what_is_not_checked_in_time_is_unchecked_until_it_is(write):
     again = TrackableReference.load(path, seconds=600.0)
     assert isinstance(again, TrackableReference)
     assert found.check().explanation == again.explanation
-    with pytest.raises(InputError, match=r"is a TrackableReference, which TrackableReference\.load reads"):
-        StreamReference.load(path)

@@ -9,7 +9,6 @@ from trackably.errors import InputError
 from trackably.recordings import Column, CsvLayout, DateTimes
 
 RESTART = "t,x\n7,0\n7.1,1\n7.2,2\n0,3\n0.1,4\n"
-LATE = ", line 5: times must not decrease,"
 REFUSALS = {
     "empty": ("", {}, ": expected a header that names the columns, got an empty file"),
     "no such column": (
@@ -53,12 +52,12 @@ REFUSALS = {
     "out of order, late": (
         "t,x\n0,0\n3,1\n4,2\n1,3\n2,4\n5,5\n",
         {},
-        f"{LATE} got 1 s after 4 s; 2 rows are out of order ",
+        ", line 5: times must not decrease, got 1 s after 4 s; 2 rows are out of order ",
     ),
     "a clock that starts again": (
         RESTART,
         {},
-        f"{LATE} got 0 s after 7.2 s; at line 5 the clock seems to start again, ",
+        ", line 5: times must not decrease, got 0 s after 7.2 s; at line 5 the clock seems to start again, ",
     ),
     "the end of summer time": (
         "t,x\n27.10.2024 02:40,0\n27.10.2024 02:50,1\n27.10.2024 02:00,2\n27.10.2024 02:10,3\n",
