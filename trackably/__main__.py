@@ -87,7 +87,7 @@ def _refuse(error: Exception) -> int:
 
 def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command `certify`."""
-    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: k or t, then states and inputs by name")
+    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: steps or times, states and inputs by name")
     parser.add_argument(
         "--system", type=Path, metavar="FILE", required=True, help="YAML or JSON: system, state_set, input_set"
     )
@@ -110,8 +110,9 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
         help="if the rows alone are proved: the largest difference of a state from what the system predicts (1e-9)",
     )
     parser.add_argument(
-        "--decimal", choices=(".", ","), default=".", help="the decimal mark in TABLE; by default a point"
+        "--decimal", choices=(".", ","), default=".", metavar="MARK", help="the decimal mark in TABLE: . or , (a point)"
     )
+    parser.add_argument("--time", metavar="NAME", help="the column of times in TABLE, if not k, step, t or time")
     parser.add_argument(
         "--scale",
         action="append",

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from decimal import Decimal
 from math import isfinite
 from typing import Literal
 
@@ -21,13 +22,17 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
     """Return the claim that a user has written. ValueError: it is no claim about real times.
 
     "recorded" is the window from the first of the `samples` to the last. Its ends are moved outwards to multiples of
-    the sampling time `step` [s], because a control loop runs at such times.
+    the sampling time `step` [s], because a control loop runs at such times: 7 · 0.05 is 0.35, and 0.35000000000000003
+    in float64, so that both are in the window.
     """
     match written:
         case str("recorded") if samples:
             first, last = recorded_span(samples.values())
             before, after = math.floor(first / step + _ROUNDING), math.ceil(last / step - _ROUNDING)
-            return Window(min(first, before * step), max(last, after * step))
+            written = Decimal(repr(step))
+            return Window(
+                min(first, before * step, float(before * written)), max(last, after * step, float(after * written))
+            )
         case AllTimes() | AllPhases():
             return written
         case str("all_times"):

@@ -172,7 +172,7 @@ def end_text(end: End) -> str:
         return repr(end)
     pieces = zip(end.breakpoints, end.coefficients, strict=False)
     said = "; ".join(f"{_polynomial(of)} from {start!r} s" for start, of in pieces)
-    last = f"to {end.breakpoints[-1]!r} s"
+    last = f"to {end.breakpoints[-1]!r} s" + (", τ in s since the start of each piece" if "τ" in said else "")
     return f"({said} {last}, {'periodic' if end.beyond == 'period' else 'constant before and after'})"
 
 

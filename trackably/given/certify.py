@@ -104,7 +104,8 @@ class CertifiedReference(ProvedReference):
 
     `off` is the largest distance of the reference's states from the given ones, by name and in their units: a system in
     discrete time follows a continuous curve only approximately. `moved` is the change by a repair; None without a
-    repair.
+    repair. `save_certificate` writes the proof, which `check` reads. There is no `save` and no `load`: to have the
+    reference again, certify the same curves.
     """
 
     certificate: Certificate
@@ -150,8 +151,8 @@ def certify(
         The system with its sets.
     claim
         "all_times": all t ≥ 0, curves are at rest after their last piece; "all_phases": all t, curves are periodic; or
-        the window from start to end [s]. By default, all phases if all curves are marked as periodic; otherwise the
-        window from the latest first time to the earliest last time of the curves.
+        the window from start to end [s]; "recorded": the window from the latest first time to the earliest last time of
+        the curves. By default, all phases if all curves are marked as periodic, and otherwise "recorded".
     interpolation
         How samples are joined: "linear", "cubic", "quintic", "pchip", "akima".
 
@@ -215,9 +216,9 @@ class Given:
                 "certify_table proves its states and inputs at the steps, and learn_reference learns a trajectory that "
                 "is proved at all times"
             )
-        wanted = None if claim is None else as_claim(claim)
+        wanted = None if claim in (None, "recorded") else as_claim(claim)
         named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
-        if all(map(repeats, named.values())) and not isinstance(wanted, Window):
+        if all(map(repeats, named.values())) and claim != "recorded" and not isinstance(wanted, Window):
             wanted = AllPhases()
         beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
         if isinstance(wanted, AllPhases):

@@ -9,6 +9,7 @@ from argparse import Namespace
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from trackably.arrays import Array
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.errors import InputError
 from trackably.files import errors_of, from_json, read_bytes, read_yaml, unwritable
-from trackably.given.certify import CertifiedReference, certify
 from trackably.given.table import CertifiedTable, RefutedTable, Table, certify_table
 from trackably.gp.samples import Samples
 from trackably.progress import progress_bar
@@ -28,10 +28,13 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.sampling import sampled_names
 from trackably.systems.written import fields_of, read_part, set_of, system_of
 
+if TYPE_CHECKING:
+    from trackably.given.certify import CertifiedReference
+
 PROVED, REFUTED, UNUSABLE, UNDECIDED = 0, 1, 2, 3
 
 
-Answer = CertifiedReference | CertifiedTable | Counterexample | RefutedTable | Unproved
+Answer: TypeAlias = "CertifiedReference | CertifiedTable | Counterexample | RefutedTable | Unproved"
 
 
 def run(given: Namespace) -> int:
@@ -56,11 +59,14 @@ def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
     if given.claim and not given.interpolation:
         raise InputError("--claim: expected an --interpolation too, as rows alone say nothing about other times")
     names = (*plant.system.states, *plant.system.inputs)
-    columns = replace(read_columns(given.table, given.decimal, names), scales=read_scales(given.scale, names))
+    columns = read_columns(given.table, given.decimal, names)
+    columns = replace(columns, scales=read_scales(given.scale, names), time=given.time)
     with errors_of(given.table):
         wanted = columns.samples(plant) if given.interpolation else columns.table(plant)
     if isinstance(wanted, Table):
         return certify_table(wanted, plant, given.tolerance)
+    from trackably.given.certify import certify  # noqa: PLC0415  takes longer to load than all that was read so far
+
     return certify(wanted, plant, given.claim, given.interpolation)
 
 
@@ -88,12 +94,12 @@ def read_scales(written: Sequence[str], names: Collection[str]) -> dict[str, flo
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
     """Return the exit code, and a function that writes the proof or the counterexample to a path, if there is one."""
     match answer:
-        case CertifiedReference() | CertifiedTable():
-            return PROVED, answer.save_certificate
         case RefutedTable() | Counterexample():
             return REFUTED, answer.save_counterexample
         case Unproved():
             return UNDECIDED, lambda _: None
+        case _:
+            return PROVED, answer.save_certificate
 
 
 _PARTS = ("system", "state_set", "input_set")
@@ -143,11 +149,13 @@ class Columns:
     The heading "x [mm]" has the name "x" and the unit "mm".
 
     `scales` are factors by the names of states and inputs, which convert their numbers to the units of the system.
+    `time` names the column of times, with or without its unit; by default, it is a column k, step, t or time.
     """
 
     cells: tables.Table
     headings: Mapping[str, tuple[str, str]]
     scales: Mapping[str, float] = field(default_factory=dict)
+    time: str | None = None
 
     def __getitem__(self, name: str) -> Array:
         """Return the numbers of a state or an input in the unit of the system, NaN for an empty cell.
@@ -169,7 +177,8 @@ class Columns:
 
         ValueError: there is no column of steps or times, or its unit is unknown.
         """
-        for name in filter(self.headings.__contains__, (*_TIMES, *_STEPS)):
+        names = [name for name, (heading, _) in self.headings.items() if self.time in (name, heading)]
+        for name in names if self.time else filter(self.headings.__contains__, (*_TIMES, *_STEPS)):
             heading, unit = self.headings[name]
             if name in _STEPS:
                 return self.cells.numbers(heading) * sampling_time
@@ -177,17 +186,17 @@ class Columns:
                 known = ", ".join(filter(None, _LENGTHS))
                 raise ValueError(f"{heading}: expected a unit of time, one of {known}, got {unit!r}")
             return self.cells.numbers(heading, _LENGTHS[unit])
-        raise ValueError(f"expected a column named k or step, or t or time; the columns are {', '.join(self.headings)}")
+        wanted = f"{self.time} (--time)" if self.time else "k or step, or t or time (or --time NAME)"
+        raise ValueError(f"expected a column named {wanted}; the columns are {', '.join(self.headings)}")
 
     def table(self, plant: ConstrainedSystem) -> Table:
         """Return states and inputs at the steps. ValueError: a column is missing, or a time is no step."""
-        system = plant.system
+        system, steps = plant.system, self.times(plant.sampling_time) / plant.sampling_time
         if missing := [name for name in (*system.states, *system.inputs) if name not in self.headings]:
             raise ValueError(
                 f"there is no column {missing[0]}: a table at the steps has a column for each state and input; for "
                 "curves of some states only, give an --interpolation"
             )
-        steps = self.times(plant.sampling_time) / plant.sampling_time
         whole = np.round(steps)
         follows = np.append(True, np.diff(whole) == 1)
         if wrong := np.flatnonzero(~((np.abs(steps - whole) <= _OFF) & follows)).tolist():
@@ -209,9 +218,9 @@ class Columns:
 
         ValueError: no column shows a flat output.
         """
+        times = self.times(plant.sampling_time)
         shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
         found = [name for names in shown if (name := next((name for name in names if name in self.headings), None))]
-        times = self.times(plant.sampling_time)
         if not found:
             wanted = " or ".join(name for names in shown for name in names)
             raise ValueError(f"no column shows a flat output; expected {wanted}, got {', '.join(self.headings)}")

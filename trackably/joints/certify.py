@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import groupby
 from math import nextafter
@@ -101,7 +101,8 @@ class BrokenLimit:
 class BrokenLimits(AcceptedRefutation):
     """A proof that joints violate limits along a `trajectory`.
 
-    `broken` has one entry for each joint that violates a limit: its first violation.
+    `broken` has one entry for each joint that violates a limit: its first violation. `advice` says what helps, and is
+    no part of the proof.
 
     NotAcceptedError (a ValueError): the checker does not accept this statement.
     """
@@ -110,6 +111,7 @@ class BrokenLimits(AcceptedRefutation):
     joints: Joints
     tolerance: float
     broken: tuple[BrokenLimit, ...]
+    advice: tuple[str, ...] = ()
 
     @property
     def first(self) -> BrokenLimit:
@@ -118,8 +120,8 @@ class BrokenLimits(AcceptedRefutation):
 
     @property
     def explanation(self) -> str:
-        """A text for the user: the first violation of each joint, in the order of time."""
-        return "; ".join(map(str, sorted(self.broken, key=lambda broken: broken.begins)))
+        """A text for the user: the first violation of each joint, in the order of time, and the advice."""
+        return "; ".join(map(str, (*sorted(self.broken, key=lambda broken: broken.begins), *self.advice)))
 
     @property
     def content(self) -> dict[str, Any]:
@@ -199,7 +201,11 @@ def stretch_joints(
         slowed = given.slowed(factor := s * (1 + part))
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(slowed, joints, tolerance, factor=factor)
-    return certify_joints(slowed, joints, tolerance)
+    outcome = certify_joints(slowed, joints, tolerance)
+    return replace(outcome, advice=(_NO_STRETCH,)) if isinstance(outcome, BrokenLimits) else outcome
+
+
+_NO_STRETCH = "no slower motion mends that, while `repair_joints` looks for the nearest one that keeps its limits"
 
 
 def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:

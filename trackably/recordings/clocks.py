@@ -94,6 +94,7 @@ def shorten(value: object) -> str:
 
 _DATE = re.compile(r"\d{4}-?(?:\d\d-?\d\d|W\d\d(?:-?\d)?)(?:$|[T ])", re.ASCII)
 _FRACTION = re.compile(r"[T ]\d\d:?\d\d:?\d\d[.,](\d+)", re.ASCII)
+_ZONE = re.compile(r"[T ].*[Z+-]")
 _WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
 _FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
@@ -144,6 +145,11 @@ class DateTimes:
         zero = _EPOCH_UTC if self.absolute else datetime.combine(_NO_DAY, _TIMES[0], moment.tzinfo)
         whole = EXACT.multiply(Decimal((moment - zero) // _MICROSECOND), Decimal("1e-6"))
         return EXACT.add(whole, Decimal(f"0.{fraction}"))
+
+    def is_taken_as_utc(self, stamp: str) -> bool:
+        """Whether a stamp is a date without a zone, which is read as UTC."""
+        names_zone = _ZONE.search(stamp) if self.format is None else "%z" in self.format
+        return self.absolute and self.zone == "Z" and not names_zone
 
     @property
     def absolute(self) -> bool:

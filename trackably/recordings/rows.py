@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ class Rows:
 
     `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
     by signal, NaN if missing. `noise_std` has such arrays of standard deviations, for the signals that have them.
+    `dates` are the stamps as they are written, if they are dates or times of day. The rows `as_utc`, to be reported
+    before any repair, have dates that name no zone and are taken as UTC.
     """
 
     source: str
@@ -31,6 +34,8 @@ class Rows:
     stamps: Sequence[Decimal | None]
     values: Mapping[str, Array]
     noise_std: Mapping[str, Array] = field(default_factory=dict)
+    dates: Sequence[str | None] = ()
+    as_utc: Sequence[int] = ()
 
     def __len__(self) -> int:
         return len(self.places)
@@ -38,6 +43,11 @@ class Rows:
     def where(self, row: int) -> str:
         """Return source and place of a row, for the start of a message."""
         return f"{self.source}, {self.places[row]}"
+
+    def shown(self, row: int) -> str:
+        """Return the time of a row for a message: a date as it is written, or a number of seconds."""
+        stamp = self.stamps[row]
+        return str(self.dates[row]) if self.dates or stamp is None else f"{plain(stamp)} s"
 
     def require_times(self) -> Sequence[Decimal]:
         """Return the stamps. InputError: a row has no time."""
@@ -61,6 +71,8 @@ class Rows:
             stamps=[self.stamps[row] for row in rows],
             values={name: column[chosen] for name, column in self.values.items()},
             noise_std={name: column[chosen] for name, column in self.noise_std.items()},
+            dates=[self.dates[row] for row in rows if self.dates],
+            as_utc=(),
         )
 
     def all_zero(self) -> list[int]:
@@ -96,6 +108,32 @@ def out_of_order(stamps: Sequence[Decimal]) -> list[int]:
         row, chain = chain
         kept.add(row)
     return [row for row in range(len(stamps)) if row not in kept]
+
+
+def describe_restart(rows: Rows) -> str:
+    """Return a text about the first row at which the clock seems to start again, and what helps; "" if there is none.
+
+    A step back by more than twice the largest step forward is a restart: beside rows that are written late, or have
+    wrong stamps, there is a step forward of about the same size. If no more rows are out of order than there are such
+    steps, each of these rows may have a wrong stamp. InputError: a row has no time.
+    """
+    stamps = rows.require_times()
+    steps = [after - before for before, after in pairwise(stamps)]
+    forward = max(steps, default=Decimal(0))
+    found = [row for row, step in enumerate(steps, 1) if -step > 2 * forward > 0]
+    if not found or (count := len(out_of_order(stamps))) <= len(found):
+        return ""
+    why, how = "the clock seems to start again", ""
+    if rows.dates and 0 <= _HOUR + steps[found[0] - 1] <= forward:
+        why, how = "the clock is set back by an hour, as at the end of summer time", ", each with its own zone"
+    return (
+        f"at {rows.places[found[0]]} {why}, which no repair mends (sort_rows puts later rows before or between earlier "
+        f"ones, drop_rows_out_of_order drops {count}): read the rows before it and the rest as two recordings{how} "
+        "(of a CSV file by `skip` of its layout)"
+    )
+
+
+_HOUR = 3600  # [s]
 
 
 Repaired = tuple[Rows, tuple[Finding, ...]]
@@ -219,7 +257,7 @@ def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequenc
 
 def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
     count = len(rows)
-    findings: list[Finding] = []
+    findings = [*_finding(rows, rows.as_utc, "no time zone, taken as UTC")]
     for name in rows.values:
         findings += _finding(rows, np.flatnonzero(~rows.present(name)).tolist(), f"no value of {name}")
     for repair in repairs:
@@ -246,9 +284,11 @@ def _refuse_disorder(rows: Rows) -> None:
     stamps = rows.require_times()
     if wrong := out_of_order(stamps):
         at = next(row for row in range(1, len(stamps)) if stamps[row] < stamps[row - 1])
-        raise InputError(
-            f"{rows.where(at)}: times must not decrease, got {plain(stamps[at])} s after {plain(stamps[at - 1])} s; "
+        advice = describe_restart(rows) or (
             f"{_rows(len(wrong))} out of order (sort_rows sorts them, drop_rows_out_of_order leaves them out)"
+        )
+        raise InputError(
+            f"{rows.where(at)}: times must not decrease, got {rows.shown(at)} after {rows.shown(at - 1)}; {advice}"
         )
 
 
@@ -257,7 +297,7 @@ def _refuse_repeats(rows: Rows) -> None:
         (first, second, *_), name = min(repeats, key=lambda repeat: repeat[0][1])
         count = len({row for together, _ in repeats for row in together[1:]})
         raise InputError(
-            f"{rows.where(second)}: {name!r} has a second value at {plain(rows.require_times()[second])} s, "
+            f"{rows.where(second)}: {name!r} has a second value at {rows.shown(second)}, "
             f"the first is in {rows.places[first]}; {_rows(count)} repeated (keep_first_of_repeated, "
             f"keep_last_of_repeated or average_repeated leaves one value)"
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from functools import cached_property
 from pathlib import Path
 from types import UnionType
@@ -18,7 +17,16 @@ from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, doubt, exact, scale_once
 from trackably.recordings.recording import Recording
-from trackably.recordings.rows import Repair, Rows, chosen_repairs, recording_from_rows
+from trackably.recordings.rows import (
+    Repair,
+    Rows,
+    chosen_repairs,
+    describe_restart,
+    drop_rows_out_of_order,
+    drop_rows_without_time,
+    recording_from_rows,
+    sort_rows,
+)
 
 # Kinds of files, by their first bytes, that a reader refuses: those of other readers, and those that none reads.
 
@@ -173,26 +181,30 @@ class Reading:
         named = (*times, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
         return list(dict.fromkeys(name for name in named if name is not None))
 
-    def stamps(self, table: Table) -> list[Decimal | None]:
-        """Return the time [s] of each row, None if it has none. InputError: a cell is no time stamp of the clock."""
+    def _stamped(self, table: Table) -> tuple[str, Table]:
+        """Return the name of the column with the stamps, and a table that has it."""
+        if isinstance(self.time, str):
+            return self.time, table
         if self.time is None:
-            return [self.clock.seconds(row) for row in range(len(table.places))]
-        name, stamped = self.time, table
-        if not isinstance(name, str):
-            parts, name = name, ", ".join(name)
-            rows = zip(*(table.columns[part] for part in parts), strict=True)
-            joined = [None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows]
-            stamped = replace(table, columns={name: joined})
-        return stamped.convert(name, lambda cell: self.clock.seconds(cell, table.mark))
+            return "row number", replace(table, columns={"row number": range(len(table.places))})
+        name, rows = ", ".join(self.time), zip(*(table.columns[part] for part in self.time), strict=True)
+        joined = [None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows]
+        return name, replace(table, columns={name: joined})
 
     def rows(self, table: Table) -> Rows:
         """Return the times and values of a table. InputError: a cell is no time stamp or no number."""
-        stamps, columns = self.stamps(table), self.columns.items()
+        (name, stamped), clock, columns = self._stamped(table), self.clock, self.columns.items()
+        stamps = stamped.convert(name, lambda cell: clock.seconds(cell, table.mark))
+        dates: Sequence[str | None] = ()
+        as_utc: list[int] = []
+        if isinstance(clock, DateTimes):
+            dates = stamped.columns[name]
+            as_utc = [row for row, date in enumerate(dates) if date and clock.is_taken_as_utc(date)]
         values = {name: table.numbers(of.name, of.scale, of.offset) for name, of in columns}
         noise_std = {
             name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std is not None
         }
-        return Rows(table.source, table.places, stamps, values, noise_std)
+        return Rows(table.source, table.places, stamps, values, noise_std, dates, as_utc)
 
 
 def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, described: str) -> None:
@@ -207,14 +219,17 @@ def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, describe
 def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """Return the recording of tables whose clocks count from one zero, with the same repairs and origin.
 
-    Raises InputError; with the default origin, warns of implausible stamps at the line that called the reader.
+    Raises InputError. At the line that called the reader, warns if the clock seems to start again, and rows are sorted
+    or dropped because of that; with the default origin, warns of implausible stamps.
     """
     reading, _ = tables[0]
-    rows = [of.rows(table) for of, table in tables]
-    if reading.origin is None:
-        for (of, table), read in zip(tables, rows, strict=True):
-            first = next((stamp for stamp in read.stamps if stamp is not None), None)
-            if first is not None and (question := doubt(of.clock, first)):
-                # shown at the line that calls the reader
-                warnings.warn(f"{table.source}: {question}", DoubtfulInputWarning, stacklevel=3)
-    return recording_from_rows(rows, reading.clock.absolute, chosen_repairs(reading.repairs), reading.origin)
+    rows, repairs = [of.rows(table) for of, table in tables], chosen_repairs(reading.repairs)
+    for (of, table), read in zip(tables, rows, strict=True):
+        timed, _ = drop_rows_without_time(read)
+        questions = [doubt(of.clock, stamp) for stamp in timed.require_times()[:1] if reading.origin is None]
+        if {sort_rows, drop_rows_out_of_order} & {*repairs}:
+            questions += [describe_restart(timed)]
+        for question in filter(None, questions):
+            # shown at the line that calls the reader
+            warnings.warn(f"{table.source}: {question}", DoubtfulInputWarning, stacklevel=3)
+    return recording_from_rows(rows, reading.clock.absolute, repairs, reading.origin)

@@ -57,6 +57,10 @@ class SavedTightening:
         return found
 
 
+_SAVED_BY = {"fit": "TrackableReference", "learned": "StreamReference"}
+"""The classes of saved references, by the first name in their files."""
+
+
 class Saved(ABC):
     """The content of the file of a reference; subclasses say how the reference was found.
 
@@ -81,7 +85,7 @@ class Saved(ABC):
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Return the content of a file. InputError: it cannot be read, or holds a certificate.
+        """Return the content of a file. InputError: it cannot be read, or holds something else.
 
         CodecError: it is no saved reference, or is damaged.
         """
@@ -90,6 +94,9 @@ class Saved(ABC):
         content = read_bytes(path)
         if re.search(rb'"format": "track(ably|able) certificate"', content):
             raise InputError(f"{path}: expected a reference, as `save` writes it, got a certificate")
+        for key, name in _SAVED_BY.items():
+            if re.match(rf'\s*{{\s*"{key}"'.encode(), content) and key not in cls.__annotations__:
+                raise InputError(f"{path}: is a {name}, which {name}.load reads")
         try:
             return loads(cls, content)
         except CodecError as error:

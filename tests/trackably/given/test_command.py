@@ -58,6 +58,7 @@ def milliseconds():
 BUMPED, COMMAS = table(bump=0.02), table().replace(",", ";").replace(".", ",")
 TOUCHING = lines("k,position,velocity,force", np.array([np.arange(30), np.full(30, 0.2), np.zeros(30), np.zeros(30)]).T)
 MILLIMETRES, SCALE = table("k,position [mm],velocity [m/s],force", unit=1e-3), ["--scale", "position=1e-3"]
+GERMAN = milliseconds().replace("time", "Zeit")
 CUBIC, LINEAR = ["--interpolation", "cubic"], ["--interpolation", "linear"]
 ANSWERS = {
     "proved": (table(), [], 0, "proved for the steps 4 to 33"),
@@ -66,6 +67,8 @@ ANSWERS = {
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
     "times in ms": (milliseconds(), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
+    "times by a heading": (GERMAN, [*LINEAR, "--time", "Zeit (ms)"], 0, "proved for all real t from 0 s to 1.45 s"),
+    "times are missed first": (GERMAN, [], 2, "expected a column named k or step, or t or time (or --time NAME)"),
     "decimal commas": (COMMAS, ["--decimal", ","], 0, "proved for the steps 4 to 33"),
     "in mm": (MILLIMETRES, SCALE, 0, "proved for the steps 4 to 33"),
     "in mm, without a scale": (MILLIMETRES, [], 2, "names no units"),

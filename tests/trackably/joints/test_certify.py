@@ -120,4 +120,6 @@ def test_a_derivative_may_jump_only_where_a_joint_has_no_limit_above_it(name):
     found = certify_joints(given, joints)
     assert isinstance(found, BrokenLimits if wanted else CertifiedTrajectory)
     assert [(each.joint, each.order, each.time) for each in getattr(found, "broken", []) if each.jumps] == wanted
-    assert isinstance(stretch_joints(given, joints), type(found)), "slowing down does not help"
+    stretched = stretch_joints(given, joints)
+    assert isinstance(stretched, type(found)), "slowing down does not help"
+    assert ("no slower motion mends that, while `repair_joints`" in stretched.explanation) is bool(wanted)

@@ -82,6 +82,7 @@ def test_a_date_and_a_time_of_day_in_two_columns_are_one_stamp(tmp_path):
     unit = DateTimes("%d.%m.%Y %H:%M:%S")
     found = read_csv(path, ("Date", "Time"), unit, {"x": "x"}, repairs=["drop_rows_without_time"])
     assert found["x"].times.tolist() == [0.0, 0.75]
+    assert "no time zone, taken as UTC: 2, first in line 2" in str(found)
     sources = parts_of_csv(path, "x", ["Date", "Time"], unit, {"x": "x"}, repairs=["drop_rows_without_time"])
     assert sources[1].read()["x"].values.tolist() == [1.0]
     with pytest.raises(

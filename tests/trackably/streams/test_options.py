@@ -12,6 +12,7 @@ from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
     IgnoresSamplesWarning,
+    InputError,
     Matern52,
     ModelError,
     NotTrackableError,
@@ -20,6 +21,7 @@ from trackably import (
     Samples,
     SquaredExponential,
     StreamReference,
+    TrackableReference,
     Truth,
     Zonotope,
     check,
@@ -144,6 +146,8 @@ HARM = {
 @pytest.mark.parametrize(("path", "put", "error", "said"), HARM.values(), ids=HARM)
 def test_files_that_were_changed_are_refused(path, put, error, said, tmp_path):
     learned("pushed").save(file := tmp_path / "stream.json")
+    with pytest.raises(InputError, match=r"is a StreamReference, which StreamReference\.load reads"):
+        TrackableReference.load(file)
     file.write_text(json.dumps(changed(json.loads(file.read_text()), path, put)))
     with pytest.raises(error, match=said):
         StreamReference.load(file)

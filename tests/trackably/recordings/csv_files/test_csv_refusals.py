@@ -6,8 +6,9 @@ import pytest
 
 from tests.trackably.recordings.csv_files.files import COMMAS, read
 from trackably.errors import InputError
-from trackably.recordings import Column, CsvLayout
+from trackably.recordings import Column, CsvLayout, DateTimes
 
+RESTART = "t,x\n7,0\n7.1,1\n7.2,2\n0,3\n0.1,4\n"
 REFUSALS = {
     "empty": ("", {}, ": expected a header that names the columns, got an empty file"),
     "no such column": (
@@ -47,6 +48,21 @@ REFUSALS = {
         "t,x\n0,0\n12.70,1\n0.0256,2\n0.03,3\n12.8,4\n",
         {},
         ", line 4: times must not decrease, got 0.0256 s after 12.7 s; 1 row is out of order ",
+    ),
+    "out of order, late": (
+        "t,x\n0,0\n3,1\n4,2\n1,3\n2,4\n5,5\n",
+        {},
+        ", line 5: times must not decrease, got 1 s after 4 s; 2 rows are out of order ",
+    ),
+    "a clock that starts again": (
+        RESTART,
+        {},
+        ", line 5: times must not decrease, got 0 s after 7.2 s; at line 5 the clock seems to start again, ",
+    ),
+    "the end of summer time": (
+        "t,x\n27.10.2024 02:40,0\n27.10.2024 02:50,1\n27.10.2024 02:00,2\n27.10.2024 02:10,3\n",
+        {"unit": DateTimes("%d.%m.%Y %H:%M")},
+        ", line 4: times must not decrease, got 27.10.2024 02:00 after 27.10.2024 02:50; at line 4 the clock is set",
     ),
     "repeated": (
         "t,x\n0,9\n1,1\n1,2\n1,6\n2,8\n",

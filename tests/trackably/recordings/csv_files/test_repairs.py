@@ -3,6 +3,8 @@
 import pytest
 
 from tests.trackably.recordings.csv_files.files import pairs, read
+from tests.trackably.recordings.csv_files.test_csv_refusals import RESTART
+from trackably.errors import DoubtfulInputWarning
 from trackably.recordings import Column, Finding
 
 BOTH = {"x": "x", "y": "y"}
@@ -39,6 +41,11 @@ def test_repeats_become_one(tmp_path, repair, kept, word):
     assert pairs(recording, "x") == [(0, 9), (1, kept), (2, 8)]
     assert pairs(recording, "y") == [(0, 9), (1, 1), (2, 8)]
     assert recording.cleanings[0].findings[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
+
+
+def test_sorting_warns_of_a_clock_that_starts_again(tmp_path):
+    with pytest.warns(DoubtfulInputWarning, match="at line 5 the clock seems to start again"):
+        read(tmp_path / "a.csv", RESTART, repairs=["sort_rows"])
 
 
 def test_an_average_has_the_noise_of_an_average(tmp_path):

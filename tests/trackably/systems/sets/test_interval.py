@@ -6,8 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably.certificates.claim import times_of
+from trackably.certificates.claim import as_claim, times_of
 from trackably.checker.certificate import Window
+from trackably.gp.samples import Samples
 from trackably.systems.intervals import Interval, rounded_text
 
 
@@ -41,3 +42,9 @@ def test_printed_bounds_contain_the_bounds_and_a_printed_window_is_inside_of_the
     if ends[0] < ends[1]:
         first, last = _numbers(times_of(Window(*ends)))
         assert ends[0] <= first <= last <= ends[1]
+
+
+def test_the_ends_of_a_window_are_named_without_rounding_errors_or_as_the_certificate_does() -> None:
+    assert times_of(Window(7 * 0.05, 2.9999998)).endswith("from 0.35000000000000003 s to 2.99999 s")
+    samples = {"x": Samples([0.38, 0.52], [0, 0])}
+    assert times_of(as_claim("recorded", samples, 0.05)).endswith("from 0.35 s to 0.55 s")
