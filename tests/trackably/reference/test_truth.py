@@ -156,7 +156,8 @@ def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     with pytest.raises(NotTrackableError, match="linear program finds references for tolerances above") as raised:
         learned_near(tolerance={"position": 0.9 * least})
     assert isinstance(raised.value.outcome, TooFar)
-    assert raised.value.outcome.radius <= least <= raised.value.outcome.least <= 1.2 * far.accuracy().error
+    assert raised.value.outcome.radius == pytest.approx(far.accuracy().radius)
+    assert least <= raised.value.outcome.least <= 1.2 * far.accuracy().error
 
 
 def test_a_tolerance_that_what_is_learned_without_it_keeps_is_proved():
