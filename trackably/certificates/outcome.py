@@ -150,19 +150,22 @@ class NoSignal(OutOfReach):
 class TooFar(NoSolution):
     """No reference was found within a `tolerance` of the true signal of `state`. That there is none is not claimed.
 
-    `least` is the smallest tolerance for which a linear program finds a reference that the plant can follow.
+    `least` is the smallest tolerance for which a linear program finds a reference that the plant can follow. Two
+    signals that both explain the samples are twice the `radius` apart, up to the rounding errors of a linear program.
     """
 
     state: str
     tolerance: float
     least: float
+    radius: float
 
     @property
     def explanation(self) -> str:
         return (
             f"no reference was found within the tolerance {self.tolerance:g} of every true signal of {self.state}: a "
-            f"linear program finds references for a tolerance of {rounded_text(self.least, 'up')} or more, and it is "
-            "not proved that smaller tolerances are impossible"
+            f"linear program finds references for tolerances above {rounded_text(self.least, 'up')}; below about "
+            f"{rounded_text(self.radius, 'down')} there is none, as two signals that explain the samples are twice as "
+            "far apart, and between the two nothing is proved"
         )
 
 

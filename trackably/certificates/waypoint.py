@@ -4,7 +4,7 @@ The proof is that of a claim like any other. In a short window around the time, 
 plant with the same system, whose state and input sets are the values with their tolerances.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -24,6 +24,8 @@ from trackably.systems.trajectories import Trajectory
 
 WINDOW = 1e-6
 """Half the length of the window in which values are proved, relative to the sampling time."""
+
+_MOST_OF_WIDTH = 1e-2  # a default tolerance may be widened up to this part of the width of the bounds
 
 # Tolerances are reduced by this part before they are rounded up for a text. Otherwise, a rounding error in a tolerance
 # would raise the last digit shown.
@@ -83,14 +85,23 @@ class Waypoint:
         at = Reference(reference.signals, self.plant(reference.plant))
         return prove(at, Window(self.time - half, self.time + half))
 
+    def widened(self, failure: Failure) -> Self:
+        """Return the waypoint with a tolerance for which the proof that ended with this `failure` is likely to succeed.
+
+        The tolerance, which is of one name, is at least doubled.
+        """
+        short = failure.violation if isinstance(failure, Counterexample) else failure.shortfall
+        return replace(self, tolerances=self.tolerances | {failure.quantity: failure.bounds.width + 2 * short})
+
     def missed(self, failure: Failure) -> Unproved:
         """Return a failure to prove the values, with a tolerance that is likely to succeed, if the failure says one."""
         if isinstance(failure, Counterexample):
-            box, short, why = (failure.time, failure.time), failure.violation, "the waypoint is missed"
+            box, short, why = (failure.time, failure.time), failure.violation, "it is missed"
         else:
             box, short, why = failure.box, failure.shortfall, failure.reason
+        why = f"the waypoint at {self.time:.6g} s needs this, and {why}"
         if np.isfinite(short):
-            enough = rounded_text(failure.bounds.width + 2 * short, "up")
+            enough = rounded_text(self.widened(failure).tolerances[failure.quantity], "up")
             why += f"; float64 may not be more precise: try a larger at_tolerance, such as {enough}"
         return Unproved(failure.quantity, failure.bounds, box, short, why)
 
@@ -131,15 +142,29 @@ def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
     return bounded.at(time).extent(names.index(name))
 
 
-def prove_waypoints(reference: Reference, pinned: Iterable[Waypoint]) -> tuple[Certificate, ...] | Failure:
-    """Return a certificate for each of the required values `pinned`, or the first failure, with advice."""
-    found: list[Certificate] = []
-    for at in pinned:
-        outcome = at.prove(reference)
-        if not isinstance(outcome, Certificate):
-            return at.missed(outcome)
-        found.append(outcome)
-    return tuple(found)
+def prove_waypoints(
+    reference: Reference, pinned: Iterable[Waypoint], free: Collection[str] | None = None
+) -> tuple[tuple[Waypoint, ...], tuple[Certificate, ...]] | Failure:
+    """Return the values that are proved of a reference, and a certificate for each time, or the first failure.
+
+    Tolerances of names in `free` are widened up to `_MOST_OF_WIDTH` of the width of their bounds, if float64 does not
+    prove smaller ones; then, a failure is that of the search, and comes with advice. If `free` is None, it is the
+    reference's own.
+    """
+    met, certificates = list[Waypoint](), list[Certificate]()
+    for asked in pinned:
+        at = asked.found(reference)
+        while not isinstance(outcome := at.prove(reference), Certificate):
+            name, wider = outcome.quantity, at.widened(outcome)
+            if free is None:
+                return outcome
+            bounds = extent(reference.plant, name, at.time) if name in free else None
+            if bounds is None or wider.tolerances[name] > _MOST_OF_WIDTH * bounds.width:
+                return at.missed(outcome)
+            at = wider
+        met.append(at)
+        certificates.append(outcome)
+    return tuple(met), tuple(certificates)
 
 
 def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:

@@ -41,7 +41,7 @@ from trackably.reference.input_warnings import doubts, far_beyond, repeated, war
 from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.reference.trackable import TrackableReference
 from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
-from trackably.reference.waypoints import Waypoints, waypoints
+from trackably.reference.waypoints import Waypoints, by_default, waypoints
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.sampling import prior_for
@@ -49,9 +49,11 @@ from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.work import BudgetEnded, until
 
-Found = tuple[Certified, tuple[Condensation, ...], tuple[str, ...], tuple[Certificate, ...]]
+Found = tuple[
+    Certified, tuple[Condensation, ...], tuple[str, ...], tuple[tuple[Waypoint, ...], tuple[Certificate, ...]]
+]
 """The certified reference, the effect of condensing samples, the names whose search intervals were shortened, and the
-certificates of waypoints."""
+waypoints with their certificates."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
 _FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
@@ -142,7 +144,8 @@ def learn_reference(
         "joint".
     at_tolerance
         The largest deviation from the values in `at`, in their unit, for all names or by name; it is proved, by a
-        certificate for each time. If left out, it is 1e-4 of the width of the state's or input's bounds.
+        certificate for each time. If left out, it is 1e-4 of the width of the state's or input's bounds; where
+        float64 cannot prove that, more, up to a hundredth of the width. The `explanation` says how much.
     disturbance
         W in x(k+1) = A x(k) + B u(k) + c + w(k), w(k) ∈ W, of a linear system: Zonotope.box(lower, upper), or another
         Zonotope or ConvexHull. It has to contain 0. The reference then keeps a distance from its bounds that covers
@@ -254,13 +257,13 @@ def learn_reference(
         refuse_mean(claim, first.prior, plant, tightening)
 
         # The search, in which the checker judges each candidate.
-        search = _Search(measured, goal, pinned, starts, () if keep else between)
+        eased = by_default(at_tolerance, plant)
+        search = _Search(measured, goal, pinned, eased, starts, () if keep else between)
         with _in_time(budget, end):
             found, is_whole = _best_of(search.stages(first, learner, near, budget is not None))
 
         # The reference, with what was learned about it.
-        certified, cost, limited, proofs = found
-        pinned = tuple(at.found(certified.reference) for at in pinned)
+        certified, cost, limited, (pinned, proofs) = found
         solution, ended = certified.solution, None if is_whole else budget
         assert solution.unconstrained, "_with_unconstrained has set it"
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned)
@@ -292,13 +295,14 @@ def _learner(method: object, at: object, learn_from: object, near: object) -> Le
 class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
-    The reference has to meet the `waypoints`. `starts` is the number of points from which each search starts, and
-    `free` are the names whose prior mean is learned from these samples.
+    The reference has to meet the `waypoints`; tolerances of the names in `eased` may be widened. `starts` is the number
+    of points from which each search starts, and `free` are the names whose prior mean is learned from these samples.
     """
 
     measured: Measurements
     goal: Goal
     waypoints: tuple[Waypoint, ...]
+    eased: Collection[str]
     starts: int
     free: Collection[str]
 
@@ -316,7 +320,7 @@ class _Search:
         yield partial(self.learn, first, _informed(learner, first, near))
 
     def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
-        """Return the best proved reference for a prior, the effect of condensing, names, and waypoints' certificates.
+        """Return the best proved reference for a prior, the effect of condensing, names, and waypoints with proofs.
 
         The search intervals of the length scales with these names were shortened.
 
@@ -338,7 +342,7 @@ class _Search:
         )
         sought = self._space(first.with_noise or first.prior).bounds
         limited = tuple(name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval))
-        proofs = found_or_raise(prove_waypoints(found.reference, [at.found(found.reference) for at in self.waypoints]))
+        proofs = found_or_raise(prove_waypoints(found.reference, self.waypoints, self.eased))
         return _with_unconstrained(None if limited else first.likeliest, found), cost, limited, proofs
 
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:

@@ -137,7 +137,7 @@ class Saved(ABC):
             return found
         found = replace(found.with_robust(self.computed_tightening), truth=self.truth or ())
         pinned = prove_waypoints(self.reference, self.waypoints)
-        return (found, pinned) if isinstance(pinned, tuple) else pinned
+        return (found, pinned[1]) if isinstance(pinned, tuple) else pinned
 
 
 @dataclass(frozen=True, repr=False)

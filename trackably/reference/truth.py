@@ -122,7 +122,8 @@ def true_signals(
     """Return the plant with a bound for each `tolerance`, and the possible true signals of each state in `truth`.
 
     For each state x with a tolerance ε, the plant has one more bound U(t) − ε ≤ x(t) ≤ D(t) + ε from the first sample
-    to the last, where U and D are the upper and the lower side of the possible signals. TypeError or ValueError:
+    to the last, where U and D are the upper and the lower side of the possible signals; none if ε is so near the least
+    possible that a search may find nothing within: `with_truth` then decides. TypeError or ValueError:
     `truth` does not fit the samples or the plant; a tolerance is no positive number, is of another state, or all phases
     are claimed. NotTrackableError: no signal of a class explains its samples, or a tolerance is too small for every
     reference.
@@ -144,10 +145,12 @@ def true_signals(
             raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
         most = positive(f"tolerance of {name}", given)
         known = _middle(name, found[name].of, claim)
-        least = max(known.error, _least_error(plant, known)) / _SHARE
+        least = max(known.error, _least_error(plant, known))
         if not most > least:
-            raise NotTrackableError(TooFar(name, most, least))
-        plant, found[name] = _with_row(plant, known, _SHARE * most), Sought(known.of, most, known.derived)
+            raise NotTrackableError(TooFar(name, most, least, _radius(known)))
+        found[name] = Sought(known.of, most, known.derived)
+        if _SHARE * most > least:  # otherwise nothing is imposed, as the search may hardly find a reference within it
+            plant = _with_row(plant, known, _SHARE * most)
     return plant, found
 
 
@@ -644,12 +647,19 @@ def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
         raise ValueError(
             f"accuracy: the certificate has no true signal of {name or 'any state'}; give truth= to learn_reference"
         )
+    return Accuracy(truth.error, truth.plant, _radius(truth), _least_error(certificate.reference.plant, truth))
+
+
+def _radius(truth: TrueSignal) -> float:
+    """Return half the distance of two signals that explain the samples, by a linear program in float64.
+
+    They are compared at the time at which the sides are furthest apart. 0 if no program is solved.
+    """
     times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth.of, times, truth.derived)
     widest = float(times[int(np.argmax(upper - lower))])
     ends = next(filter(None, (Signals.of(truth.of, (widest,), cells).ends_at(widest) for cells in _FINER)), None)
-    radius = 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
-    return Accuracy(truth.error, truth.plant, radius, _least_error(certificate.reference.plant, truth))
+    return 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
 
 
 def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
@@ -674,10 +684,10 @@ def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certi
     of, found = certificate, list[TrueSignal]()
     for name, sought in signals.items():
         truth, most = true_signal(of.reference, of.claim, name, sought, of.robust), sought.tolerance
-        if truth.error > most:
+        if (error := max(truth.error, truth.plant or 0.0)) > most:
             worst, bounds = int(np.argmax(truth.errors)), Interval(-most, most)
             box, why = (truth.ends[worst], truth.ends[worst + 1]), "a larger tolerance is needed"
             what = f"deviation of {name} from its true signals"
-            raise NotTrackableError(Unproved(what, bounds, box, truth.error - most, why))
+            raise NotTrackableError(Unproved(what, bounds, box, error - most, why))
         found.append(truth)
     return replace(certificate, truth=tuple(found)) if found else certificate

@@ -99,6 +99,12 @@ def _refuse_unknown(argument: str, values: Mapping[str, float], plant: Constrain
             )
 
 
+def by_default(tolerance: float | Mapping[str, float] | None, plant: ConstrainedSystem) -> frozenset[str]:
+    """Return the names of states and inputs for which no tolerance is given."""
+    given = plant.names if tolerance is not None and not isinstance(tolerance, Mapping) else tolerance or ()
+    return frozenset(plant.names).difference(given)
+
+
 def _tolerance(given: float | Mapping[str, float] | None, name: str, bounds: Interval | None) -> float:
     """Return the tolerance given for a name; by default 1e-4 of the width of its bounds."""
     found = given.get(name) if isinstance(given, Mapping) else given

@@ -31,7 +31,7 @@ from trackably.reference.fit import Fit, edges_of, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
-from trackably.reference.waypoints import Waypoints, waypoints
+from trackably.reference.waypoints import Waypoints, by_default, waypoints
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
@@ -136,8 +136,7 @@ def learn_stream(
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)
         reference, certificate = found_or_raise(learn_proved(stream))
-        pinned = tuple(at.found(reference) for at in pinned)
-        proofs = found_or_raise(prove_waypoints(reference, pinned))
+        pinned, proofs = found_or_raise(prove_waypoints(reference, pinned, by_default(at_tolerance, plant)))
     certificate = with_truth(certificate.with_robust(tightening), signals)
     learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:

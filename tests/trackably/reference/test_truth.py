@@ -14,6 +14,8 @@ from tests.trackably.gp.instances import over
 from tests.trackably.plants import SLIDE
 from tests.trackably.saved import assert_comes_back
 from trackably import (
+    ConstrainedSystem,
+    LinearSystem,
     NoSignal,
     NotTrackableError,
     Polytope,
@@ -151,10 +153,22 @@ def test_a_tolerance_below_the_error_of_what_is_learned_is_kept_by_a_state_that_
 
 def test_a_tolerance_that_no_reference_reaches_is_refused_with_the_least(far):
     least = far.accuracy().least
-    with pytest.raises(NotTrackableError, match="linear program finds references for a tolerance of") as raised:
+    with pytest.raises(NotTrackableError, match="linear program finds references for tolerances above") as raised:
         learned_near(tolerance={"position": 0.9 * least})
     assert isinstance(raised.value.outcome, TooFar)
+    assert raised.value.outcome.radius == pytest.approx(far.accuracy().radius)
     assert least <= raised.value.outcome.least <= 1.2 * far.accuracy().error
+
+
+def test_a_tolerance_that_what_is_learned_without_it_keeps_is_proved():
+    """The sides of the truth leave so little room beyond the least tolerance that no bounds are imposed."""
+    rate = LinearSystem.discretised([[0.0, 1.0], [0.0, -2.0]], [[0.0], [10.0]], 0.02)
+    plant = ConstrainedSystem(rate, Polytope.box([-60.0, -90.0], [60.0, 90.0]), Polytope.box([-60.0], [60.0]))
+    draw = np.random.default_rng(9)
+    t = np.unique(np.round(draw.uniform(0, 4, 60), 3))
+    samples = Samples(t, np.round((30 * np.sin(1.5 * t) + draw.uniform(-0.1, 0.1, t.size)) / 0.1) * 0.1)
+    known = {"truth": Truth(0.15, second_derivative=80.0), "tolerance": 0.8916}
+    assert learn_reference(samples, plant, SquaredExponential(), "recorded", **known).accuracy().error <= 0.8916
 
 
 def test_what_is_saved_comes_back(learned, tmp_path):

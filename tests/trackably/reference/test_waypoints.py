@@ -10,6 +10,7 @@ from tests.trackably.plants import AXIS, CART, SAMPLES
 from tests.trackably.saved import assert_comes_back
 from trackably import (
     ConstrainedSystem,
+    LinearSystem,
     NonlinearSystem,
     PolynomialPieces,
     Polytope,
@@ -29,6 +30,11 @@ TANK = ConstrainedSystem(
     NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * u[0] - 0.05 * x[0] ** 2], ["level"], ["inflow"], 0.1),
     Polytope.box([0.1], [2.0]),
     Polytope.box([-2.0], [4.0]),
+)
+LIFT = ConstrainedSystem(
+    LinearSystem.discretised(np.eye(3, k=1), [[0.0], [0.0], [1.0]], 0.02, states=["height", "speed", "acceleration"]),
+    Polytope.box([-1.0, -2.0, -3.0], [2.0, 2.0, 3.0]),
+    Polytope.box([-9.0], [9.0]),
 )
 
 
@@ -73,6 +79,7 @@ def curve(low, high):
 
 RESTING = {
     "a tank": (TANK, {"level": curve(0.6, 1.5)}),
+    "errors above 1e-4 of the width": (LIFT, {"height": curve(0.0, 1.0)}),
     "two outputs": (CART, {"a": curve(-0.3, 0.2), "b": curve(0.1, -0.4)}),
 }
 
