@@ -156,9 +156,8 @@ def check_sizes(certificate: Certificate) -> None:
 
 def check_rounding(certificate: Certificate) -> None:
     """Raise FailedStepError at the first bound whose quantity may have a larger rounding error than stated."""
-    errors = evaluation_errors(certificate.subject, *_span(certificate))
     _check_periods(certificate)
-    check_stated(certificate, errors.items())
+    check_stated(certificate, evaluation_errors(certificate.subject, *_span(certificate)).items())
 
 
 def evaluation_errors(subject: Subject, start: Fraction, end: Fraction) -> dict[str, Fraction]:

@@ -58,7 +58,7 @@ class Table:
 class CertifiedTable(AcceptedProof):
     """A table that keeps its bounds at its steps, with |x(k + 1) − f(x(k), u(k))| ≤ `tolerance` for each state.
 
-    `defect` is the largest of these differences, rounded up. Nothing is claimed about times between the steps.
+    `defect` is no less than the largest of these differences. Nothing is claimed about times between the steps.
     """
 
     table: Table
@@ -120,7 +120,7 @@ def _content(form: str, table: Table, plant: ConstrainedSystem, tolerance: float
     return {"format": form, "version": VERSION, "table": rows, "plant": encode(plant), "tolerance": tolerance}
 
 
-_PARTS = (1 - 1e-15, 1 - 1e-12, 1 - 1e-9, 1 - 1e-6, 0.999, 0.9, 0.5)
+_PARTS = (1 - 1e-15, 1 - 1e-9, 0.999, 0.5)
 """A violation found in float64 is multiplied by each of these factors, until the checker accepts the product."""
 
 _ROUNDING = 1e-15  # part of the largest state by which the largest difference is increased, so that it can be proved
@@ -138,12 +138,12 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
     tolerance = _check(table, plant, tolerance)
     T, off = plant.sampling_time, _differences(table, plant)
     limits = _limits(table, plant, off, tolerance)
-    part, index, what, _, excesses = max(limits, key=lambda of: float(np.max(of[4])) / of[3])
-    row = int(np.argmax(excesses))
-    step, most = table.first_step + row, float(excesses[row])
-    for violation in (factor * most for factor in _PARTS if most > 0):
-        with suppress(NotAcceptedError):
-            return RefutedTable(step, step * T, what, violation, part, index, table, plant, tolerance)
+    found = sorted(limits, key=lambda of: float(np.max(of[4])) / of[3], reverse=True)
+    for part, index, what, _, excesses in found:
+        step, most = table.first_step + int(np.argmax(excesses)), float(np.max(excesses))
+        for violation in (factor * most for factor in _PARTS if most > 0):
+            with suppress(NotAcceptedError):
+                return RefutedTable(step, step * T, what, violation, part, index, table, plant, tolerance)
     defect = min(float(np.max(off) + _ROUNDING * (np.max(np.abs(table.states)) or 1.0)), tolerance)
     try:
         with suppress(NotAcceptedError):  # report the defect if the checker accepts it as a tolerance
@@ -151,7 +151,8 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
         return CertifiedTable(table, plant, tolerance, tolerance)
     except NotAcceptedError as refused:
         at, bounds = (table.first_step * T, table.last_step * T), Interval(-tolerance, tolerance)
-        return Unproved("difference to the next state", bounds, at, max(most, 0.0), str(refused))
+        short = max(0.0, float(np.max(off)) - tolerance)
+        return Unproved("difference to the next state", bounds, at, short, str(refused))
 
 
 def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:

@@ -17,6 +17,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.constraint import Bounded
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import amplitude
+from trackably.systems.trajectories import Quantities
 from trackably.work import done
 
 _POINTS = 1200  # points of the search space that are evaluated, each at all amplitudes
@@ -88,10 +89,11 @@ def _rays(
     weights = stencil.spread(damped @ (vectors / relative[:, None]).mT).mT
     phases = (np.arange(_PHASES) / _PHASES * period[:, None])[..., None]  # the last axis is that of the amplitudes
     broken = np.zeros(objective.shape)
-    for constraint in constraints:
+    if constraints:
         means = (lambda t: prior.mean + kernel(t - centres) @ weights,)
-        margin = np.min(constraint.quantity.margin(means, phases), axis=1) / constraint.quantity.bounds.width
-        broken = np.maximum(broken, -margin)
+        margins = Quantities(tuple(of.quantity for of in constraints), means).margins(phases)
+        for constraint, margin in zip(constraints, np.min(margins, axis=2), strict=True):
+            broken = np.maximum(broken, -margin / constraint.quantity.bounds.width)
     return broken, objective
 
 

@@ -174,9 +174,10 @@ def learn_reference(
         with the least possible.
     tolerance
         With `truth`: the largest distance allowed between the reference and the true signal, in the state's unit, for
-        all names of `truth` or by name. The state then also keeps bounds that move in time, which exclude all values
-        that are further than this from a possible true signal: the certificate states these bounds, and proves that the
-        distance is at most the tolerance. If the plant is disturbed, its state keeps these bounds at steps too.
+        all names of `truth` or by name. The certificate proves it. Unless the tolerance is nearly the least possible
+        one, the state also keeps bounds that move in time, which exclude all values that are further than this from a
+        possible true signal, and which the certificate states. If the plant is disturbed, its state keeps them at steps
+        too.
     near
         A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
         The search also starts at its hyperparameters and prior means (unless they are given as numbers, or learned from

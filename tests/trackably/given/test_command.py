@@ -37,10 +37,10 @@ def said(capsys, *arguments):
 
 
 def table(heads="k,position [m],velocity,force", bump=0.0, unit=1.0):
-    """Return what the axis did, as a file with positions in this `unit` [m]; at one step the position is off."""
+    """Return what the axis did, as a file with positions in this `unit` [m]; at the last step the position is off."""
     given = followed(AXIS)
     rows = np.column_stack([np.arange(4, 34), given.states, given.inputs])
-    rows[10, 1] += bump
+    rows[-1, 1] += bump
     rows[:, 1] /= unit
     return lines(heads, rows)
 
@@ -63,7 +63,7 @@ CUBIC, LINEAR = ["--interpolation", "cubic"], ["--interpolation", "linear"]
 ANSWERS = {
     "proved": (table(), [], 0, "proved for the steps 4 to 33"),
     "proved between the steps": (table(), CUBIC, 0, "proved for all real t from 0.2 s to 1.65 s"),
-    "refuted": (BUMPED, [], 1, " s) the system leads to another position than that of the next step"),
+    "refuted": (BUMPED, [], 1, "at step 32 (t = 1.6 s) the system leads to another position"),
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
     "times in ms": (milliseconds(), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
