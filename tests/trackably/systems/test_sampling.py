@@ -60,6 +60,9 @@ def test_a_stencil_measures_what_its_name_says(which: str):
             plant.flat_samples({})
         for name, samples in plant.flat_samples(sampled).items():
             np.testing.assert_allclose(samples.values, coordinates[name](signals, t), rtol=1e-9, atol=1e-9)
+            units = ({of: Samples(t, np.full(len(t), float(of == state))) for of in sampled} for state in sampled)
+            weights = [plant.flat_samples(unit)[name].values for unit in units]
+            np.testing.assert_allclose(samples.relative_noise, np.linalg.norm(weights, axis=0), rtol=1e-9)
 
 
 @pytest.mark.parametrize(
