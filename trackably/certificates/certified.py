@@ -131,9 +131,7 @@ def _missing(failure: NoSolution | Failure) -> float:
     match failure:
         case NothingFeasible():
             return failure.violation / failure.quantity.bounds.width
-        case Counterexample():
-            return failure.violation / failure.bounds.width
-        case Unproved():
+        case Counterexample() | Unproved():
             return failure.shortfall / failure.bounds.width
     return np.inf
 
@@ -156,7 +154,7 @@ def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failur
     """Learn towards the goal; if the proof fails before or after all constrained times, extend them and repeat."""
     outcome = learning.towards(goal)
     while isinstance(outcome, Failure) and learning.attempts < _MOST_ATTEMPTS:
-        if (longer := goal.longer(_failure_time(outcome))) is None:
+        if (longer := goal.longer(outcome.box[0])) is None:
             break
         goal = longer
         outcome = learning.towards(goal)
@@ -218,7 +216,7 @@ class _Learning:
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
                 largest = max([backoff, *self.rounding.values()]) + found.backoff
                 return Certified(solution, reference, outcome, largest, self.space)
-            if goal.is_beyond(_failure_time(outcome)) or self.attempts >= _MOST_ATTEMPTS:
+            if goal.is_beyond(outcome.box[0]) or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
             room = _ROUGH_ROOM if found.is_rough else _ROOM
             most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
@@ -336,11 +334,6 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
 
 def _tighten(quantity: Quantity, by: float) -> Quantity:
     return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
-
-
-def _failure_time(outcome: Failure) -> float:
-    """Return the time [s] at which a bound is violated, or the start of the box that is not proved."""
-    return outcome.time if isinstance(outcome, Counterexample) else outcome.box[0]
 
 
 def _relative_errors(reference: Reference) -> dict[str, float]:

@@ -30,6 +30,16 @@ class Counterexample:
     step: int | None = None
 
     @property
+    def box(self) -> tuple[float, float]:
+        """The time as an interval [s], as of an `Unproved`."""
+        return self.time, self.time
+
+    @property
+    def shortfall(self) -> float:
+        """What the margin lacks, as of an `Unproved`: the violation."""
+        return self.violation
+
+    @property
     def explanation(self) -> str:
         when = f"t = {self.time!r} s" if self.step is None else f"step {self.step} (t = {self.time:.6g} s)"
         by = rounded_text(self.violation, "down")

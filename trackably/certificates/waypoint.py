@@ -11,7 +11,8 @@ from typing import Self
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.certificates.judge import NotTrackableError
+from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import Failure, Outcome, prove
 from trackably.checker.certificate import Window
 from trackably.learning.problem import RequiredValue
@@ -85,25 +86,21 @@ class Waypoint:
         at = Reference(reference.signals, self.plant(reference.plant))
         return prove(at, Window(self.time - half, self.time + half))
 
-    def widened(self, failure: Failure) -> Self:
-        """Return the waypoint with a tolerance for which the proof that ended with this `failure` is likely to succeed.
+    def enough(self, failure: Failure) -> float:
+        """Return a tolerance for the failed quantity with which one further proof is likely to succeed.
 
-        The tolerance, which is of one name, is at least doubled.
+        It is four times the old one with what was missing. The error of float64 is at most their sum, so that there is
+        room for an error of this size, and for a value that is off by three times as much.
         """
-        short = failure.violation if isinstance(failure, Counterexample) else failure.shortfall
-        return replace(self, tolerances=self.tolerances | {failure.quantity: failure.bounds.width + 2 * short})
+        return 4 * (self.tolerances[failure.quantity] + failure.shortfall)
 
     def missed(self, failure: Failure) -> Unproved:
         """Return a failure to prove the values, with a tolerance that is likely to succeed, if the failure says one."""
-        if isinstance(failure, Counterexample):
-            box, short, why = (failure.time, failure.time), failure.violation, "it is missed"
-        else:
-            box, short, why = failure.box, failure.shortfall, failure.reason
+        why = failure.reason if isinstance(failure, Unproved) else "it is missed"
         why = f"the waypoint at {self.time:.6g} s needs this, and {why}"
-        if np.isfinite(short):
-            enough = rounded_text(self.widened(failure).tolerances[failure.quantity], "up")
-            why += f"; float64 may not be more precise: try a larger at_tolerance, such as {enough}"
-        return Unproved(failure.quantity, failure.bounds, box, short, why)
+        if np.isfinite(enough := self.enough(failure)):
+            why += f"; float64 may not be more precise: try a larger at_tolerance, such as {rounded_text(enough, 'up')}"
+        return Unproved(failure.quantity, failure.bounds, failure.box, failure.shortfall, why)
 
     def alone(self, names: tuple[str, ...]) -> Polytope:
         """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""
@@ -143,25 +140,23 @@ def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
 
 
 def prove_waypoints(
-    reference: Reference, pinned: Iterable[Waypoint], free: Collection[str] | None = None
-) -> tuple[tuple[Waypoint, ...], tuple[Certificate, ...]] | Failure:
-    """Return the values that are proved of a reference, and a certificate for each time, or the first failure.
+    reference: Reference, pinned: Iterable[Waypoint], by_default: Collection[str]
+) -> tuple[tuple[Waypoint, ...], tuple[Certificate, ...]]:
+    """Return the values that are proved of a reference, and a certificate for each time.
 
-    Tolerances of names in `free` are widened up to `_MOST_OF_WIDTH` of the width of their bounds, if float64 does not
-    prove smaller ones; then, a failure is that of the search, and comes with advice. If `free` is None, it is the
-    reference's own.
+    Tolerances of names in `by_default` are widened up to `_MOST_OF_WIDTH` of the width of their bounds, if float64 does
+    not prove smaller ones. NotTrackableError: a value is not proved.
     """
     met, certificates = list[Waypoint](), list[Certificate]()
     for asked in pinned:
         at = asked.found(reference)
         while not isinstance(outcome := at.prove(reference), Certificate):
-            name, wider = outcome.quantity, at.widened(outcome)
-            if free is None:
-                return outcome
-            bounds = extent(reference.plant, name, at.time) if name in free else None
-            if bounds is None or wider.tolerances[name] > _MOST_OF_WIDTH * bounds.width:
-                return at.missed(outcome)
-            at = wider
+            name = outcome.quantity
+            bounds = extent(reference.plant, name, at.time) if name in by_default else None
+            most = _MOST_OF_WIDTH * bounds.width if bounds else 0.0
+            if at.tolerances[name] >= most:
+                raise NotTrackableError(at.missed(outcome))
+            at = replace(at, tolerances=at.tolerances | {name: min(at.enough(outcome), most)})
         met.append(at)
         certificates.append(outcome)
     return tuple(met), tuple(certificates)

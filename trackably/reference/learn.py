@@ -343,7 +343,7 @@ class _Search:
         )
         sought = self._space(first.with_noise or first.prior).bounds
         limited = tuple(name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval))
-        proofs = found_or_raise(prove_waypoints(found.reference, self.waypoints, self.eased))
+        proofs = prove_waypoints(found.reference, self.waypoints, self.eased)
         return _with_unconstrained(None if limited else first.likeliest, found), cost, limited, proofs
 
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:

@@ -14,8 +14,9 @@ from trackably.arguments import real
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
-from trackably.certificates.prove import Failure, prove
-from trackably.certificates.waypoint import Waypoint, prove_waypoints
+from trackably.certificates.judge import found_or_raise
+from trackably.certificates.prove import prove
+from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
@@ -127,17 +128,14 @@ class Saved(ABC):
 
         write_atomically(path, dumps(self))
 
-    def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]] | Failure:
-        """Prove the claim and the required values again.
+    def proofs(self) -> tuple[Certificate, tuple[Certificate, ...]]:
+        """Prove the claim and the required values again, and return the certificates of both.
 
-        Return the certificate of the claim and those of the values, or the failure of a proof.
+        NotTrackableError: one of them is not proved.
         """
-        found = prove(self.reference, self.window)
-        if not isinstance(found, Certificate):
-            return found
-        found = replace(found.with_robust(self.computed_tightening), truth=self.truth or ())
-        pinned = prove_waypoints(self.reference, self.waypoints)
-        return (found, pinned[1]) if isinstance(pinned, tuple) else pinned
+        found = found_or_raise(prove(self.reference, self.window))
+        pinned = tuple(found_or_raise(at.prove(self.reference)) for at in self.waypoints)
+        return replace(found.with_robust(self.computed_tightening), truth=self.truth or ()), pinned
 
 
 @dataclass(frozen=True, repr=False)

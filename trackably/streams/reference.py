@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Self
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.judge import found_or_raise
 from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, TrueSignal
 from trackably.files import LEFT_OUT, new_file
@@ -144,7 +143,7 @@ class StreamReference(LearnedReference):
 
     @classmethod
     def _proved_again(cls, saved: SavedStream) -> Self:
-        certificate, pinned = found_or_raise(saved.proofs())
+        certificate, pinned = saved.proofs()
         return cls(saved.learned, certificate, saved.stream, saved.condensed, saved.computed_tightening, pinned)
 
     @cached_property

@@ -101,7 +101,7 @@ def test_at_rest_the_system_stays_where_it_is_with_the_input_that_holds_it(name,
     assert_comes_back(found, tmp_path)
 
 
-@pytest.mark.parametrize(("shortfall", "advised"), [(1e-5, "at_tolerance, such as 0.00202"), (np.inf, None)])
+@pytest.mark.parametrize(("shortfall", "advised"), [(1e-5, "at_tolerance, such as 0.00404"), (np.inf, None)])
 def test_a_larger_tolerance_is_advised_where_it_may_help(shortfall, advised):
     failure = Unproved("x", Interval(-1e-3, 1e-3), (1.0, 1.0), shortfall, "it may be undefined")
     said = Waypoint(1.0, {"x": 0.0}, {"x": 1e-3}).missed(failure).explanation
