@@ -155,26 +155,18 @@ class StepPrograms:
         If the program `ends` plans, e(N) is given. If it `widens` the sets, the number t is added to the cost, and
         each bound moves out by t times its width; otherwise there is no t.
         """
-        start, (dynamics, count), bounds = self.start, self.model.dynamics.shape, len(self.bounds)
+        start, (steps, count) = self.start, self.model.dynamics.shape
         n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
         end = np.eye(count)[self._is_end if ends else []]
-        equations = n + h + dynamics + len(end)
-        of_errors = [
-            np.eye(n, count),
-            np.zeros((h, count)),
-            self.model.dynamics,
-            end,
-            np.zeros((2 * q, count)),
-            self.bounds,
-        ]
-        of_start = [start.directions.T, start.sums, np.zeros((dynamics + len(end), q)), each, -each]
-        widening = np.repeat([0.0, -1.0], [equations + 2 * q, bounds])[:, None]
-        columns = [np.vstack(of_errors), np.vstack([*of_start, np.zeros((bounds, q))]), widening]
+        of_errors = [np.eye(n, count), None, self.model.dynamics, end, None, None, self.bounds]
+        of_start = [start.directions.T, start.sums, None, None, each, -each, None]
+        of_widening = [*[None] * 6, -np.ones((len(self.bounds), 1))]
+        columns = [of_errors, of_start, *[of_widening] * widens]
         return Program(
             scipy.linalg.block_diag(P, np.zeros((q + widens, q + widens))),
             np.append(np.zeros(count + q), np.ones(int(widens))),
-            np.hstack(columns[: 2 + widens]),
-            equations,
+            sparse.block_array([*zip(*columns, strict=True)]).toarray(),
+            n + h + steps + len(end),
         )
 
     @cached_property
