@@ -89,16 +89,21 @@ class Task:
         """The intervals in which hyperparameters are learned."""
         return SearchSpace.around(self.samples, self.prior, self.starts)
 
+    @property
+    def problem(self) -> ConstrainedProblem:
+        """The learning problem without constraints."""
+        return ConstrainedProblem(self.samples, self.prior, self.space)
+
     def learned(self, learner: Learner = JOINT) -> Certified:
         """Return the reference with its proof; an error ends the benchmark if there is none."""
         goal = goal_for(self.claim, self.samples, self.prior, self.plant)
-        return kept(learn_certified(self.samples, self.prior, self.plant, self.space, goal, learner=learner), Certified)
+        return kept(learn_certified(self.problem, self.plant, goal, learner=learner), Certified)
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
         """Return the problem of a scalar system that is bounded at `count` instants, `spacing` [s] apart."""
         state, entry = state_and_input(self.plant)
         constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
-        return ConstrainedProblem(self.samples, self.prior, self.space, constraints)
+        return replace(self.problem, constraints=constraints)
 
     def on_steps(self, last: int) -> ConstrainedProblem:
         """Return problem (4) of the paper: states are bounded up to step `last`, and the inputs that lead to them."""

@@ -101,6 +101,11 @@ class Task:
     periodic: Periodic | None = None
     tightening: Tightening | None = None
 
+    @property
+    def problem(self) -> ConstrainedProblem:
+        """The learning problem without constraints."""
+        return ConstrainedProblem(self.samples, self.prior, self.space)
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -152,12 +157,12 @@ class Method:
 
 def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolution:
     """Maximise the likelihood under constraints; without constraints, this is the usual Gaussian process regression."""
-    return best_solution(ConstrainedProblem(task.samples, task.prior, task.space, constraints))
+    return best_solution(replace(task.problem, constraints=constraints))
 
 
 def _certified(learner: Learner, task: Task) -> Fit | NotLearned:
     attempts: list[Attempt] = []
-    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, attempts.append, learner)
+    found = learn_certified(task.problem, task.plant, task.goal, attempts.append, learner)
     if not isinstance(found, Certified):
         return found
     columns = ("backoff", "objective", "proved")

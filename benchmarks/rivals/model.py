@@ -11,7 +11,7 @@ from pipeline.methods import Task
 from pipeline.published.ground_truth import GroundTruth
 from pipeline.storage.archive import Sampled
 from trackably.gp.joint import JointPrior
-from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.problem import Solution
 from trackably.learning.search import best_solution
 
 
@@ -46,7 +46,7 @@ class Problem:
 
         ArithmeticError: no minimum is found.
         """
-        found = best_solution(ConstrainedProblem(self.task.samples, self.task.prior, self.task.space))
+        found = best_solution(self.task.problem)
         if not isinstance(found, Solution):
             raise ArithmeticError(found.explanation)
         return found

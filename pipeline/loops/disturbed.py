@@ -256,7 +256,7 @@ def _learned_for(
         return None
     task = experiment.task(sampled.samples)
     nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), fallback=None)
-    found = learn_certified(task.samples, task.prior, plant, task.space, task.goal, learner=nearby)
+    found = learn_certified(task.problem, plant, task.goal, learner=nearby)
     return found if isinstance(found, Certified) else None
 
 

@@ -24,6 +24,7 @@ from trackably.control.stepping import Infeasible, Plan
 from trackably.errors import InputError, NoReferenceError
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
+from trackably.learning.problem import ConstrainedProblem
 from trackably.streams.relearner import LearningResult, holds_for_all_times
 from trackably.systems.reference import Reference
 from trackably.systems.sampling import sampled_signals
@@ -162,9 +163,8 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
     experiment = with_learned_means(experiment, sampled.samples)
 
     def learner(samples: tuple[Samples, ...]) -> LearningResult:
-        space = experiment.search_space(samples)
-        prior, goal = experiment.learned_prior, experiment.goal(samples)
-        return learn_certified(samples, prior, experiment.plant, space, goal, learner=JOINT)
+        problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))
+        return learn_certified(problem, experiment.plant, experiment.goal(samples), learner=JOINT)
 
     sampling_time = experiment.plant.sampling_time
     begin, end = (round(max(float(s.times[-1]) for s in parts) / sampling_time) for parts in (sampled.samples, stream))

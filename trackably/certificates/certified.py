@@ -17,16 +17,15 @@ import numpy as np
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.draft import evaluated_until, evaluation_errors, last_examined
-from trackably.certificates.goal import Goal, for_all_times
+from trackably.certificates.goal import Goal
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure, prove
 from trackably.gp.compact import compact
 from trackably.gp.joint import JointPrior
-from trackably.gp.samples import Samples
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import RealTimes
 from trackably.learning.learner import HYPERPARAMETERS, Learner
-from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, RequiredValue, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFeasible, Solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
@@ -89,37 +88,33 @@ class Certified:
 
 @one_blas_thread()
 def learn_certified(
-    samples: tuple[Samples, ...],
-    prior: JointPrior,
+    problem: ConstrainedProblem,
     plant: ConstrainedSystem,
-    space: SearchSpace,
-    goal: Goal | None = None,
+    goal: Goal,
     on_attempt: Callable[[Attempt], object] = lambda attempt: None,
     learner: Learner = HYPERPARAMETERS,
-    required: tuple[RequiredValue, ...] = (),
     last: Solution | None = None,
 ) -> Certified | NoSolution | Counterexample | Unproved:
     """Return the best reference that provably keeps its bounds, or the reason why there is none. Deterministic.
 
-    Without a `goal`, all times are proved. `on_attempt` is called after each fit and its attempted proof. `required`
-    values need a learner of functions. If the learner finds nothing that can be proved, its fallback is used, unless
-    there are required values.
+    The `problem` has no constraints: they follow from the bounds of the `plant` and the `goal`. Required values need a
+    learner of functions. `on_attempt` is called after each fit and its attempted proof. If the learner finds nothing
+    that can be proved, its fallback is used, unless there are required values.
 
     The fallback is also tried if it might reach a lower J than the proved function, with a smaller back-off. The result
     with the lower J is returned, so J of a returned function exceeds that of a proved fallback by a millionth of
     1 + |l| at most. The search continues from `last`, the solution of a similar problem, for example with other samples
     of a window. The solution's `fits` counts the nonlinear programs of all attempts.
     """
-    goal = goal or for_all_times(samples, prior, plant)
-    first = _Learning(samples, prior, plant, space, on_attempt, learner, required)
+    first = _Learning(problem, plant, on_attempt, learner)
     learning = replace(first, last=last)
-    found = _learn(goal, learning)
+    found = learning.towards(goal)
     fallback = first.fallback
     if fallback is None or (isinstance(found, Certified) and not _may_cost_more(found.solution)):
         return found
     # Search hyperparameters alone in the whole space that was given: some of its length scales may be too long for a
     # learned function only.
-    other = _learn(goal, replace(first, learner=fallback, fits=learning.fits))
+    other = replace(first, learner=fallback, fits=learning.fits).towards(goal)
     if not isinstance(found, Certified):
         return found if not isinstance(other, Certified) and _missing(found) < _missing(other) else other
     is_better = isinstance(other, Certified) and other.solution.objective < found.solution.objective
@@ -150,33 +145,19 @@ def _may_cost_more(solution: Solution) -> bool:
     return solution.objective > least + _SAME_VALUE * (1 + abs(least))
 
 
-def _learn(goal: Goal, learning: "_Learning") -> Certified | NoSolution | Failure:
-    """Learn towards the goal; if the proof fails before or after all constrained times, extend them and repeat."""
-    outcome = learning.towards(goal)
-    while isinstance(outcome, Failure) and learning.attempts < _MOST_ATTEMPTS:
-        if (longer := goal.longer(outcome.box[0])) is None:
-            break
-        goal = longer
-        outcome = learning.towards(goal)
-    return outcome
-
-
 @dataclass
 class _Learning:
-    """The data of the learning problem, and the numbers of `attempts` and nonlinear programs (`fits`) so far.
+    """The learning problem without constraints, and the numbers of `attempts` and nonlinear programs (`fits`) so far.
 
     `last` is the latest solution. `error` is the last error of float64 evaluation that was too large for a proof,
     relative to the width of a bound. `rounding` has, by quantity, the least back-off that leaves room for errors of
     evaluation.
     """
 
-    samples: tuple[Samples, ...]
-    prior: JointPrior
+    problem: ConstrainedProblem
     plant: ConstrainedSystem
-    space: SearchSpace
     on_attempt: Callable[[Attempt], object]
     learner: Learner
-    required: tuple[RequiredValue, ...]
     attempts: int = 0
     fits: int = 0
     last: Solution | None = None
@@ -186,12 +167,12 @@ class _Learning:
     @property
     def fallback(self) -> Learner | None:
         """The learner to use if this one fails; None with required values, which hyperparameters alone cannot meet."""
-        return None if self.required else self.learner.fallback
+        return None if self.problem.required else self.learner.fallback
 
     def towards(self, goal: Goal) -> Certified | NoSolution | Failure:
         """Fit and try to prove, each time with a larger back-off.
 
-        Stop if the proof fails at a time before or after all constrained times.
+        If the proof fails before or after all constrained times, extend them and begin again with a small back-off.
         """
         backoff, learner = self.learner.first_backoff, self.learner
         problem = self._problem(goal, backoff)
@@ -215,9 +196,14 @@ class _Learning:
             if isinstance(outcome, Certificate):
                 solution = replace(found, fits=self.fits, signals=outcome.reference.kernel_sums)
                 largest = max([backoff, *self.rounding.values()]) + found.backoff
-                return Certified(solution, reference, outcome, largest, self.space)
-            if goal.is_beyond(outcome.box[0]) or self.attempts >= _MOST_ATTEMPTS:
+                return Certified(solution, reference, outcome, largest, self.problem.space)
+            longer = goal.reaching(outcome.box[0])
+            if longer is None or self.attempts >= _MOST_ATTEMPTS:
                 return outcome
+            if longer is not goal:
+                goal, backoff = longer, learner.first_backoff
+                found = learner.extended(found, self._problem(goal, backoff))
+                continue
             room = _ROUGH_ROOM if found.is_rough else _ROOM
             most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
             if most is None and self._shortened(found, error):
@@ -293,13 +279,14 @@ class _Learning:
         """
         if self.fallback and (error >= _HOPELESS or found.objective > found.alone):
             return False
-        bounds, values = dict(self.space.bounds), found.posterior.prior.hyperparameters
-        for name, interval in self.space.bounds.items():
+        space, values = self.problem.space, found.posterior.prior.hyperparameters
+        bounds = dict(space.bounds)
+        for name, interval in space.bounds.items():
             if name.endswith("lengthscale") and values[name] / 2 > interval.lower:
                 bounds[name] = Interval(interval.lower, values[name] / 2)
-        if bounds == self.space.bounds or not error < self.error:
+        if bounds == space.bounds or not error < self.error:
             return False
-        self.space, self.error = replace(self.space, bounds=bounds), error
+        self.problem, self.error = replace(self.problem, space=replace(space, bounds=bounds)), error
         return True
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
@@ -312,7 +299,7 @@ class _Learning:
             Constraint(_tighten(q, half), RealTimes(goal.times), half)
             for q, half in zip(self.plant.quantities, halves, strict=True)
         )
-        return ConstrainedProblem(self.samples, self.prior, self.space, constraints, self.required)
+        return replace(self.problem, constraints=constraints)
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:

@@ -122,16 +122,14 @@ def _kinks(draft: Draft) -> Array:
     If the time of a kink is no float64 number, it gets a narrow box of its own, wide enough to contain the kink near
     its middle for certain.
     """
-    found = [np.empty(0)]
+    found: list[float] = []
     for s, shift in _shifts(draft.subject, draft.arguments):
         if (signal := draft.subject.signals[s]).kernel.has_kink:
-            centres, by = np.array(signal.centres), float(shift)
-            near = centres - by
-            rounding = (centres - near - by) + (centres - (near + (centres - near)))
-            spacings = np.spacing(np.maximum(np.abs(centres), np.abs(near)))
-            beside = np.where((rounding == 0) & (by == shift), 0.0, _BESIDE * spacings)
-            found += [near - beside, near + beside]
-    return np.unique(np.concatenate(found))
+            for centre in map(Fraction, signal.centres):
+                near = float(kink := centre - shift)
+                beside = 0.0 if near == kink else _BESIDE * float(np.spacing(max(abs(near), abs(float(centre)))))
+                found += [near - beside, near + beside]
+    return np.unique(found)
 
 
 def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:

@@ -6,7 +6,7 @@ Nothing here has to be correct: before a proof is handed out, the checker is ask
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import inf, nextafter
 from typing import Any, Self
 
@@ -16,7 +16,6 @@ from trackably.arrays import Array
 from trackably.certificates.form import as_subject, as_written
 from trackably.checker import certificate as checked
 from trackably.checker import piecewise
-from trackably.checker.answers import FailedStepError
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.form import a_kernel
@@ -73,13 +72,13 @@ def last_examined(reference: Reference) -> float:
     return reference.period or max(float(np.max(np.abs(signal.centres))) for signal in reference.kernel_sums)
 
 
-def evaluation_errors(reference: Reference, until: float) -> dict[str, float]:
+def evaluation_errors(reference: Reference, until: float) -> Mapping[str, float]:
     """Return an upper bound of |float64 − exact| for each bounded quantity at all times |t| ≤ `until` [s].
 
     For quantities with nonlinear formulas, the bound is estimated at some times from 0 to `last_examined`. The checker
     verifies this estimate in each box.
     """
-    return _errors(reference, until, times_in(0.0, last_examined(reference)))[1]
+    return Draft.of(reference, until, times_in(0.0, last_examined(reference))).errors
 
 
 def times_in(start: float, end: float) -> Array:
@@ -112,9 +111,13 @@ class Draft:
         The errors of formulas depend on the values of the signals: they are estimated from these values at some
         `times` [s].
         """
-        free, errors = _errors(reference, until, times)
-        drawn = tuple(_tighten(q, errors[q.name]) for q in free)
-        return cls(checked.Certificate(as_subject(reference), *_NOTHING, until, errors, None), drawn)
+        free, known = _linear_errors(reference, until)
+        formulas = [q for q in free if q.combination is None]
+        errors = {**known, **{q.name: inf for q in formulas}}
+        certificate = checked.Certificate(as_subject(reference), *_NOTHING, until, errors, None)
+        if formulas:
+            errors |= _errors_of_formulas(reference, FormulaNeeds.of(certificate, free), formulas, times)
+        return cls(replace(certificate, errors=errors), tuple(_tighten(q, errors[q.name]) for q in free))
 
     @classmethod
     def of_pieces(cls, reference: Reference, start: float, end: float) -> Self:
@@ -146,17 +149,12 @@ class Draft:
         """Whether a bound of each quantity's error is known."""
         return all(map(np.isfinite, self.errors.values()))
 
-    @cached_property
-    def has_sane_sizes(self) -> bool:
-        """Whether all numbers are in the range for which the analysis of rounding holds."""
-        try:
-            if self.subject.pieces:
-                piecewise.check_sizes(self.certificate)
-            else:
-                check_sizes(self.certificate, list(self.quantities))
-        except FailedStepError:
-            return False
-        return True
+    def check_sizes(self) -> None:
+        """Raise FailedStepError if a number is outside of the range for which the analysis of rounding holds."""
+        if self.subject.pieces:
+            piecewise.check_sizes(self.certificate)
+        else:
+            check_sizes(self.certificate, list(self.quantities))
 
     def is_settled(self, start: float) -> bool:
         """Whether the decay of the kernels keeps all bounds from `start` [s] on, as float64 intervals show."""
@@ -168,20 +166,6 @@ class Draft:
             bound = next(bound for bound in self.subject.bounds if bound.name == name)
             return ratio(piecewise.value_of_pieces(self.subject, bound, t))
         return value_at(self.subject, next(q for q in self.quantities if q.name == name), ratio(t))
-
-
-def _errors(reference: Reference, until: float, times: Array) -> tuple[list[Quantity], dict[str, float]]:
-    """Return all quantities with their given bounds, and their rounding errors up to `until` [s], by name.
-
-    Those of formulas are estimated from the values of the signals at some `times` [s].
-    """
-    free, known = _linear_errors(reference, until)
-    errors = {**known}
-    if formulas := [q for q in free if q.combination is None]:
-        unstated = dict.fromkeys((q.name for q in free), np.inf)
-        needs = FormulaNeeds.of(checked.Certificate(as_subject(reference), *_NOTHING, until, unstated, None), free)
-        errors |= _errors_of_formulas(reference, needs, formulas, times)
-    return free, errors
 
 
 @lru_cache(maxsize=8)

@@ -25,23 +25,20 @@ class Goal:
     times: AllPhases | Window
     claim: Claim
 
-    def is_beyond(self, failed_at: float) -> bool:
-        """Whether a time [s] is before or after all constrained times, and these can be extended."""
-        start, end = self.times.span
-        return isinstance(self.claim, AllTimes) and not start <= failed_at <= end
+    def reaching(self, time: float) -> Self | None:
+        """Return the goal with constrained times that reach beyond `time` [s]; None if this time is too far away.
 
-    def longer(self, failed_at: float) -> Self | None:
-        """Return the goal with constrained times that reach beyond `failed_at` [s].
-
-        None if the constrained times contain this time, if they cannot be extended, or if this time is too far away.
+        It is the same goal if `time` is constrained already, or if the claim is about other times than all.
         """
         start, end = self.times.span
-        if not self.is_beyond(failed_at) or not failed_at - start < _FAR * (end - start):
+        if not isinstance(self.claim, AllTimes) or start <= time <= end:
+            return self
+        if not time - start < _FAR * (end - start):
             return None
-        if failed_at < start:
-            start = max(end - _LONGER * (end - failed_at), 0.0)
+        if time < start:
+            start = max(end - _LONGER * (end - time), 0.0)
         else:
-            end = start + _LONGER * (failed_at - start)
+            end = start + _LONGER * (time - start)
         return replace(self, times=Window(start, end))
 
 

@@ -19,6 +19,7 @@ from trackably.certificates.draft import TERMS, Draft, evaluated_until, last_exa
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.sketch import lowest_margins
+from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
 from trackably.checker.intervals import UndefinedError
 from trackably.checker.piecewise import keeps, row_of
@@ -112,10 +113,11 @@ class _ProofProblem:
     @property
     def outcome(self) -> Outcome:
         """A certificate that the checker may refuse, or the reason why there is none."""
-        if not self.draft.has_sane_sizes:
-            reason = "a stored number is too large or too small for the analysis of rounding"
+        try:
+            self.draft.check_sizes()
+        except FailedStepError as refused:
             first = self.reference.quantities[0]
-            return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, reason)
+            return Unproved(first.name, first.bounds, (-np.inf, np.inf), np.inf, str(refused))
         if self.reference.pieces:
             return self._outcome_of_pieces
         start, last = self.span
@@ -203,36 +205,38 @@ class _ProofProblem:
     def _failure_among(self, places: Iterable[tuple[Quantity, float]]) -> Failure | None:
         """Return the first counterexample at `places`, or else the first failure; None if there is none.
 
-        A place is a quantity with a time [s] at which it is examined. If only instants k T_s are to be proved, the
-        nearest instant takes the place of this time.
+        A place is a quantity with a time [s] at which it is examined.
         """
-        T, first = self.reference.plant.sampling_time, None
+        first = None
         for quantity, time in places:
-            step = max(round(time / T), 0) if isinstance(self.claim, Instants) else None
-            failure = self._failure_at(quantity, time if step is None else step * T, step)
+            failure = self._failure_at(quantity, time)
             if isinstance(failure, Counterexample):
                 return failure
             first = first or failure
         return first
 
-    def _failure_at(self, quantity: Quantity, time: float, step: int | None = None) -> Failure | None:
-        """Return how a quantity fails at `time` [s], or at exactly k T_s for a `step` k; None if it keeps its bounds.
+    def _failure_at(self, quantity: Quantity, time: float) -> Failure | None:
+        """Return how a quantity fails at `time` [s]; None if it keeps its bounds there.
 
-        The value is enclosed, which takes long for many kernels.
+        If only instants k T_s are to be proved, the nearest instant takes the place of this time. The value is
+        enclosed, which takes long for many kernels.
         """
-        found = self._failure_exactly_at(quantity, time, step)
+        found = self._failure_exactly_at(quantity, time)
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
         # A bound that jumps at this time may be kept on one side of it: examine the float64 times before and after.
-        if isinstance(found, Counterexample) and step is None and len(quantity.bounds.breakpoints_in(*beside)):
+        if isinstance(found, Counterexample) and found.step is None and len(quantity.bounds.breakpoints_in(*beside)):
             inside = [t for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
-            failures = [self._failure_exactly_at(quantity, t, None) for t in inside]
+            failures = [self._failure_exactly_at(quantity, t) for t in inside]
             found = next((found for found in failures if isinstance(found, Counterexample)), failures[0])
         return found
 
-    def _failure_exactly_at(self, quantity: Quantity, time: float, step: int | None) -> Failure | None:
+    def _failure_exactly_at(self, quantity: Quantity, time: float) -> Failure | None:
         """Return what `_failure_at` says, without a look beside the time."""
+        step, at, T = None, Fraction(time), self.reference.plant.sampling_time
+        if isinstance(self.claim, Instants):
+            step = max(round(time / T), 0)
+            time, at = step * T, step * Fraction(T)
         bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
-        at = Fraction(time) if step is None else step * Fraction(self.reference.plant.sampling_time)
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:

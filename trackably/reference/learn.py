@@ -334,8 +334,8 @@ class _Search:
             of: tuple[Samples, ...], before: Certified | None, prior: JointPrior
         ) -> Certified | NoSolution | Failure:
             last = before.solution if before and before.is_with(prior) else None
-            given = of, prior, self.measured.plant, self._space(prior), self.goal
-            return learn_certified(*given, learner=learner, required=required, last=last)
+            problem = ConstrainedProblem(of, prior, self._space(prior), required=required)
+            return learn_certified(problem, self.measured.plant, self.goal, learner=learner, last=last)
 
         found, cost = self.measured.learn_enough(
             lambda of, before: found_or_raise(first.best(partial(certified, of, before))),

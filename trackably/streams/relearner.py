@@ -12,6 +12,7 @@ from trackably.arguments import instance, positive, whole
 from trackably.arrays import ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.claim import times_of
+from trackably.certificates.goal import for_all_times
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import AllPhases, AllTimes
@@ -19,7 +20,7 @@ from trackably.control.stepping import Plan, SteppedController, StepResult
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
-from trackably.learning.problem import NoSolution, Solution
+from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
 from trackably.reference.fit import Fit
 from trackably.reference.request import Measurements, SamplesLike
@@ -140,8 +141,8 @@ class Relearner:
             learner = _MOVING
             prior = self._prior.with_log_hyperparameters(np.log([values[name] for name in self._prior.learned]))
         near = replace(solution, posterior=replace(solution.posterior, prior=prior))
-        space = SearchSpace.around(samples, prior, starts=1)
-        return learn_certified(samples, prior, plant, space, learner=learner, last=near)
+        problem = ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior, starts=1))
+        return learn_certified(problem, plant, for_all_times(samples, prior, plant), learner=learner, last=near)
 
     def step(
         self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None

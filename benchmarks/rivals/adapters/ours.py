@@ -17,7 +17,7 @@ from trackably.systems.reference import Reference
 def solve(how: Learner, problem: Problem) -> Answer:
     """Learn with a proof of the problem's claim; infeasible, unproved and found are three answers."""
     task = problem.task
-    found = learn_certified(task.samples, task.prior, task.plant, task.space, task.goal, learner=how)
+    found = learn_certified(task.problem, task.plant, task.goal, learner=how)
     if not isinstance(found, Certified):
         return NotFound("infeasible" if isinstance(found, NoSolution) else "unproved", found.explanation)
     solution = found.solution

@@ -8,6 +8,7 @@ import pytest
 from pipeline.loops.online import OnlineLoop, decide_update, receding_window, simulate_online
 from tests.trackably.certificates.references import certified
 from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.goal import for_all_times
 from trackably.certificates.outcome import Unproved
 from trackably.checker.certificate import Window
 from trackably.control.controller import TOLERANCE, Controller
@@ -16,6 +17,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import JOINT
+from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 from trackably.streams.relearner import LearningResult
 from trackably.systems.intervals import Interval
@@ -30,7 +32,8 @@ ARRIVALS = [(k, receding_window(STREAM, k * 0.01, 8)) for k in (120, 200, 300)]
 
 
 def certified_by_search(samples: tuple[Samples, ...]) -> LearningResult:
-    return learn_certified(samples, PRIOR, PLANT, SearchSpace.around(samples, PRIOR, starts=2), learner=JOINT)
+    problem = ConstrainedProblem(samples, PRIOR, SearchSpace.around(samples, PRIOR, starts=2))
+    return learn_certified(problem, PLANT, for_all_times(samples, PRIOR, PLANT), learner=JOINT)
 
 
 @pytest.fixture(scope="module")

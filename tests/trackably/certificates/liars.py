@@ -71,11 +71,11 @@ def _exaggerates(rng: np.random.Generator, found: Any) -> Any:
 
 
 def _breaks_any_bound(rng: np.random.Generator, honest: Any) -> Any:
-    def failure_at(self: Any, quantity: Any, time: float, step: int | None = None) -> Any:
+    def failure_at(self: Any, quantity: Any, time: float) -> Any:
         if rng.uniform() < 0.5:
-            return honest(self, quantity, time, step)
+            return honest(self, quantity, time)
         by = quantity.bounds.width * 10 ** rng.uniform(-9, 0)
-        return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.claim, step)
+        return Counterexample(quantity.name, quantity.bounds, time, by, self.reference, self.claim)
 
     return failure_at
 
@@ -108,7 +108,7 @@ LIES: Lies = {
 }  # fmt: skip
 LIES_ABOUT_PIECES: Lies = {
     "errors are smaller": (prove.Draft, "of_pieces", after(_with_smaller_errors)),
-    "sizes are sane": (Draft, "has_sane_sizes", lambda rng, honest: property(lambda s: True)),
+    "sizes are sane": (Draft, "check_sizes", always(None)),
     "few times are looked at": (sketch, "times_to_look_at", after(lambda rng, t: np.sort(rng.choice(t, 9)))),
     **{name: LIES[name] for name in ("bounds are broken anywhere", "violations are larger", "nothing is broken")},
     "everything is broken": (prove, "judge", _refuses_certificates),

@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.published.scalar import scalar
 from tests.pipeline.published import example1
 from trackably.certificates.certified import Certified, learn_certified
+from trackably.certificates.goal import for_all_times
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
@@ -37,7 +38,9 @@ PROBLEMS = {
 
 @cache
 def certified(example: str) -> Certified:
-    found = learn_certified(*PROBLEMS[example])
+    samples, prior, plant, space = PROBLEMS[example]
+    problem = ConstrainedProblem(samples, prior, space)
+    found = learn_certified(problem, plant, for_all_times(samples, prior, plant))
     assert isinstance(found, Certified), found.explanation
     return found
 

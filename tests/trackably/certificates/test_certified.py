@@ -17,18 +17,18 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
-from trackably.learning.problem import NothingFactored
+from trackably.learning.problem import ConstrainedProblem, NothingFactored
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
 SAMPLES, PRIOR, PLANT, SPACE = PROBLEMS["example1"]
-GOAL, BOUNDS = for_all_times(SAMPLES, PRIOR, PLANT), PLANT.quantities[0].bounds
+PROBLEM, BOUNDS = ConstrainedProblem(SAMPLES, PRIOR, SPACE), PLANT.quantities[0].bounds
 
 
 def learned(**options):
-    return learn_certified(SAMPLES, PRIOR, PLANT, SPACE, **options)
+    return learn_certified(PROBLEM, PLANT, for_all_times(SAMPLES, PRIOR, PLANT), **options)
 
 
 def test_example1_has_the_sound_optimum():
@@ -75,7 +75,7 @@ def test_constraints_are_extended_to_where_a_proof_failed_before_them(monkeypatc
     assert goal.times.start > 2.5
     monkeypatch.setattr(learning, "prove", planted)
     learner = replace(JOINT, extended=extended)
-    assert isinstance(learn_certified(moved, PRIOR, PLANT, SPACE, goal, learner=learner), Certified)
+    assert isinstance(learn_certified(replace(PROBLEM, samples=moved), PLANT, goal, learner=learner), Certified)
     assert windows == [Window(0.0, goal.times.end)]
 
 
@@ -91,7 +91,8 @@ def crane(step, end, distance, noise_std, kernel, learner):
     samples = (Samples(t, distance * (10 * s**3 - 15 * s**4 + 6 * s**5) + noise),)
     prior = JointPrior((Prior(kernel, noise_std, mean=distance / 2),))
     goal = goal_for(Window(0.0, end), samples, prior, plant)
-    return learn_certified(samples, prior, plant, SearchSpace.around(samples, prior), goal, learner=learner)
+    problem = ConstrainedProblem(samples, prior, SearchSpace.around(samples, prior))
+    return learn_certified(problem, plant, goal, learner=learner)
 
 
 def test_bounds_that_hardly_cost_leave_room_for_large_errors_of_evaluation():
