@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from trackably.certificates.waypoint import Waypoint
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.prior import NOISE
@@ -13,6 +12,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
 from trackably.reference.fit import Fit, Misfit
 from trackably.reference.input_warnings import beyond_neighbours
+from trackably.reference.waypoints import Waypoint
 from trackably.systems.tightening import Tightening
 
 _DEAREST = 3  # most contacts (bounds that are active for some time) that a sentence names, by decreasing price

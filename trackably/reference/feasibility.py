@@ -17,12 +17,12 @@ from trackably.arrays import Array, Flags
 from trackably.certificates.form import as_written
 from trackably.certificates.judge import judge_contradiction
 from trackably.certificates.outcome import Impossible, InfeasibleTightening
-from trackably.certificates.waypoint import WINDOW, Waypoint, coordinates, extent
 from trackably.checker import subject
 from trackably.checker.certificate import Claim
 from trackably.checker.contradiction import FORMAT, VERSION, Contradiction, Gap, Value, wanted_boxes
 from trackably.checker.form import a_plant
 from trackably.checker.moving import ends_at
+from trackably.reference.waypoints import WINDOW, Waypoint, coordinates, extent
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem

@@ -14,7 +14,6 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.certificates.waypoint import Waypoint
 from trackably.files import LEFT_OUT
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
@@ -24,6 +23,7 @@ from trackably.learning.joint.places import places_of
 from trackably.learning.problem import ActiveBound, Method, Side, Solution
 from trackably.learning.space import SearchSpace
 from trackably.reference.condensed import Condensation
+from trackably.reference.waypoints import Waypoint
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Trajectory

@@ -20,7 +20,6 @@ from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.goal import Goal, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
-from trackably.certificates.waypoint import Waypoint, prove_waypoints
 from trackably.checker.certificate import AllPhases
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
@@ -41,7 +40,7 @@ from trackably.reference.input_warnings import doubts, far_beyond, repeated, war
 from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
 from trackably.reference.trackable import TrackableReference
 from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
-from trackably.reference.waypoints import Waypoints, by_default, waypoints
+from trackably.reference.waypoints import Waypoint, Waypoints, by_default, prove_waypoints, waypoints
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.sampling import prior_for

@@ -16,11 +16,11 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import as_written
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.prove import prove
-from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.reference.fit import Fit
+from trackably.reference.waypoints import Waypoint
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError, Zonotope
 from trackably.systems.reference import Reference

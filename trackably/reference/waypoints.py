@@ -1,20 +1,178 @@
-"""Check waypoints (values that a reference has to have at given times), and choose their tolerances."""
+"""Waypoints: required values of a reference at given times, up to tolerances; how they are learned, and proved.
 
-from collections.abc import Mapping
+The proof is that of a claim like any other. In a short window around the time, the reference keeps the bounds of a
+plant with the same system, whose state and input sets are the values with their tolerances.
+"""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 from reprlib import repr as short
-from typing import Literal
+from typing import Literal, Self
+
+import numpy as np
 
 from trackably.arguments import positive, real
-from trackably.certificates.waypoint import Waypoint, extent
-from trackably.checker.certificate import Claim
+from trackably.certificates.certificate import Certificate
+from trackably.certificates.judge import NotTrackableError
+from trackably.certificates.outcome import Unproved
+from trackably.certificates.prove import Failure, Outcome, prove
+from trackably.checker.certificate import Claim, Window
+from trackably.learning.problem import RequiredValue
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.intervals import Interval
+from trackably.systems.intervals import Interval, rounded_text
+from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import Polytope
+from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
+from trackably.systems.trajectories import Trajectory
+
+WINDOW = 1e-6
+"""Half the length of the window in which values are proved, relative to the sampling time."""
+
+_OF_WIDTH, _MOST_OF_WIDTH = 1e-4, 1e-2  # parts of the width of the bounds: default tolerance, and up to which it grows
+
+# Tolerances are reduced by this part before they are rounded up for a text. Otherwise, a rounding error in a tolerance
+# would raise the last digit shown.
+_NOTHING = 1e-12
+
+
+@dataclass(frozen=True)
+class Waypoint:
+    """Required `values` of states and inputs at `time` [s], by name, each up to its tolerance (in its unit).
+
+    Without values, the system has to be at rest at this time: in an equilibrium, with the input that holds it. The
+    reference determines which equilibrium (`found`).
+    """
+
+    time: float
+    values: dict[str, float]
+    tolerances: dict[str, float]
+
+    def required_values(self, plant: ConstrainedSystem) -> tuple[RequiredValue, ...]:
+        """Return the required values as the learning problem takes them: linear functionals of the signals, and values.
+
+        A value next to a bound is moved inside, by half its tolerance at most, because bounds are tightened for the
+        proof.
+        """
+        of, T = coordinates(plant), plant.sampling_time
+        if not self.values:
+            return tuple(
+                RequiredValue(f"rate of {name}", of[name].rate, self.time, 0.0, self.tolerances[name] / T)
+                for name in plant.system.states
+            )
+        return tuple(
+            RequiredValue(name, of[name], self.time, self._inside(plant, name), self.tolerances[name])
+            for name in self.values
+        )
+
+    def found(self, reference: Reference) -> Self:
+        """Return the waypoint with its values. At rest, they are the equilibrium for the signals at `time`."""
+        if self.values:
+            return self
+        levels = [signal(np.asarray(self.time)).item() for signal in reference.signals]
+        return replace(self, values={name: of.at_rest(levels) for name, of in coordinates(reference.plant).items()})
+
+    def plant(self, plant: ConstrainedSystem) -> ConstrainedSystem:
+        """Return the plant whose bounds are the values with their tolerances.
+
+        A nonlinear plant keeps its own bounds too, which show that its formulas are defined. ValueError: its own bounds
+        exclude the values.
+        """
+        is_linear = isinstance(plant.system, LinearSystem)
+        sides = (plant.state_set, plant.system.states), (plant.input_set, plant.system.inputs)
+        X, U = (self.alone(names) if is_linear else self.within(bounded, names) for bounded, names in sides)
+        return replace(plant, state_set=X, input_set=U)
+
+    def prove(self, reference: Reference) -> Outcome:
+        """Prove that the reference has the values, in a window that contains `time` and its neighbours in float64."""
+        half = max(WINDOW * reference.plant.sampling_time, 4 * float(np.spacing(abs(self.time))))
+        at = Reference(reference.signals, self.plant(reference.plant))
+        return prove(at, Window(self.time - half, self.time + half))
+
+    def missed(self, failure: Failure) -> Unproved:
+        """Return a failure to prove the values, with a tolerance that is likely to succeed, if the failure says one."""
+        why = failure.reason if isinstance(failure, Unproved) else "it is missed"
+        why = f"the waypoint at {self.time:.6g} s needs this, and {why}"
+        if np.isfinite(enough := _enough(failure)):
+            why += f"; float64 may not be more precise: try a larger at_tolerance, such as {rounded_text(enough, 'up')}"
+        return Unproved(failure.quantity, failure.bounds, failure.box, failure.shortfall, why)
+
+    def alone(self, names: tuple[str, ...]) -> Polytope:
+        """Return the set in which named coordinates have the required values, up to tolerances; all others are free."""
+        value = np.array([self.values.get(name, 0.0) for name in names])
+        by = np.array([self.tolerances[name] if name in self.values else np.inf for name in names])
+        return Polytope.box(value - by, value + by)
+
+    def within(self, bounded: Polytope, names: tuple[str, ...]) -> Polytope:
+        """Return the part of the set with the required values, up to tolerances. ValueError: it has no interior.
+
+        If the set moves in time, it is taken at `time`.
+        """
+        bounded, box = bounded.at(self.time), self.alone(names)
+        lower, upper = (np.concatenate(ends) for ends in ((bounded.lower, box.lower), (bounded.upper, box.upper)))
+        return Polytope(np.vstack([bounded.rows, box.rows]), lower, upper, bounded.dimension)
+
+    def _inside(self, plant: ConstrainedSystem, name: str) -> float:
+        value, bounds = self.values[name], extent(plant, name, self.time)
+        if bounds is None:
+            return value
+        by = min(self.tolerances[name], bounds.width) / 2
+        return min(max(value, bounds.lower + by), bounds.upper - by)
+
+    def __str__(self) -> str:
+        said = []
+        for name, value in self.values.items():
+            by = self.tolerances[name] + abs(float(f"{value:.6g}") - value)
+            said.append(f"{name} = {value:.6g} ± {rounded_text(by * (1 - _NOTHING), 'up')}")
+        return f"{', '.join(said)} at {self.time:.6g} s"
+
+
+def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
+    """Return the interval of a state or an input in its set at a time [s]; None if nothing bounds it."""
+    system, is_state = plant.system, name in plant.system.states
+    bounded, names = (plant.state_set, system.states) if is_state else (plant.input_set, system.inputs)
+    return bounded.at(time).extent(names.index(name))
+
+
+def _enough(failure: Failure) -> float:
+    """Return a tolerance with which one further proof is likely to succeed.
+
+    It is four times the one that failed with what was missing. As the error of float64 is at most their sum, there is
+    room for this error, and for a value that is off by three times as much.
+    """
+    return 4 * (failure.bounds.width / 2 + failure.shortfall)
+
+
+def prove_waypoints(
+    reference: Reference, pinned: Iterable[Waypoint], by_default: Collection[str]
+) -> tuple[tuple[Waypoint, ...], tuple[Certificate, ...]]:
+    """Return the values that are proved of a reference, and a certificate for each time.
+
+    Tolerances of names in `by_default` are widened up to `_MOST_OF_WIDTH` of the width of their bounds, if float64 does
+    not prove smaller ones. NotTrackableError: a value is not proved.
+    """
+    met, certificates = list[Waypoint](), list[Certificate]()
+    for asked in pinned:
+        at = asked.found(reference)
+        while not isinstance(outcome := at.prove(reference), Certificate):
+            name = outcome.quantity
+            bounds = extent(reference.plant, name, at.time) if name in by_default else None
+            most = _MOST_OF_WIDTH * bounds.width if bounds else 0.0
+            if outcome.bounds.width / 2 >= most:
+                raise NotTrackableError(at.missed(outcome))
+            at = replace(at, tolerances=at.tolerances | {name: min(_enough(outcome), most)})
+        met.append(at)
+        certificates.append(outcome)
+    return tuple(met), tuple(certificates)
+
+
+def coordinates(plant: ConstrainedSystem) -> dict[str, Trajectory]:
+    """Return all states and inputs, as trajectories that depend on the signals, by name."""
+    return dict(zip(plant.names, (*plant.flatness.states, *plant.flatness.inputs), strict=True))
+
 
 Waypoints = Mapping[float, Mapping[str, float] | Literal["rest"]]
 """Values of states and inputs, by name, at times [s]; or "rest": an equilibrium, with the input that holds it."""
-
-_OF_WIDTH = 1e-4  # default tolerance, as a part of the width of the bounds
 
 
 def waypoints(

@@ -14,7 +14,6 @@ from trackably.arguments import positive
 from trackably.arrays import ArrayLike
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
-from trackably.certificates.waypoint import prove_waypoints
 from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -31,7 +30,7 @@ from trackably.reference.fit import Fit, edges_of, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
-from trackably.reference.waypoints import Waypoints, by_default, waypoints
+from trackably.reference.waypoints import Waypoints, by_default, prove_waypoints, waypoints
 from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem

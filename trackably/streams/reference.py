@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Self
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import AllTimes, TrueSignal
 from trackably.files import LEFT_OUT, new_file
 from trackably.gp.joint import JointPrior
@@ -22,6 +21,7 @@ from trackably.reference.explanation import given_values, kept_free, means
 from trackably.reference.fit import Misfit
 from trackably.reference.saved import Saved, SavedTightening, window_of
 from trackably.reference.trackable import LearnedReference
+from trackably.reference.waypoints import Waypoint
 from trackably.streams.windows import Stream
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening

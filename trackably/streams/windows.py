@@ -12,7 +12,6 @@ import numpy as np
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import Failure, prove
-from trackably.certificates.waypoint import Waypoint
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples, recorded_span
@@ -22,6 +21,7 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
+from trackably.reference.waypoints import Waypoint
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 from trackably.work import done

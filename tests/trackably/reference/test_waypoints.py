@@ -21,7 +21,7 @@ from trackably import (
     check,
     learn_reference,
 )
-from trackably.certificates.waypoint import Waypoint
+from trackably.reference.waypoints import Waypoint
 from trackably.systems.intervals import Interval
 
 KNOWN = SquaredExponential(0.5, 0.6)
