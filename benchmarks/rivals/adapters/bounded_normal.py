@@ -7,13 +7,12 @@ nothing is rejected, and the truncated distribution is invariant, up to rounding
 always π/2. Here it is random, between π/4 and 3π/4, because a reflected particle whose period is the fixed time would
 return to its start (R. M. Neal, MCMC using Hamiltonian dynamics, 2011, warns of this for Hamiltonian methods).
 
-Chains start at the shortest w with N w + g ≥ 0, for normals N and offsets g of the bounds: the most likely admissible
-value. A root of a covariance maps independent standard normal numbers to values with this covariance.
+Chains start at the shortest w within the bounds: the most likely admissible value. A root of a covariance maps
+independent standard normal numbers to values with this covariance.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -49,37 +48,28 @@ class NoRoom(ArithmeticError):
 
 @dataclass(frozen=True)
 class BoundedNormal:
-    """w ~ N(0, I) of dimension r, truncated to N w + g ≥ 0: `normals` N (W, r) of length one, `offsets` g (W,)."""
+    """w ~ N(0, I) of dimension r, given `lower` ≤ D w ≤ `upper` for `rows` D (M, r) and bounds (M,), maybe infinite."""
 
-    normals: Array
-    offsets: Array
-
-    @classmethod
-    def between(cls, rows: Array, lower: Array, upper: Array) -> Self:
-        """Return w ~ N(0, I), given `lower` ≤ D w ≤ `upper` for `rows` D (M, r) and bounds (M,), which may be infinite.
-
-        Raises NoRoom if a row is zero and its bounds exclude zero.
-        """
-        lengths = np.linalg.norm(rows, axis=1)
-        if np.any((lengths == 0) & ((lower > 0) | (upper < 0))):
-            raise NoRoom("draws: a state or input that cannot vary (its variance is zero) is outside of its bounds")
-        normals, offsets = np.vstack([rows, -rows]), np.concatenate([-lower, upper])
-        lengths = np.concatenate([lengths, lengths])
-        some = (lengths > 0) & np.isfinite(offsets)
-        return cls(normals[some] / lengths[some, None], offsets[some] / lengths[some])
+    rows: Array
+    lower: Array
+    upper: Array
 
     @cached_property
     def start(self) -> Array:
-        """The most likely standard normal vector w (r,) that is at least 1e-6 away from all bounds.
-
-        Chains of draws start there. Raises NoRoom if there is no such w, or if it is not found.
-        """
-        found = least_norm(self.normals, self.offsets - _INSIDE)
+        """The most likely w (r,) that is 1e-6 standard deviations away from all bounds. NoRoom: there is none."""
+        (normals, offsets), known = self.walls, np.isfinite(self.walls[1])
+        lengths = np.linalg.norm(normals[known], axis=1)
+        # A row of zeros cannot vary: it needs no distance from its bounds.
+        inside, unit = _INSIDE * (lengths > 0), np.where(lengths > 0, lengths, 1.0)
+        found = least_norm(normals[known] / unit[:, None], offsets[known] / unit - inside)
         if found is None:
-            raise NoRoom(
-                f"no draw is inside all bounds by {_INSIDE:g} standard deviations: bounds leave too little room"
-            )
+            raise NoRoom(f"no draw is inside all bounds by {_INSIDE:g} standard deviations: they leave too little room")
         return found
+
+    @cached_property
+    def walls(self) -> tuple[Array, Array]:
+        """Normals N (2M, r) and offsets g (2M,) of the bounds N w + g ≥ 0."""
+        return np.vstack([self.rows, -self.rows]), np.concatenate([-self.lower, self.upper])
 
     def draws(self, count: int, seed: int) -> Array:
         """Return `count` draws, shape (count, r).
@@ -108,9 +98,10 @@ class BoundedNormal:
             arrived_at[which[arrives]] = w[arrives]
             if arrives.all():
                 return arrived_at
-            which, left, w, normal = which[~arrives], (left - free)[~arrives], w[~arrives], self.normals[wall[~arrives]]
-            v = v[~arrives]
-            v -= 2 * np.sum(v * normal, axis=1)[:, None] * normal  # the velocity after the reflection
+            which, left, w, v = which[~arrives], (left - free)[~arrives], w[~arrives], v[~arrives]
+            normal = self.walls[0][wall[~arrives]]
+            # The velocity after the reflection.
+            v -= 2 * (np.sum(v * normal, axis=1) / np.sum(normal**2, axis=1))[:, None] * normal
         raise NoRoom(
             f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
         )
@@ -123,13 +114,14 @@ class BoundedNormal:
         reaches it in less than π. If the computed time is longer, rounding has put the particle on the wall or just
         beyond, and it leaves now.
         """
-        height, rates = w @ self.normals.T, v @ self.normals.T
-        times = np.full((len(w), len(self.offsets) + 1), np.inf)
+        normals, offsets = self.walls
+        height, rates = w @ normals.T, v @ normals.T
+        times = np.full(height.shape, np.inf)
         radius = np.hypot(height, rates)
-        p, j = np.nonzero(radius > self.offsets)
+        p, j = np.nonzero(radius > offsets)
         rate = rates[p, j]
         turn = np.arctan2(rate, height[p, j])
-        t = (turn + np.arccos(np.clip(-self.offsets[j] / radius[p, j], -1, 1))) % (2 * np.pi)
+        t = (turn + np.arccos(np.clip(-offsets[j] / radius[p, j], -1, 1))) % (2 * np.pi)
         times[p, j] = np.where((rate < 0) & (t > np.pi), 0.0, t)
         first = np.argmin(times, axis=1)
         return times[np.arange(len(first)), first], first

@@ -49,7 +49,7 @@ class Truncated:
 
     def average(self, draws: int = _DRAWS) -> Array:
         """Return the mean of as many draws within the bounds. NoRoom: there is nothing to draw from."""
-        drawn = BoundedNormal.between(*self.bounds).draws(draws, _SEED)
+        drawn = BoundedNormal(*self.bounds).draws(draws, _SEED)
         return np.asarray(self.mean + self.root @ np.mean(drawn, axis=0))
 
 

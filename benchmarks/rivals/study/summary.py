@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, astuple, dataclass
-from functools import partial
 from itertools import zip_longest
 from math import isclose
 from pathlib import Path
@@ -109,11 +108,8 @@ def differences(ours: Sequence[Entry], theirs: Sequence[Entry]) -> list[str]:
 
 
 def _is_same(one: Entry, other: Entry) -> bool:
-    floats, others = (
-        [[value for value in astuple(of) if isinstance(value, float) is wanted] for of in (one, other)]
-        for wanted in (True, False)
-    )
-    return others[0] == others[1] and all(map(partial(isclose, rel_tol=_SAME), *floats))
+    pairs = zip(astuple(one), astuple(other), strict=True)
+    return all(isclose(a, b, rel_tol=_SAME) if type(a) is type(b) is float else a == b for a, b in pairs)
 
 
 def page(entries: Sequence[Entry]) -> str:

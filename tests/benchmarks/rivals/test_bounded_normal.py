@@ -12,7 +12,7 @@ INF = np.inf
 
 
 def between(rows, lower, upper) -> BoundedNormal:
-    return BoundedNormal.between(*(np.asarray(given, dtype=float) for given in (rows, lower, upper)))
+    return BoundedNormal(*(np.asarray(given, dtype=float) for given in (rows, lower, upper)))
 
 
 # The last but two: a particle that is reflected with the period π/2 must not stay at 5.5.
