@@ -8,7 +8,7 @@ a field may hold one of several classes, the object is read as the class of whic
 
 import re
 from collections.abc import Callable, Mapping, Set
-from dataclasses import Field, astuple, dataclass, fields, is_dataclass
+from dataclasses import MISSING, Field, astuple, dataclass, fields, is_dataclass
 from fractions import Fraction
 from functools import cache
 from reprlib import repr as short
@@ -28,7 +28,7 @@ from trackably.systems.formulas import is_float64, to_lists
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
-_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields that are not written if they have their default
+_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters", "noise", "model_error"}  # if they have their default
 
 T = TypeVar("T")
 
@@ -228,4 +228,4 @@ def _hints(wanted: Any) -> dict[str, Any]:
 
 def _is_left_out(field: Field[Any]) -> bool:
     """Whether a field is left out of the JSON if it has its default value."""
-    return bool(field.metadata.get(LEFT_OUT)) or field.name in _MAY_BE_MISSING
+    return bool(field.metadata.get(LEFT_OUT)) or (field.name in _MAY_BE_MISSING and field.default is not MISSING)

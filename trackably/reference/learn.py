@@ -270,7 +270,7 @@ def learn_reference(
         fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned)
         fit = replace(fit, condensed=cost, limited=limited, budget=ended, free=tuple(between))
     certificate = with_truth(certified.certificate.with_robust(tightening), signals)
-    learned = TrackableReference(fit, certificate, proofs, tightening)
+    learned = TrackableReference.of(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)

@@ -32,7 +32,7 @@ from trackably.reference.input_warnings import doubts, far_beyond, repeated, war
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, by_default, waypoints
-from trackably.streams.reference import StreamReference
+from trackably.streams.reference import SavedStream, StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
@@ -138,7 +138,17 @@ def learn_stream(
         reference, certificate = found_or_raise(learn_proved(stream))
         pinned, proofs = found_or_raise(prove_waypoints(reference, pinned, by_default(at_tolerance, plant)))
     certificate = with_truth(certificate.with_robust(tightening), signals)
-    learned = StreamReference(reference, certificate, replace(stream, pinned=pinned), cost, tightening, proofs)
+    saved = SavedStream.of(
+        certificate,
+        tightening,
+        learned=reference,
+        samples=measured.signals,
+        prior=known,
+        length=length,
+        condensed=cost,
+        pinned=pinned,
+    )
+    learned = StreamReference(saved, certificate, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name} (root mean square)" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"
