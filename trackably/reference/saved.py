@@ -11,10 +11,11 @@ from typing import Any, Generic, Self, TypeVar
 
 from trackably.arguments import real
 from trackably.certificates.certificate import Certificate
+from trackably.certificates.claim import as_claim
 from trackably.certificates.form import as_written
 from trackably.certificates.prove import Failure, prove
 from trackably.certificates.waypoint import Waypoint, prove_waypoints
-from trackably.checker.certificate import TrueSignal, Window
+from trackably.checker.certificate import Claim, TrueSignal, Window
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.reference.fit import Fit
@@ -34,8 +35,8 @@ class Saved(ABC):
     """What is known of a reference, as its file has it; subclasses add what was learned.
 
     `proved_from` and `proved_until` [s] are the ends of the proved window, or None if all times are proved. The bounds
-    of the plant were tightened as `tightening` says. ValueError: only one end is None, or they do not increase, or the
-    plant has other bounds than `tightening` gives.
+    of the plant were tightened as `tightening` says. ValueError: the window is none, or the plant has other bounds than
+    `tightening` gives.
     """
 
     proved_from: float | None
@@ -83,21 +84,17 @@ class Saved(ABC):
             raise CodecError(f"{path}: is no saved reference, or damaged: {why}") from None
 
     def __post_init__(self) -> None:
-        ends = self.proved_from, self.proved_until
-        if (ends[0] is None) is not (ends[1] is None):
-            raise ValueError(f"proved_from and proved_until: expected both or none, got {ends[0]} and {ends[1]}")
+        _ = self.window  # computed here, so that a wrong file is refused on reading
         if self.tightening and as_written(self.tightening.plant) != as_written(self.reference.plant):
             raise ValueError(
                 "tightening: it gives other bounds than those of the saved reference; was the file changed?"
             )
-        if (window := self.window) and not window.start < window.end:
-            raise ValueError(f"proved_from and proved_until: expected start < end, got {ends[0]} and {ends[1]}")
 
     @property
-    def window(self) -> Window | None:
+    def window(self) -> Claim | None:
         """The proved window; None if all times are proved."""
-        start, end = self.proved_from, self.proved_until
-        return None if start is None or end is None else Window(start, end)
+        ends = self.proved_from, self.proved_until
+        return None if ends == (None, None) else as_claim(ends)
 
     def write(self, path: Path) -> None:
         from trackably.codec import dumps  # noqa: PLC0415  loaded for files only
