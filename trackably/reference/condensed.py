@@ -28,7 +28,6 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import ResidualStatistics, Samples
-from trackably.gp.stencil import Stencils
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import sampled_signals
 
@@ -127,18 +126,11 @@ def condense(samples: Samples, centres: int) -> Samples:
     """Return at most `centres` samples that represent all `samples`; return `samples` if they are no more than that.
 
     The time between the first sample and the last is divided into equal bins, and the samples in each bin are replaced
-    by 4. Nothing is lost for a signal that is a cubic polynomial in each bin. Raises ValueError if `centres` is below
-    4, or if the samples are of several kinds (for example, positions and velocities).
+    by 4. Nothing is lost for a signal that is a cubic polynomial in each bin. There are at least 4 `centres`, and the
+    samples are of one kind, for example positions.
     """
     if len(samples) <= centres:
         return samples
-    if centres < NODES:
-        raise ValueError(f"centres: expected at least {NODES}, got {centres}")
-    if isinstance(samples.stencil, Stencils):
-        raise ValueError(
-            "centres: expected samples of one state, got samples of several states joined in one Samples; condense the "
-            "samples of each state before you join them"
-        )
     ends = np.linspace(samples.times[0], samples.times[-1], centres // NODES + 1)[1:-1]
     cuts = [0, *np.searchsorted(samples.times, ends).tolist(), len(samples)]
     arrays = samples.times, samples.values, samples.relative_noise

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arguments import is_number, numbers, real
-from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
+from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
@@ -268,19 +268,6 @@ def _samples(what: str, given: object, of: str = "") -> Samples:
 # The prior mean: if all times are claimed, it has to be an equilibrium within the bounds.
 
 
-def refuse_mean(
-    claim: Claim, prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None = None
-) -> None:
-    """Raise ValueError if the plant has to follow the prior mean for ever, but cannot.
-
-    It has to if all times t ≥ 0, or all phases of a period, are claimed. `tightening` is None, or how the bounds of the
-    plant were tightened.
-    """
-    if quantities_at_rest(claim, plant):
-        why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
-        check_rest(prior, plant, tightening, f"{why} could not be followed for ever", "claim a window (start, end)")
-
-
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
     """Return the quantities that have to keep their bounds while the plant rests at the prior mean, for this claim."""
     # For free claims, the prior mean need not keep any bound. A vehicle may move for ever with a periodic kernel; with
@@ -290,14 +277,15 @@ def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity
 
 
 def check_rest(
-    prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None, why: str, or_else: str = ""
+    prior: JointPrior, at_rest: Iterable[Quantity], tightening: Tightening | None, why: str, or_else: str = ""
 ) -> None:
-    """Raise ValueError if the prior mean is no equilibrium inside the bounds.
+    """Raise ValueError if a quantity leaves its bounds while the plant rests at the prior mean.
 
-    The message says `why` the mean has to be an equilibrium, and what to do instead (`or_else`).
+    The message says `why` the mean has to be an equilibrium, and what to do instead (`or_else`). `tightening` is None,
+    or how the bounds were tightened.
     """
     means = [part.mean for part in prior.parts]
-    for quantity in plant.quantities:
+    for quantity in at_rest:
         bounds = quantity.bounds.rest
         level = bounds.snapped(quantity.at_rest(means))
         if not bounds.strictly_contains(level):

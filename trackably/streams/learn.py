@@ -131,7 +131,7 @@ def learn_stream(
     with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
         asked += warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
-        check_rest(first.prior, plant, tightening, "each window of a stream ends at rest there")
+        check_rest(first.prior, plant.quantities, tightening, "each window of a stream ends at rest there")
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)

@@ -14,7 +14,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.reference.condensed import Condensation
 from trackably.reference.explanation import given_values, kept_free, means
-from trackably.reference.fit import Misfit
+from trackably.reference.fit import Misfit, residuals
 from trackably.reference.saved import Saved
 from trackably.reference.trackable import LearnedReference
 from trackably.systems.reference import Reference
@@ -97,11 +97,9 @@ class StreamReference(LearnedReference):
 
         They are compared with the noise, because there is no fit without bounds to compare them with.
         """
-        found = []
-        each = zip(self.prior.names, self.prior.parts, self.samples, self.reference.kernel_sums, strict=True)
-        for process, part, of, signal in each:
-            for name, samples in of.by_name(process).items():
-                off = samples.values - samples.stencil.measured(signal, samples.times)
-                noise = float(part.noise_std)
-                found.append(Misfit(name, samples, off, noise * samples.relative_noise, noise, noise, is_learned=False))
+        off, found = residuals(self.prior.names, self.samples, self.reference.kernel_sums), []
+        for process, part, together in zip(self.prior.names, self.prior.parts, self.samples, strict=True):
+            noise = float(part.noise_std)
+            for name, of in together.by_name(process).items():
+                found.append(Misfit(name, of, off[name], noise * of.relative_noise, noise, noise, is_learned=False))
         return tuple(found)
