@@ -24,7 +24,6 @@ from trackably.checker.form import (
     a_pair,
     by_name,
     by_tag,
-    itself,
     many,
     one_of,
     rational_number,
@@ -142,7 +141,7 @@ def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form
         return _read_array(data, where)
     readers = [partial(_read, of) for of in inner]
     if kind in (Mapping, dict):
-        return by_name(itself, readers[1])(data, where)
+        return by_name(*readers)(data, where)
     if kind is tuple and inner[-1] is not ...:
         return a_pair(*readers)(data, where)
     if kind in (tuple, list, frozenset):
