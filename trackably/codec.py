@@ -6,11 +6,11 @@ nested lists, a learned hyperparameter is an object with `learned` and `interval
 a field may hold one of several classes, the object is read as the class of which it lacks the fewest fields.
 """
 
-import re
-from collections.abc import Callable, Mapping, Set
-from dataclasses import Field, astuple, dataclass, fields, is_dataclass
+import sys
+from collections.abc import Mapping, Set
+from dataclasses import MISSING, Field, astuple, dataclass, fields, is_dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from reprlib import repr as short
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
@@ -18,7 +18,17 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.checker.form import a_formula
+from trackably.checker.form import (
+    Reader,
+    a_formula,
+    a_pair,
+    by_name,
+    by_tag,
+    many,
+    one_of,
+    rational_number,
+    record,
+)
 from trackably.checker.formulas import Formula
 from trackably.files import LEFT_OUT, from_json, to_json
 from trackably.gp.hyperparameter import Hyperparameter, Learned
@@ -28,7 +38,7 @@ from trackably.systems.formulas import is_float64, to_lists
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
-_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters"}  # fields that are not written if they have their default
+_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters", "noise", "model_error"}  # if they have their default
 
 T = TypeVar("T")
 
@@ -98,10 +108,8 @@ def decode(wanted: type[T], data: object) -> T:
     try:
         value = _read(wanted, data, "$")
         if encode_unverified(value) != data:  # a class may change or complete what it is given
-            raise CodecError(
-                "expected the JSON that the library writes for this value, got other JSON; write the value again @ $"
-            )
-    except CodecError as error:
+            raise CodecError("$ must be the JSON that the library writes for this value; write the value again")
+    except ValueError as error:
         raise CodecError(f"{wanted.__name__}: {error}") from error
     return cast(T, value)
 
@@ -121,59 +129,65 @@ def loads(wanted: type[T], data: bytes) -> T:
 
 
 def _read(wanted: Any, data: Any, where: str) -> Any:  # noqa: PLR0911  one form for each type
-    """Return `data` as a value of the type `wanted`; errors name its place `where`. CodecError: it has another type."""
+    """Return `data` as a value of the type `wanted`. ValueError, which names the place `where`: it has another type."""
     kind, inner = get_origin(wanted) or wanted, get_args(wanted)
-    if wanted is Hyperparameter and isinstance(data, dict):
-        return Learned(*astuple(_read_dataclass(LearnedHyperparameter, data, where)))
-    if wanted in (float, Hyperparameter):
-        return _read_float(data, where)
-    if wanted in (int, bool, str):
-        _require(type(data) is wanted, f"must be of type {wanted.__name__}", data, where)  # True is no int
-        return data
-    if wanted is Fraction:
-        is_rational = isinstance(data, str) and re.fullmatch(r"-?[0-9]+(/0*[1-9][0-9]*)?", data)
-        _require(bool(is_rational), "must be a rational number such as -3/4", data, where)
-        return Fraction(data)
-    if wanted == Formula or wanted in get_args(Formula):
-        return _make(a_formula, where, data, "a formula")
+    if wanted in _READERS:
+        return _READERS[wanted](data, where)
     if kind in (Union, UnionType):
         return None if data is None and type(None) in inner else _read(_best(inner, data), data, where)
     if kind is Literal:
-        _require(data in inner, f"must be one of {', '.join(map(repr, inner))}", data, where)
-        return data
+        return one_of(inner)(data, where)
     if kind is np.ndarray:
-        _require(isinstance(data, list), "must be a list of numbers", data, where)
         return _read_array(data, where)
-    if kind in (tuple, list, frozenset):
-        _require(isinstance(data, list), "must be a list", data, where)
-        each = inner[:1] * len(data) if len(inner) == 1 or inner[-1] is ... else inner
-        _require(len(each) == len(data), f"must have {len(each)} entries", data, where)
-        return kind(_read(of, data[i], f"{where}[{i}]") for i, of in enumerate(each))
+    readers = [partial(_read, of) for of in inner]
     if kind in (Mapping, dict):
-        _require(isinstance(data, dict), "must be an object", data, where)
-        return {name: _read(inner[1], of, f"{where}.{name}") for name, of in data.items()}
-    _require(is_dataclass(wanted), f"has the type {wanted}, which cannot be read from JSON", data, where)
+        return by_name(*readers)(data, where)
+    if kind is tuple and inner[-1] is not ...:
+        return a_pair(*readers)(data, where)
+    if kind in (tuple, list, frozenset):
+        return kind(many(readers[0], sys.maxsize, empty=True)(data, where))
+    if not is_dataclass(wanted):
+        raise CodecError(f"{where} has the type {wanted}, which cannot be read from JSON")
     return _read_dataclass(wanted, data, where)
-
-
-def _require(fits: bool, what: str, data: Any, where: str) -> None:
-    if not fits:
-        raise CodecError(f"{what}, got {short(data)} @ {where}")
 
 
 def _read_float(data: Any, where: str) -> float:
     """Return a finite number that float64 holds exactly."""
-    _require(isinstance(data, int | float) and not isinstance(data, bool), "must be a number", data, where)
-    _require(is_float64(data), "must be finite, and exact in float64", data, where)
+    if not is_float64(data):
+        raise CodecError(f"{where} must be a finite number, exact in float64, got {short(data)}")
     return float(data)
+
+
+def _read_hyperparameter(data: Any, where: str) -> float:
+    """Return a known hyperparameter, which is a number, or a learned one."""
+    if isinstance(data, dict):
+        return Learned(*astuple(_read_dataclass(LearnedHyperparameter, data, where)))
+    return _read_float(data, where)
+
+
+def _read_same(wanted: type, data: Any, where: str) -> Any:
+    """Return `data` if it has exactly this type: True is no int."""
+    if type(data) is not wanted:
+        raise CodecError(f"{where} must be of type {wanted.__name__}, got {short(data)}")
+    return data
+
+
+_READERS: dict[Any, Reader[Any]] = {
+    float: _read_float,
+    Hyperparameter: _read_hyperparameter,
+    Fraction: rational_number,
+    **dict.fromkeys((Formula, *get_args(Formula)), a_formula),
+    **{kind: partial(_read_same, kind) for kind in (int, bool, str)},
+}
 
 
 def _read_array(data: Any, where: str) -> Array:
     """Return nested lists of numbers as an array."""
     if not isinstance(data, list):
         return np.array(_read_float(data, where))
-    items = [_read_array(item, f"{where}[{i}]") for i, item in enumerate(data)]
-    _require(len({item.shape for item in items}) < 2, "must be lists of one length", data, where)
+    items = many(_read_array, sys.maxsize, empty=True)(data, where)
+    if len({item.shape for item in items}) > 1:
+        raise CodecError(f"{where} must be lists of one length, got {short(data)}")
     return np.array(items, dtype=float)
 
 
@@ -193,30 +207,26 @@ def _required_fields(wanted: Any) -> set[str]:
 
 def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
     if issubclass(wanted, Kernel):
-        _require(isinstance(data, dict) and "type" in data, "a kernel must be an object with a type", data, where)
-        known = {name: kind for name, kind in KERNELS.items() if issubclass(kind, wanted)}
-        name, data = data["type"], {name: of for name, of in data.items() if name != "type"}
-        fits = isinstance(name, str) and name in known
-        _require(fits, f"the type of this kernel must be one of {', '.join(known)}", name, where)
-        wanted = known[name]
-    hints, of = _hints(wanted), wanted.__name__
-    _require(isinstance(data, dict), f"{of} must be an object", data, where)
-    if missing := [name for name in hints if name in _required_fields(wanted) and name not in data]:
-        raise CodecError(f"{of} lacks {', '.join(missing)} @ {where}")
-    if unknown := [str(name) for name in data if name not in hints]:
-        raise CodecError(f"{of} has no field {', '.join(unknown)}; its fields are {', '.join(hints)} @ {where}")
-    if wanted is Polytope:  # an end of a bound is a number in JSON, or an object if it moves in time
-        moving = (side for side in ("lower", "upper") if isinstance(data[side], list) and dict in map(type, data[side]))
+        known = {name: partial(_read_fields, kind) for name, kind in KERNELS.items() if issubclass(kind, wanted)}
+        return by_tag("type", known)(data, where)
+    return _read_fields(wanted, data, where)
+
+
+def _read_fields(wanted: Any, data: Any, where: str) -> Any:
+    hints, required = _hints(wanted), _required_fields(wanted)
+    if wanted is Polytope and isinstance(data, dict):  # an end of a bound is a number, or an object if it moves in time
+        moving = (side for side in ("lower", "upper") if dict in map(type, data.get(side, ())))
         hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
-    return _make(wanted, where, **{name: _read(hints[name], value, f"{where}.{name}") for name, value in data.items()})
 
+    def make(**values: Any) -> Any:
+        try:
+            return wanted(**values)
+        except (ValueError, TypeError, ArithmeticError, LookupError) as error:
+            raise CodecError(f"{where}: {str(error) or type(error).__name__}") from error
 
-def _make(make: Callable[..., T], where: str, *given: Any, **named: Any) -> T:
-    """Return `make` of the other arguments. CodecError: `make` refuses them, with its reason and the place `where`."""
-    try:
-        return make(*given, **named)
-    except (ValueError, TypeError, ArithmeticError, LookupError) as error:
-        raise CodecError(f"{str(error) or type(error).__name__} @ {where}") from error
+    readers = {name: partial(_read, of) for name, of in hints.items()}
+    optional = {name: readers.pop(name) for name in hints if name not in required}
+    return record(make, optional, **readers)(data, where)
 
 
 @cache
@@ -228,4 +238,4 @@ def _hints(wanted: Any) -> dict[str, Any]:
 
 def _is_left_out(field: Field[Any]) -> bool:
     """Whether a field is left out of the JSON if it has its default value."""
-    return bool(field.metadata.get(LEFT_OUT)) or field.name in _MAY_BE_MISSING
+    return bool(field.metadata.get(LEFT_OUT)) or (field.name in _MAY_BE_MISSING and field.default is not MISSING)

@@ -239,11 +239,10 @@ def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
 
 
 def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
-    def chosen(of: SignalClass, *more: Any) -> Any:
-        upper, lower, derived = honest(of, *more)
-        n, most = len(upper), len(of.samples.times)
-        other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in range(n))
-        return (other, lower, derived) if rng.random() < 0.5 else (upper, other, derived)
+    def chosen(name: str, of: SignalClass, *more: Any) -> Any:
+        found, most = honest(name, of, *more), len(of.samples.times)
+        other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in found.upper)
+        return replace(found, **{"upper" if rng.random() < 0.5 else "lower": other})
 
     return chosen
 
@@ -255,7 +254,7 @@ def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
 OF_TRUTH: Lies = {
     "errors are smaller": (truth, "_bound", scaled(-2, 0)),
     "errors are a little smaller": (truth, "_bound", scaled(-1e-4, 0)),
-    "other samples bound": (truth, "_choose", _wrong_pairs),
+    "other samples bound": (truth, "_with_sides", _wrong_pairs),
     "multipliers are others": (
         truth, "_rationals", after(lambda rng, found: [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]),
     ),

@@ -395,7 +395,7 @@ _HEAD = """\
 
 
 def header(proved: Proved, name: str) -> str:
-    """Return the text of a header whose names begin with `name`. Raises as `ExportMixin.to_c`."""
+    """Return the text of a header whose names begin with `name`. Raises as `ProvedReference.to_c`."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", text("to_c: name", name)):
         raise ValueError(f"to_c: name must be an identifier in C, such as axis, got {name!r}")
     plant = proved.reference.plant

@@ -21,7 +21,7 @@ _OF_STEP = 1e-6  # a clock that is this near to a step, in sampling times, is at
 
 
 def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None, start: float) -> TimeVarying:
-    """Return the argument of `controller.set_tvp_fun`; see `ExportMixin.to_do_mpc`."""
+    """Return the argument of `controller.set_tvp_fun`; see `ProvedReference.to_do_mpc`."""
     plant = proved.reference.plant
     if not hasattr(controller, "settings"):
         raise TypeError(f"to_do_mpc: expected a controller or simulator of do-mpc, got {type(controller).__name__}")

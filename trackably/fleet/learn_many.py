@@ -27,7 +27,7 @@ from trackably.arguments import instance, text, whole
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import NotTrackableError
 from trackably.certificates.outcome import Counterexample
-from trackably.codec import encode
+from trackably.codec import encode_unverified
 from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.exports.table import put_parquet
 from trackably.extras import optional
@@ -77,33 +77,29 @@ class Request:
         _ = self._shared  # computed here, so that its errors come before anything is learned
 
     @cached_property
-    def _shared(self) -> Any:
-        what = (version("trackably"), self.learn.__name__, self.plant, self.kernel, self.claim, self.options)
-        return _plain(what)
+    def _shared(self) -> str:
+        return _as_text(
+            (version("trackably"), self.learn.__name__, self.plant, self.kernel, repr(self.claim), self.options)
+        )
 
     def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
-        content = json.dumps([self._shared, _plain(samples)], sort_keys=True, separators=(",", ":"))
-        return digest(content.encode())
+        return digest((self._shared + _as_text(samples)).encode())
 
     def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
         return self.learn(samples, self.plant, self.kernel, self.claim, progress=False, **self.options)
 
 
-def _plain(value: object) -> Any:
-    """Return an argument as nested lists, dicts, texts and numbers. TypeError: it cannot be written in this way."""
-    match value:
-        case None | bool() | int() | float() | str():
-            return value
-        case Mapping():
-            return [[_plain(key), _plain(inner)] for key, inner in value.items()]
-        case tuple() | list():
-            return [_plain(inner) for inner in value]
-        case np.ndarray() | np.generic():
-            return value.tolist()
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return [type(value).__name__, encode(value)]
+def _as_text(value: object) -> str:
+    """Return arguments as JSON. TypeError: one of them cannot be written in this way."""
+    return json.dumps(encode_unverified(value), default=_as_number, separators=(",", ":"))
+
+
+def _as_number(value: object) -> Any:
+    """Return a number of NumPy as one of Python. TypeError: `value` is anything else."""
+    if isinstance(value, np.generic):
+        return value.item()
     raise TypeError(
         f"learn_many: an argument of type {type(value).__name__} cannot be compared between runs; give numbers, texts, "
         "lists or objects of this library"
@@ -115,14 +111,10 @@ _UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 @dataclass(frozen=True)
 class Answer:
-    """A recording's row, and the contents of its files by name.
-
-    If `is_kept`, row and files already exist on the disk, and `files` is empty.
-    """
+    """A recording's row, and the contents of its `files` by name; None if row and files already exist on the disk."""
 
     row: Row
-    files: Mapping[str, bytes]
-    is_kept: bool = False
+    files: Mapping[str, bytes] | None
 
 
 def answer(source: Source, request: Request, kept: Row | None) -> Answer:
@@ -134,10 +126,10 @@ def answer(source: Source, request: Request, kept: Row | None) -> Answer:
         samples = _samples(source.read())
     except (InputError, ValueError, TypeError, OSError) as error:
         row = Row(source.name, "unusable", str(error), _UNREAD)
-        return Answer(row, {}, is_kept=row == kept)
+        return Answer(row, None if row == kept else {})
     fingerprint = request.fingerprint(samples)
     if kept is not None and kept.request == fingerprint:
-        return Answer(kept, {}, is_kept=True)
+        return Answer(kept, None)
     with _questions() as questions:
         try:
             reference = request.learn_from(samples)
@@ -298,20 +290,19 @@ class Fleet:
 
         InputError: it has none, or the file has changed.
         """
-        return self._load(name, TrackableReference)
+        return self._load(name, TrackableReference, "reference")
 
     def stream(self, name: str) -> StreamReference:
         """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
-        return self._load(name, StreamReference)
+        return self._load(name, StreamReference, STREAM)
 
-    def _load(self, name: str, kind: type[L]) -> L:
+    def _load(self, name: str, kind: type[L], of: str) -> L:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
         if row.outcome != "proved":
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
-        method, learned = ("stream", StreamReference) if row.method == STREAM else ("reference", TrackableReference)
-        if kind is not learned:
+        if of != (method := STREAM if row.method == STREAM else "reference"):
             raise InputError(f"{name} was learned by learn_{method}: call fleet.{method}({name!r})")
         path = FleetFolder(self.folder).of(name) / "reference.json"
         is_same = digest(read_bytes(path)) == row.files.get(path.name)
@@ -417,7 +408,7 @@ def learn_many(
             closing(answers(asked, request, processes, address)) as answered,
         ):
             for each in answered:
-                found[each.row.name] = each.row if each.is_kept else _write_answer(where, each)
+                found[each.row.name] = _write_answer(where, each)
                 line.update()
     except KeyboardInterrupt:
         kept = f"{len(found)} of {len(sources)} recordings are answered and kept in {where.path}"
@@ -428,7 +419,12 @@ def learn_many(
 
 
 def _write_answer(where: FleetFolder, answer: Answer) -> Row:
-    """Write an answer and return its row; if its folder cannot have this name, return a row that says so."""
+    """Write an answer, unless it exists, and return its row.
+
+    If its folder cannot have this name, return a row that says so.
+    """
+    if answer.files is None:
+        return answer.row
     try:
         return where.write(answer.row, answer.files)
     except OSError as error:

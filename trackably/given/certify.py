@@ -98,7 +98,7 @@ def distance(
     return inf
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CertifiedReference(ProvedReference):
     """A given reference with its proof: the system can follow it at all times that `certificate` claims.
 
@@ -129,9 +129,6 @@ class CertifiedReference(ProvedReference):
             if by > 0
         ]
         return "; ".join(said)
-
-    def __repr__(self) -> str:
-        return f"CertifiedReference({self.explanation}; {self.identity})"
 
 
 def certify(

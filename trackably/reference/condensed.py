@@ -14,7 +14,6 @@ well. `Condensation` compares the negative log marginal likelihood l and the pos
 given all samples.
 """
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, Self
@@ -23,14 +22,9 @@ import numpy as np
 
 from trackably.arguments import whole
 from trackably.arrays import Array
-from trackably.gp.factorise import LARGEST_DENSE
-from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import IllConditioned, Posterior
 from trackably.gp.prior import Prior
 from trackably.gp.samples import ResidualStatistics, Samples
-from trackably.gp.stencil import Stencils
-from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.sampling import sampled_signals
 
 NODES = 4
 """The number d of centres in each interval. For a smooth signal, the error is of order d in the interval's length."""
@@ -127,18 +121,11 @@ def condense(samples: Samples, centres: int) -> Samples:
     """Return at most `centres` samples that represent all `samples`; return `samples` if they are no more than that.
 
     The time between the first sample and the last is divided into equal bins, and the samples in each bin are replaced
-    by 4. Nothing is lost for a signal that is a cubic polynomial in each bin. Raises ValueError if `centres` is below
-    4, or if the samples are of several kinds (for example, positions and velocities).
+    by 4. Nothing is lost for a signal that is a cubic polynomial in each bin. There are at least 4 `centres`, and the
+    samples are of one kind, for example positions.
     """
     if len(samples) <= centres:
         return samples
-    if centres < NODES:
-        raise ValueError(f"centres: expected at least {NODES}, got {centres}")
-    if isinstance(samples.stencil, Stencils):
-        raise ValueError(
-            "centres: expected samples of one state, got samples of several states joined in one Samples; condense the "
-            "samples of each state before you join them"
-        )
     ends = np.linspace(samples.times[0], samples.times[-1], centres // NODES + 1)[1:-1]
     cuts = [0, *np.searchsorted(samples.times, ends).tolist(), len(samples)]
     arrays = samples.times, samples.values, samples.relative_noise
@@ -198,44 +185,12 @@ def checked_centres(given: object) -> Centres:
     return "auto" if is_auto else whole('centres (or "auto", or None)', given, least=NODES)
 
 
-def condense_by_name(
-    given: Mapping[str, Samples],
-    kinds: Iterable[Iterable[str]],
-    centres: Centres,
-    noise_std: Mapping[str, float],
-    times: int = 1,
-) -> dict[str, Samples]:
-    """Return the samples to learn from, for each name at most as many as `centres` allows.
+def represented(samples: Samples, centres: Centres, noise_std: float | None, times: int = 1) -> Samples:
+    """Return the samples to learn from, at most as many as `centres` allows; σ_n is `noise_std` if it is known.
 
-    `kinds` has, for each flat output, the names of the samples that depend on it. Their noise is relative to σ_n of the
-    first of these names, which is in `noise_std` if it is known. "auto" keeps up to 500 samples of a name. If there are
-    more, it chooses as many centres as the samples need, multiplied by `times` (larger than 1 if the kernel needs more
-    centres). If this number exceeds half of the samples, it keeps all samples.
+    "auto" keeps up to 500 samples. If there are more, it chooses as many centres as the samples need, multiplied by
+    `times` (larger than 1 if the kernel needs more centres). If this number exceeds half of the samples, it keeps all.
     """
-    known = {name: noise_std.get(first) for first, *others in map(tuple, kinds) for name in (first, *others)}
-    return {name: _condense(samples, centres, known[name], times) for name, samples in given.items()}
-
-
-def cost_of(
-    plant: ConstrainedSystem, given: Mapping[str, Samples], fewer: Mapping[str, Samples], prior: JointPrior
-) -> tuple[Condensation, ...]:
-    """Return the effect of learning from `fewer` samples instead of those `given`, for the hyperparameters of `prior`.
-
-    The result has one entry for each flat output whose samples were condensed. The centres are compared with all
-    samples if a dense covariance matrix of these is feasible, otherwise with twice as many centres.
-    """
-    most = LARGEST_DENSE // max(1, len(given) - plant.signal_count + 1)
-    more = {
-        name: samples if len(samples) <= most else condense(samples, 2 * len(fewer[name]))
-        for name, samples in given.items()
-    }
-    names, few = sampled_signals(plant, fewer)
-    _, many = sampled_signals(plant, more)
-    parts = zip(names, prior.parts, few, many, strict=True)
-    return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
-
-
-def _condense(samples: Samples, centres: Centres, noise_std: float | None, times: int) -> Samples:
     if centres is None or (centres == "auto" and len(samples) <= MANY):
         return samples
     if centres != "auto":

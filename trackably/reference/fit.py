@@ -19,6 +19,7 @@ from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
+from trackably.gp.signal import KernelSum
 from trackably.learning.joint.places import places_of
 from trackably.learning.problem import ActiveBound, Method, Side, Solution
 from trackably.learning.space import SearchSpace
@@ -169,6 +170,16 @@ def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...
     return tuple(edge for edge in found if edge)
 
 
+def residuals(names: tuple[str, ...], samples: tuple[Samples, ...], signals: tuple[KernelSum, ...]) -> dict[str, Array]:
+    """Return, by sampled name, the samples of each flat output minus the values that its signal has at their times."""
+    flat = zip(names, samples, signals, strict=True)
+    return {
+        name: of.values - of.stencil.measured(signal, of.times)
+        for process, together, signal in flat
+        for name, of in together.by_name(process).items()
+    }
+
+
 @dataclass(frozen=True, eq=False)
 class Fit:
     """The learning results of a `reference` learned from `samples` of the flat outputs, without its proof.
@@ -282,7 +293,8 @@ class Fit:
 
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
         """Return the misfits to other `samples` of each flat output, for example to all that the centres represent."""
-        off, free = (self._off(reference, samples) for reference in (self.reference, self.unconstrained))
+        every = self.reference, self.unconstrained
+        off, free = (residuals(self.prior.names, samples, of.kernel_sums) for of in every)
         parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
         return tuple(
             Misfit(
@@ -319,15 +331,6 @@ class Fit:
             for at in t.reshape(-1, 1)
         ]
         return np.array(each).reshape(t.shape)
-
-    def _off(self, reference: Reference, samples: tuple[Samples, ...]) -> dict[str, Array]:
-        """Return, by sampled name, the samples minus the values of a `reference` at the times of the samples."""
-        flat = zip(self.prior.names, samples, reference.kernel_sums, strict=True)
-        return {
-            name: of.values - of.stencil.measured(signal, of.times)
-            for process, together, signal in flat
-            for name, of in together.by_name(process).items()
-        }
 
     def _distance(self, bound: ActiveBound) -> float:
         """Return the slack of the reference at an active bound, in the quantity's unit."""

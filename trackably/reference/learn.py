@@ -20,7 +20,7 @@ from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.goal import Goal, goal_for
 from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
-from trackably.checker.certificate import AllPhases
+from trackably.checker.certificate import AllPhases, AllTimes
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.samples import Samples
@@ -31,13 +31,13 @@ from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, O
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
-from trackably.reference.condensed import Centres, Condensation
+from trackably.reference.condensed import Centres
 from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions, outlying
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
-from trackably.reference.request import Measurements, Noise, SamplesLike, quantities_at_rest, refuse_mean
+from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest, quantities_at_rest
 from trackably.reference.trackable import TrackableReference
 from trackably.reference.truth import Tolerance, TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoint, Waypoints, by_default, prove_waypoints, waypoints
@@ -48,11 +48,8 @@ from trackably.systems.tightening import tighten_plant
 from trackably.threads import one_blas_thread
 from trackably.work import BudgetEnded, until
 
-Found = tuple[
-    Certified, tuple[Condensation, ...], tuple[str, ...], tuple[tuple[Waypoint, ...], tuple[Certificate, ...]]
-]
-"""The certified reference, the effect of condensing samples, the names whose search intervals were shortened, and the
-waypoints with their certificates."""
+Found = tuple[Fit, Certificate, tuple[Certificate, ...]]
+"""What was learned, with the certificates of the reference and of its waypoints."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
 _FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
@@ -254,22 +251,20 @@ def learn_reference(
             first, _ = others.learn_enough(likely, lambda found: found.likely)
             measured, _ = measured.enough_for(first.likely)
         asked += warn_about((*first.questions, *far_beyond(first.likeliest, plant, measured.given)), _CALLER)
-        refuse_mean(claim, first.prior, plant, tightening)
+        fades = "fades to" if isinstance(claim, AllTimes) else "swings about"
+        why, instead = f"what {fades} it could not be followed for ever", "claim a window (start, end)"
+        check_rest(first.prior, at_rest, tightening, why, instead)
 
         # The search, in which the checker judges each candidate.
         eased = by_default(at_tolerance, plant)
         search = _Search(measured, goal, pinned, eased, starts, () if keep else between)
         with _in_time(budget, end):
-            found, is_whole = _best_of(search.stages(first, learner, near, budget is not None))
+            (fit, certificate, proofs), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
 
-        # The reference, with what was learned about it.
-        certified, cost, limited, (pinned, proofs) = found
-        solution, ended = certified.solution, None if is_whole else budget
-        assert solution.unconstrained, "_with_unconstrained has set it"
-        fit = Fit.of(certified.reference, solution, solution.unconstrained, pinned)
-        fit = replace(fit, condensed=cost, limited=limited, budget=ended, free=tuple(between))
-    certificate = with_truth(certified.certificate.with_robust(tightening), signals)
-    learned = TrackableReference(fit, certificate, proofs, tightening)
+    # The reference, with what was learned about it.
+    fit = replace(fit, budget=None if is_whole else budget, free=tuple(between))
+    certificate = with_truth(certificate.with_robust(tightening), signals)
+    learned = TrackableReference.of(fit, certificate, proofs, tightening)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
@@ -320,9 +315,7 @@ class _Search:
         yield partial(self.learn, first, _informed(learner, first, near))
 
     def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
-        """Return the best proved reference for a prior, the effect of condensing, names, and waypoints with proofs.
-
-        The search intervals of the length scales with these names were shortened.
+        """Return the best proved reference for a prior, with its proofs.
 
         NotTrackableError: no reference was found, or none that is proved.
         """
@@ -342,8 +335,10 @@ class _Search:
         )
         sought = self._space(first.with_noise or first.prior).bounds
         limited = tuple(name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval))
-        proofs = prove_waypoints(found.reference, self.waypoints, self.eased)
-        return _with_unconstrained(None if limited else first.likeliest, found), cost, limited, proofs
+        met, proofs = prove_waypoints(found.reference, self.waypoints, self.eased)
+        least = _unconstrained(None if limited else first.likeliest, found)
+        fit = Fit.of(found.reference, found.solution, least, met)
+        return replace(fit, condensed=cost, limited=limited), found.certificate, proofs
 
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
         """Yield functions that prove a reference sooner than the whole search does, for likely hyperparameters.
@@ -461,19 +456,17 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
 
 
 def _is_no_worse(one: Found, other: Found) -> bool:
-    least = other[0].solution.objective
-    return one[0].solution.objective <= least + _SAME_VALUE * (1 + abs(least))
+    least = other[0].objective
+    return one[0].objective <= least + _SAME_VALUE * (1 + abs(least))
 
 
-def _with_unconstrained(likeliest: JointPosterior | None, certified: Certified) -> Certified:
-    """Return `certified` with a posterior without bounds, to which its fit is compared.
+def _unconstrained(likeliest: JointPosterior | None, certified: Certified) -> JointPosterior:
+    """Return a posterior without bounds, to which a fit is compared.
 
     This is `likeliest` if it is given, otherwise the posterior that the search found, otherwise one computed here.
     """
-    solution = certified.solution
-    least = likeliest or solution.unconstrained
-    if least is None:
-        learned = solution.posterior
-        free = best_solution(ConstrainedProblem(learned.samples, learned.prior, certified.space))
-        least = free.posterior if isinstance(free, Solution) else learned
-    return replace(certified, solution=replace(solution, unconstrained=least))
+    if least := likeliest or certified.solution.unconstrained:
+        return least
+    learned = certified.solution.posterior
+    free = best_solution(ConstrainedProblem(learned.samples, learned.prior, certified.space))
+    return free.posterior if isinstance(free, Solution) else learned

@@ -9,13 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arguments import is_number, numbers, real
-from trackably.checker.certificate import AllPhases, AllTimes, Claim, Window
+from trackably.checker.certificate import AllPhases, Claim, Window
+from trackably.gp.factorise import LARGEST_DENSE
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.reference.condensed import Centres, Condensation, checked_centres, condense_by_name, cost_of
+from trackably.reference.condensed import Centres, Condensation, checked_centres, condense, represented
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
 from trackably.systems.tightening import Tightening, require_plant
@@ -114,7 +115,7 @@ class Measurements:
 
     `kinds` has, for each flat output, the names of the samples that depend on it; their noise is relative to that of
     the first name. If a name has many samples, they are replaced by fewer ones according to the option `centres`, whose
-    number is multiplied by `times` (see `condense_by_name`).
+    number is multiplied by `times` (see `represented`).
     """
 
     plant: ConstrainedSystem
@@ -151,7 +152,8 @@ class Measurements:
     @cached_property
     def fewer(self) -> dict[str, Samples]:
         """The samples to learn from, by name: all of them, or fewer that represent them."""
-        return condense_by_name(self.all, self.kinds, self.centres, self.known_noise, self.times)
+        noise = {name: self.known_noise.get(first) for first, *others in self.kinds for name in (first, *others)}
+        return {name: represented(of, self.centres, noise[name], self.times) for name, of in self.all.items()}
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -209,10 +211,23 @@ class Measurements:
         "auto" doubles the number of centres until the effect is small, or all samples are used. If some
         hyperparameters are still to be learned, return the same measurements and no effect.
         """
-        cost = () if prior.learned else cost_of(self.plant, self.all, self.fewer, prior)
+        cost = () if prior.learned else self._cost(prior)
         if self.centres != "auto" or not any(each.is_large for each in cost):
             return self, cost
         return replace(self, times=2 * self.times).enough_for(prior)
+
+    def _cost(self, prior: JointPrior) -> tuple[Condensation, ...]:
+        """Return the effect of condensing the samples of each flat output, for the hyperparameters of `prior`.
+
+        The centres are compared with all samples if a dense covariance matrix of these is feasible, otherwise with
+        twice as many centres.
+        """
+        most = LARGEST_DENSE // max(1, len(self.given) - self.plant.signal_count + 1)
+        more = {
+            name: of if len(of) <= most else condense(of, 2 * len(self.fewer[name])) for name, of in self.all.items()
+        }
+        parts = zip(self.names, prior.parts, self.signals, sampled_signals(self.plant, more)[1], strict=True)
+        return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
     def priors(self, kernel: Kernel | Mapping[str, Kernel], mean: float | Mapping[str, float]) -> dict[str, Prior]:
         """Return the prior of each flat output, by name.
@@ -268,19 +283,6 @@ def _samples(what: str, given: object, of: str = "") -> Samples:
 # The prior mean: if all times are claimed, it has to be an equilibrium within the bounds.
 
 
-def refuse_mean(
-    claim: Claim, prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None = None
-) -> None:
-    """Raise ValueError if the plant has to follow the prior mean for ever, but cannot.
-
-    It has to if all times t ≥ 0, or all phases of a period, are claimed. `tightening` is None, or how the bounds of the
-    plant were tightened.
-    """
-    if quantities_at_rest(claim, plant):
-        why = "what fades to it" if isinstance(claim, AllTimes) else "what swings about it"
-        check_rest(prior, plant, tightening, f"{why} could not be followed for ever", "claim a window (start, end)")
-
-
 def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity, ...]:
     """Return the quantities that have to keep their bounds while the plant rests at the prior mean, for this claim."""
     # For free claims, the prior mean need not keep any bound. A vehicle may move for ever with a periodic kernel; with
@@ -290,14 +292,15 @@ def quantities_at_rest(claim: Claim, plant: ConstrainedSystem) -> tuple[Quantity
 
 
 def check_rest(
-    prior: JointPrior, plant: ConstrainedSystem, tightening: Tightening | None, why: str, or_else: str = ""
+    prior: JointPrior, at_rest: Iterable[Quantity], tightening: Tightening | None, why: str, or_else: str = ""
 ) -> None:
-    """Raise ValueError if the prior mean is no equilibrium inside the bounds.
+    """Raise ValueError if a quantity leaves its bounds while the plant rests at the prior mean.
 
-    The message says `why` the mean has to be an equilibrium, and what to do instead (`or_else`).
+    The message says `why` the mean has to be an equilibrium, and what to do instead (`or_else`). `tightening` is None,
+    or how the bounds were tightened.
     """
     means = [part.mean for part in prior.parts]
-    for quantity in plant.quantities:
+    for quantity in at_rest:
         bounds = quantity.bounds.rest
         level = bounds.snapped(quantity.at_rest(means))
         if not bounds.strictly_contains(level):

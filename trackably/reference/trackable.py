@@ -1,10 +1,9 @@
 """A learned reference with its proof, as programs and notebooks hold it, and as a file."""
 
 from abc import abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self, overload
+from typing import ClassVar, Self, overload
 
 import numpy as np
 
@@ -28,15 +27,27 @@ from trackably.reference.explanation import (
 )
 from trackably.reference.fit import Fit, Misfit
 from trackably.reference.proved import ProvedReference
-from trackably.reference.saved import SavedReference, Unchecked, checked_within
+from trackably.reference.saved import Saved, SavedReference, Unchecked, checked_within
 from trackably.reference.truth import Accuracy, accuracy
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class LearnedReference(ProvedReference):
-    """A proved reference that was learned from samples; it can be saved together with its samples and its prior."""
+    """A proved reference that was learned from samples.
+
+    `saved` is what was learned, in the `form` of the reference's file: its samples, its prior, and how the bounds of
+    the plant were tightened. `pin_certificates` prove the waypoints (values asked for at single times), one certificate
+    for each time.
+    """
+
+    form: ClassVar[type[Saved]]
+
+    saved: Saved
+    certificate: Certificate
+    pin_certificates: tuple[Certificate, ...] = ()
 
     @property
     @abstractmethod
@@ -48,13 +59,15 @@ class LearnedReference(ProvedReference):
     def misfits(self) -> tuple[Misfit, ...]:
         """The differences between samples and reference, for each sampled name."""
 
-    @classmethod
-    @abstractmethod
-    def _read(cls, path: Path) -> Callable[[], Self]:
-        """Read a file, and return a function that proves its content again and returns the reference.
+    @property
+    def reference(self) -> Reference:
+        """The reference itself, at all times."""
+        return self.saved.reference
 
-        Raises InputError and CodecError as `load` does.
-        """
+    @property
+    def tightening(self) -> Tightening | None:
+        """How the plant's bounds were tightened, for disturbances or by a margin; `reference` keeps these."""
+        return self.saved.tightening
 
     @property
     def hyperparameters(self) -> dict[str, float]:
@@ -90,7 +103,12 @@ class LearnedReference(ProvedReference):
         Raises InputError if the file cannot be read or holds a certificate, CodecError if `save` did not write it or it
         is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
         """
-        return checked_within(seconds, path := path_of("load", path), cls._read(path))
+        saved = cls.form.read(path := path_of("load", path))
+        return checked_within(seconds, path, lambda: cls(saved, *saved.proofs()))
+
+    def save(self, path: Path | str) -> None:
+        """Write what was learned to a JSON file, without loss. Raises OSError."""
+        self.saved.write(new_file("save", path))
 
     def __repr__(self) -> str:
         theta = ", ".join(f"{name} = {value:.4g}" for name, value in self.hyperparameters.items())
@@ -101,22 +119,26 @@ class LearnedReference(ProvedReference):
 class TrackableReference(LearnedReference):
     """A learned reference with its proof: the system can follow it at all times that `certificate` names.
 
-    `fit` holds what it was learned from, and what its bounds cost. `pin_certificates` prove the waypoints (values asked
-    for at single times), one certificate a time, in the order of `fit.pinned`. `tightening` tells how the plant's
-    bounds were tightened, for disturbances or by a margin; `reference` keeps the tightened bounds. Methods raise
-    ValueError for steps k outside of the proved times, and for |k T_s| > `certificate.last_time`; `reference` has
-    values at these steps too, but without guarantee.
+    `fit` holds what it was learned from, and what its bounds cost. Methods raise ValueError for steps k outside of the
+    proved times, and for |k T_s| > `certificate.last_time`; `reference` has values at these steps too, but without
+    guarantee.
     """
 
-    fit: Fit
-    certificate: Certificate
-    pin_certificates: tuple[Certificate, ...] = ()
-    tightening: Tightening | None = None
+    form = SavedReference
+
+    saved: SavedReference
+
+    @classmethod
+    def of(
+        cls, fit: Fit, certificate: Certificate, proofs: tuple[Certificate, ...], tightening: Tightening | None
+    ) -> Self:
+        """Return the reference of a fit with its proofs. NotTrackableError and ValueError as for the class."""
+        return cls(SavedReference.of(certificate, tightening, fit=fit), certificate, proofs)
 
     @property
-    def reference(self) -> Reference:
-        """The reference itself, at all times."""
-        return self.fit.reference
+    def fit(self) -> Fit:
+        """What was learned, and what the bounds cost."""
+        return self.saved.fit
 
     @property
     def plant(self) -> ConstrainedSystem:
@@ -216,12 +238,3 @@ class TrackableReference(LearnedReference):
     def unconstrained(self) -> Reference:
         """Return the reference of least l without bounds, for comparison: the system may be unable to follow it."""
         return self.fit.unconstrained
-
-    def save(self, path: Path | str) -> None:
-        """Write the reference, its samples, prior and claim to a JSON file, without loss. Raises OSError."""
-        SavedReference.of(self.fit, self.certificate, self.tightening).write(new_file("save", path))
-
-    @classmethod
-    def _read(cls, path: Path) -> Callable[[], Self]:
-        saved = SavedReference.read(path)
-        return lambda: cls(saved.fit, *saved.proofs(), saved.computed_tightening)

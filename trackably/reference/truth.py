@@ -7,7 +7,7 @@ proof. If U − ε ≤ x_r ≤ D + ε, then |x_r − f| ≤ ε for every such f.
 that are not examined.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -250,12 +250,11 @@ def true_signal(
     of = sought.of
     if reference.pieces:
         raise ValueError("truth: expected a reference of kernels, as from learn_reference, got one of pieces")
-    edges, state = _edges(name, of, claim, _CELLS, sought.derived), reference.plant.system.states.index(name)
-    times = _in_cells(edges)
-    upper, lower, derived = _choose(of, times, reference.state_at(times)[:, :, state], sought.derived)
-    subject = as_subject(reference)
+    state, subject = reference.plant.system.states.index(name), as_subject(reference)
+    edges = _edges(name, of, claim, _CELLS, sought.derived)
+    found = _with_sides(name, of, edges, lambda t: reference.state_at(t)[:, :, state], sought.derived)
     radii = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
-    found = TrueSignal(name, of, tuple(edges.tolist()), tuple(radii.tolist()), _TERMS, upper, lower, (), None, derived)
+    found = replace(found, radii=tuple(radii.tolist()), terms=_TERMS)
     errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
         raise ValueError(
@@ -268,19 +267,19 @@ def true_signal(
     return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
 
 
-Chosen = tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...], tuple[Derived, ...]]
+def _with_sides(
+    name: str, of: SignalClass, edges: Array, values: Callable[[Array], Array], known_before: Sequence[Derived] = ()
+) -> TrueSignal:
+    """Return the class with pairs of measurements for the upper and the lower side of each cell between two `edges`.
 
-
-def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Derived] = ()) -> Chosen:
-    """Return the pairs of measurements for the upper and for the lower sides of cells of time, and derived points.
-
-    `x` are values at some `times` [s] of each cell, both of shape (cells, T). The error of a cell is the largest
+    `values` returns values x at times [s] of each cell; both have shape (cells, T). The error of a cell is the largest
     distance between x and one of the sides. Many measurements together bound a signal more tightly than two. So at the
     ends of the cells with the largest errors, linear programs combine all nearby measurements. Their results are
     the derived points (bounds at one time); they are added to those in `known_before`.
     """
     derived, asked = [*known_before], {d.time for d in known_before}
-    ends, apart = times[:, [0, -1]].tolist(), np.zeros(len(times))
+    times = np.linspace(edges[:-1], edges[1:], 5, axis=1)
+    x, ends, apart = values(times), times[:, [0, -1]].tolist(), np.zeros(len(times))
     found: list[Any] = [None] * len(times)
     changed = {*range(len(times))}
     while True:
@@ -293,7 +292,7 @@ def _choose(of: SignalClass, times: Array, x: Array, known_before: Sequence[Deri
         worst = [k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not asked.issuperset(ends[k])]
         if of.second_derivative is None or len(derived) >= _DERIVED or not worst:
             above, below = zip(*found, strict=True)
-            return above, below, tuple(derived)
+            return TrueSignal(name, of, tuple(edges.tolist()), (), 0, above, below, (), None, tuple(derived))
         new = {t for k in worst[:_AT_ONCE] for t in ends[k]} - asked
         asked |= new
         derived += filter(None, (_derive(of, t) for t in sorted(new)))
@@ -316,10 +315,8 @@ def _derive(of: SignalClass, t: float) -> Derived | None:
     parts = [_around(of.samples.times, t, _BESIDE), n + _around(of.rates.times if of.rates else (), t, _BESIDE)]
     which = np.concatenate(parts).tolist()
     some = replace(_only(of, which), slope=None)
-    upper, lower = (_extreme(some, t, sign) for sign in (1, -1))
-    if upper is None or lower is None:
-        return None
-    return Derived(t, *(tuple((which[i], m) for i, m in side) for side in (upper, lower)))
+    sides = [_extreme(some, t, sign) for sign in (1, -1)]
+    return Derived(t, *(tuple((which[i], m) for i, m in side) for side in sides if side)) if all(sides) else None
 
 
 def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction], ...] | None:
@@ -393,11 +390,6 @@ def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derive
     ends = ends[(start <= ends) & (ends <= end)]
     widest = (end - start) / cells
     return ends if len(ends) > cells else subdivide(ends, np.ceil(np.diff(ends) / widest).astype(int))
-
-
-def _in_cells(edges: Array) -> Array:
-    """Return five times [s] in each cell between two `edges`, its ends included: shape (cells, 5)."""
-    return np.linspace(edges[:-1], edges[1:], 5, axis=1)
 
 
 def _bound(models: tuple[Any, Any]) -> float:
@@ -558,10 +550,7 @@ _FEWER = 100  # about this many cells, in which moving bounds are polynomials; m
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
     """Return the sides U and D of a class in each cell (interval of time); the error is half their largest distance."""
     edges = _edges(name, of, claim, _FEWER)
-    times = _in_cells(edges)
-    middles = np.mean(sides_at(of, times.ravel()), axis=0).reshape(times.shape)
-    upper, lower, derived = _choose(of, times, middles)
-    found = TrueSignal(name, of, tuple(edges.tolist()), (), 0, upper, lower, (), None, derived)
+    found = _with_sides(name, of, edges, lambda t: np.mean(sides_at(of, t.ravel()), axis=0).reshape(t.shape))
     since = np.linspace(0.0, 1.0, 65)[:, None] * np.diff(edges)
     high, low = _pieces(found)
     apart = np.polynomial.polynomial.polyval(since, (high - low).T[:, None], tensor=False)

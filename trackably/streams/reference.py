@@ -5,48 +5,37 @@ It is saved with all data that it was learned from; when it is read, it is prove
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from typing import Self
 
-from trackably.certificates.certificate import Certificate
-from trackably.checker.certificate import AllTimes, TrueSignal
-from trackably.files import LEFT_OUT, new_file
+from trackably.files import LEFT_OUT
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.reference.condensed import Condensation
 from trackably.reference.explanation import given_values, kept_free, means
-from trackably.reference.fit import Misfit
-from trackably.reference.saved import Saved, SavedTightening, window_of
+from trackably.reference.fit import Misfit, residuals
+from trackably.reference.saved import Saved
 from trackably.reference.trackable import LearnedReference
 from trackably.reference.waypoints import Waypoint
-from trackably.streams.windows import Stream
 from trackably.systems.reference import Reference
-from trackably.systems.tightening import Tightening
 
 
 @dataclass(frozen=True, eq=False)
 class SavedStream(Saved):
-    """A reference `learned` in windows of a `length` [s].
+    """A reference `learned` in windows of a `length` [s] from `samples`.
 
-    The claim is the window from `proved_from` to `proved_until` [s], or all times if these are None.
+    `condensed` is the effect of replacing the given samples by fewer ones, and `pinned` are the waypoints.
 
     ValueError: there is not one prior, one learned signal and one set of samples for each flat output, a
-    hyperparameter is not known, the length is not positive, or the claim has only one end or ends that do not increase.
+    hyperparameter is not known, or the length is not positive; and as for `Saved`.
     """
 
     learned: Reference
     samples: tuple[Samples, ...]
     prior: JointPrior
     length: float
-    proved_from: float | None
-    proved_until: float | None
     condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
-    tightening: SavedTightening | None = field(default=None, metadata={LEFT_OUT: True})
     pinned: tuple[Waypoint, ...] = field(default=(), metadata={LEFT_OUT: True})
-    truth: tuple[TrueSignal, ...] | None = field(default=None, metadata={LEFT_OUT: True})
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -65,45 +54,28 @@ class SavedStream(Saved):
     def waypoints(self) -> tuple[Waypoint, ...]:
         return self.pinned
 
-    @property
-    def stream(self) -> Stream:
-        """The stream that the reference was learned from."""
-        claim = self.window or AllTimes()
-        return Stream(self.samples, self.prior, self.learned.plant, self.length, claim, self.pinned)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StreamReference(LearnedReference):
     """One reference for a whole stream: the system can follow it at all times that `certificate` claims.
 
     The signals are one sum of kernels, to which each window has added, and the proof is about the sum; so there are no
-    transitions between windows. `stream` holds the prior and the samples that were learned from, `condensed` the effect
-    of replacing the given samples by fewer ones. `tightening` tells how the plant's bounds were tightened, for
-    disturbances or by a margin; `reference` keeps the tightened bounds. `pin_certificates` prove the required values
-    `stream.pinned`, in that order.
+    transitions between windows.
     """
 
-    learned: Reference
-    certificate: Certificate
-    stream: Stream
-    condensed: tuple[Condensation, ...] = ()
-    tightening: Tightening | None = None
-    pin_certificates: tuple[Certificate, ...] = ()
+    form = SavedStream
 
-    @property
-    def reference(self) -> Reference:
-        """The reference itself, with values at all times."""
-        return self.learned
+    saved: SavedStream
 
     @property
     def samples(self) -> tuple[Samples, ...]:
         """The samples of the flat outputs; if they were condensed, the fewer ones that represent them."""
-        return self.stream.samples
+        return self.saved.samples
 
     @property
     def prior(self) -> JointPrior:
         """The prior of the flat outputs; hyperparameters are known, or learned from the window with most motion."""
-        return self.stream.prior
+        return self.saved.prior
 
     @property
     def explanation(self) -> str:
@@ -113,38 +85,11 @@ class StreamReference(LearnedReference):
             "their noise"
             for misfit in self.misfits
         ]
-        learned = f"learned in windows of {self.stream.length:g} s, each of which continues the one before"
-        said = [self.certificate.explanation, kept_free(self.tightening), *given_values(self.stream.pinned), learned]
+        saved = self.saved
+        learned = f"learned in windows of {saved.length:g} s, each of which continues the one before"
+        said = [self.certificate.explanation, kept_free(self.tightening), *given_values(saved.pinned), learned]
         said += means(self.prior, self.samples, self.prior)
-        return "; ".join(filter(None, [*said, *map(str, self.condensed), *off]))
-
-    def save(self, path: Path | str) -> None:
-        """Write everything as JSON, losslessly and atomically. Raises OSError."""
-        stream, (start, end) = self.stream, window_of(self.certificate)
-        tightening = SavedTightening.maybe(self.tightening)
-        saved = SavedStream(
-            self.learned,
-            stream.samples,
-            stream.prior,
-            stream.length,
-            start,
-            end,
-            self.condensed,
-            tightening,
-            stream.pinned,
-            self.certificate.truth or None,
-        )
-        saved.write(new_file("save", path))
-
-    @classmethod
-    def _read(cls, path: Path) -> Callable[[], Self]:
-        saved = SavedStream.read(path)
-        return lambda: cls._proved_again(saved)
-
-    @classmethod
-    def _proved_again(cls, saved: SavedStream) -> Self:
-        certificate, pinned = saved.proofs()
-        return cls(saved.learned, certificate, saved.stream, saved.condensed, saved.computed_tightening, pinned)
+        return "; ".join(filter(None, [*said, *map(str, saved.condensed), *off]))
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
@@ -152,11 +97,9 @@ class StreamReference(LearnedReference):
 
         They are compared with the noise, because there is no fit without bounds to compare them with.
         """
-        found = []
-        each = zip(self.prior.names, self.prior.parts, self.samples, self.learned.kernel_sums, strict=True)
-        for process, part, of, signal in each:
-            for name, samples in of.by_name(process).items():
-                off = samples.values - samples.stencil.measured(signal, samples.times)
-                noise = float(part.noise_std)
-                found.append(Misfit(name, samples, off, noise * samples.relative_noise, noise, noise, is_learned=False))
+        off, found = residuals(self.prior.names, self.samples, self.reference.kernel_sums), []
+        for process, part, together in zip(self.prior.names, self.prior.parts, self.samples, strict=True):
+            noise = float(part.noise_std)
+            for name, of in together.by_name(process).items():
+                found.append(Misfit(name, of, off[name], noise * of.relative_noise, noise, noise, is_learned=False))
         return tuple(found)

@@ -267,25 +267,33 @@ _LARGEST_FRACTION = 1e6  # larger multiples of a disturbance set are not told ap
 class Tightening:
     """A `given` plant, and the `plant` with the same system and tightened bounds.
 
-    Each bound is tightened by `margin` times the distance to the opposite bound. If there is an `invariant` set Z, each
-    bound is also tightened by the largest effect of an error in Z: h_Z(row) for states, and h_Z(Kᵀ row) for inputs. If
+    Each bound is tightened by `margin` times the distance to the opposite bound. If there are disturbances, each
+    bound is also tightened by the largest effect of an error in the `invariant` set Z: h_Z(row) for states, and h_Z(Kᵀ
+    row) for inputs, with the `feedback` K. If
     a reference satisfies the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z,
     the states and the inputs u = u_r + K (x − x_r) of the disturbed system satisfy the given bounds. W is the
     `disturbance`. If the state is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y,
     and bounds of states are also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its
-    hull. `is_regulator` says that K was chosen by `best_feedback`. ValueError: nothing is left of a set.
+    hull. ValueError: nothing is left of a set.
     """
 
     given: ConstrainedSystem
     margin: float
-    invariant: InvariantSet | None = None
     disturbance: DisturbanceSet | None = None
+    feedback: Array | None = None
     noise: Zonotope | None = None
     model_error: ModelError | None = None
-    is_regulator: bool = False
 
     def __post_init__(self) -> None:
         _ = self.plant  # computed here, to raise its error as soon as the object is created
+
+    @cached_property
+    def invariant(self) -> InvariantSet | None:
+        """Z, which contains the errors; None if there are no disturbances."""
+        if self.disturbance is None or self.feedback is None:
+            return None
+        of_errors = disturbances_of_errors(self.given, self.disturbance, self.noise, self.model_error)
+        return invariant_set(self.given, self.feedback, of_errors)
 
     @cached_property
     def plant(self) -> ConstrainedSystem:
@@ -339,8 +347,8 @@ class Tightening:
     def _shortage(self, fraction: float) -> str:
         """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
         what, whole = ("model_error", " and model error") if self.model_error else ("disturbance", "")
-        feedback = "the feedback chosen here, a linear-quadratic regulator," if self.is_regulator else "this feedback"
-        would = f"with {feedback} at most {fraction:.3g} times this disturbance set{whole} is possible"
+        regulator = "this feedback (a linear-quadratic regulator, unless feedback= is given)"
+        would = f"with {regulator} at most {fraction:.3g} times this disturbance set{whole} is possible"
         if fraction <= 0:
             would = "no disturbance is possible, however small"
         taken, widths = np.array([float(low + high) for low, high in self.taken]), bound_widths(self.given)
@@ -400,21 +408,31 @@ def tightening(
             f"system, got one with a nonlinear system of the states {', '.join(plant.system.states)}; give margin= "
             "instead, which leaves a part of each bound's width free"
         )
-    system, V = plant.system, None
-    n = len(system.A)
+    n = len(plant.linear.A)
     W = require_disturbance(Zonotope([Fraction(0)] * n) if disturbance is None else disturbance, n)
-    of_errors = W
+    V = None if noise is None else require_zonotope("measurement_noise", noise)
+    of_errors = disturbances_of_errors(plant, W, V, model_error)
+    K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *plant.linear.B.T.shape)
+    return Tightening(plant, margin, W, K, V, model_error)
+
+
+def disturbances_of_errors(
+    plant: ConstrainedSystem, disturbance: DisturbanceSet, noise: Zonotope | None, model_error: ModelError | None
+) -> DisturbanceSet:
+    """Return a set with every change of the error in one step that disturbance, noise and model error may cause.
+
+    With noise or a `model_error`, all sets are zonotopes. ValueError: a set does not fit the system. TypeError: a set
+    or the `model_error` is of another type.
+    """
+    found = disturbance
     if noise is not None:
-        V = require_zonotope("measurement_noise", noise)
-        require_disturbance(V, n, "measurement_noise")
-        of_errors = of_measured_state(require_zonotope("disturbance, with measurement_noise", W), V, system.A)
+        require_disturbance(noise, len(plant.linear.A), "measurement_noise")
+        W = require_zonotope("disturbance, with measurement_noise", found)
+        found = of_measured_state(W, noise, plant.linear.A)
     if model_error is not None:
         instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.intervals(system, entries)")
-        beside = require_zonotope("disturbance, with model_error", of_errors)
-        of_errors = model_error.added_to(beside, plant)
-    K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *system.B.T.shape)
-    Z = invariant_set(plant, K, of_errors)
-    return Tightening(plant, margin, Z, W, V, model_error, feedback is None)
+        found = model_error.added_to(require_zonotope("disturbance, with model_error", found), plant)
+    return found
 
 
 def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:

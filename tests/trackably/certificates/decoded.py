@@ -11,11 +11,11 @@ from trackably.checker.certificate import KINDS, Boxes, Claim, Cover, Instants, 
 from trackably.codec import decode
 from trackably.files import from_json, to_json
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope, of_measured_state
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
-from trackably.systems.tightening import InvariantSet, Tightening
+from trackably.systems.tightening import Tightening
 
 
 def as_read(found: Certificate | Counterexample) -> dict:
@@ -56,11 +56,8 @@ def _robust(data: dict | None, system: LinearSystem) -> Tightening | None:
     if data is None:
         return None
     given = ConstrainedSystem(system, *(decode(Polytope, data[name]) for name in ("state_set", "input_set")))
-    K, W, box = np.array(data["feedback"]), decode_disturbances(data["set"]), np.array(data["box"])
     V = decode_disturbances(data["noise"]) if "noise" in data else None
-    of_errors = of_measured_state(W, V, system.A) if V else W
-    Z = InvariantSet(system, K, of_errors, data["head"], data["terms"], data["contraction"], box)
-    return Tightening(given, 0.0, Z, W, V)
+    return Tightening(given, 0.0, decode_disturbances(data["set"]), np.array(data["feedback"]), V)
 
 
 def decode_disturbances(data: dict) -> DisturbanceSet:

@@ -43,13 +43,17 @@ def put(value, *path):
 
 DAMAGES = {
     "empty": ("plain", lambda _: b"", "expected JSON: "),
-    "no samples": ("plain", lambda content: content.replace(b'"samples"', b'"sample"'), r"lacks samples @ \$\.fit$"),
+    "no samples": (
+        "plain",
+        lambda content: content.replace(b'"samples"', b'"sample"'),
+        r"\$\.fit must be an object with the fields reference, samples, ",
+    ),
     "a reversed set": (
         "plain",
         put([-9.0, -9.0], *PLANT, "state_set", "upper"),
-        r"set: row 0 needs entries other than zero, and finite bounds, .* @ \$\.fit\.reference\.plant\.state_set",
+        r"\$\.fit\.reference\.plant\.state_set: set: row 0 needs entries other than zero, and finite bounds, ",
     ),
-    "a reversed window": ("plain", put(-1.0, "proved_until"), r"and proved_until: expected start < end, got 0\.0"),
+    "a reversed window": ("plain", put(-1.0, "proved_until"), r"a window needs start < end, got \[0\.0, -1\.0\]"),
     "disturbance": (
         "pushed",
         put("1/100", "tightening", "disturbance", "generators", 0, 1),

@@ -97,7 +97,7 @@ def test_given_values_are_met_and_proved(tmp_path):
 def test_hyperparameters_and_a_mean_are_learned_from_one_window():
     asked = {"claim": (0.0, 15.0), "centres": None}
     found = learn(kernel=SquaredExponential(), noise_std=(0.005, 0.5), mean=(-1.0, 0.1), starts=2, **asked)
-    (prior,) = found.stream.prior.parts
+    (prior,) = found.prior.parts
     assert prior.noise_std == pytest.approx(0.02, rel=0.3)
     assert prior.mean == pytest.approx(-0.45, abs=0.15)
     assert found.misfit["position"] == pytest.approx(prior.noise_std, rel=0.3)
