@@ -15,9 +15,6 @@ class RationalQuadratic(Radial):
     """φ(s) = (1 + s²/(2α))^(−α) with s = r/θ₂, the length scale θ₂ and the hyperparameter `shape` α.
 
     It is a mixture of squared exponentials of many length scales.
-
-    With q = 1 + s²/(2α), |φ'| = s q^(−α−1) has the slope q^(−α−2) (1 − s² (2α + 1)/(2α)), negative from
-    s = √(2α/(2α + 1)) on: `decay_distance` ζ = θ₂ √(2α/(2α + 1)).
     """
 
     signal_std: Hyperparameter = Hyperparameter(amplitude)
@@ -62,7 +59,3 @@ class RationalQuadratic(Radial):
         Beyond θ₂ √(2α), Taylor series diverge: for small α, this is far below θ₂ = √(κ(0)/|κ̈(0)|).
         """
         return self.lengthscale * math.sqrt(self.shape / (self.shape + 1))
-
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale * math.sqrt(2 * self.shape / (2 * self.shape + 1))
