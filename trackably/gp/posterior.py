@@ -103,10 +103,6 @@ class Posterior:
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
 
-    def covariance_with(self, rows: RowKernel) -> Array:
-        """Return the covariance of rows (linear functionals of the process) and the n samples, shape (rows, n)."""
-        return self.samples.stencil.combine(rows.across(self.samples.centres))
-
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)

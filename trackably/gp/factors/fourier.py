@@ -89,11 +89,6 @@ class Ladder:
     def span(self) -> float:
         return float(self.times[-1] - self.times[0])
 
-    @cached_property
-    def log_relative_noise(self) -> float:
-        """Σ_i ln ϱ_i, with the relative noise ϱ_i of sample i."""
-        return float(np.sum(np.log(self.relative_noise)))
-
     def waves(self, density: SpectralDensity, most: float) -> Waves | None:
         """Return the waves of the shortest period that suffices for a density, from the cache if they are there.
 
@@ -176,7 +171,8 @@ class Fourier(Factorisation):
 
     @property
     def log_determinant(self) -> float:
-        of_noise = 0.5 * len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_relative_noise
+        noise = self.ladder.relative_noise
+        of_noise = 0.5 * len(noise) * math.log(self.noise_variance) + float(np.sum(np.log(noise)))
         return 2 * (of_noise + float(np.add.reduce(np.log(self.factor.diagonal()))))
 
     def solve(self, right: Array) -> Array:
