@@ -2,12 +2,17 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, duration, tail_weight
 from trackably.gp.kernels.elementary import Radial
+
+
+_STEP = 1e-20  # ε of complex steps: ε² is lost beside 1
 
 
 @dataclass(frozen=True, repr=False)
@@ -22,35 +27,24 @@ class RationalQuadratic(Radial):
     shape: Hyperparameter = Hyperparameter(tail_weight)
 
     def correlation(self, s: Array, order: int) -> Array:
-        alpha = self.shape
+        return self._derivatives(s, order, self.shape)
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        """Return the jet, and ∂/∂ln θ_j of it: by ln α, the imaginary part for α (1 + iε), without any difference."""
+        jet, gradient = super().jet_and_gradient(r, order)
+        moved = self._derivatives(r / self.lengthscale, order, self.shape * (1 + 1j * _STEP))
+        return jet, np.concatenate([gradient, self._in_time(moved.imag / _STEP)[None]])
+
+    def _derivatives(self, s: Array, order: int, alpha: complex) -> npt.NDArray[Any]:
+        """Return φ and its derivatives up to `order` at s for the shape α: (order + 1, *s.shape)."""
         q = 1 + s**2 / (2 * alpha)
-        phi = np.empty((order + 1, *s.shape))
+        phi = np.empty((order + 1, *s.shape), dtype=q.dtype)
         phi[0] = q**-alpha
         for n in range(order):  # q φ' = −s φ, differentiated n times
             phi[n + 1] = -s * (1 + n / alpha) * phi[n] / q
             if n:
                 phi[n + 1] -= n * (1 + (n - 1) / (2 * alpha)) * phi[n - 1] / q
         return phi
-
-    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        jet, gradient = super().jet_and_gradient(r, order)
-        s = r / self.lengthscale
-        by_shape = self._in_time(self._shape_gradient(s, self.correlation(s, order)))
-        return jet, np.concatenate([gradient, by_shape[None]])
-
-    def _shape_gradient(self, s: Array, phi: Array) -> Array:
-        """Return ψ = ∂φ/∂ln α and its derivatives in s: the recursion of φ, differentiated by ln α."""
-        alpha = self.shape
-        q = 1 + s**2 / (2 * alpha)
-        psi = np.empty_like(phi)
-        psi[0] = alpha * phi[0] * ((q - 1) / q - np.log(q))
-        for n in range(len(phi) - 1):
-            psi[n + 1] = ((q - 1) * phi[n + 1] + n * s / alpha * phi[n] - s * (1 + n / alpha) * psi[n]) / q
-            if n:
-                psi[n + 1] += (
-                    n * (n - 1) / (2 * alpha) * phi[n - 1] - n * (1 + (n - 1) / (2 * alpha)) * psi[n - 1]
-                ) / q
-        return psi
 
     @property
     def correlation_time(self) -> float:
