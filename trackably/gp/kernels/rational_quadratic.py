@@ -11,7 +11,6 @@ from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, duration, tail_weight
 from trackably.gp.kernels.elementary import Radial
 
-
 _STEP = 1e-20  # ε of complex steps: ε² is lost beside 1
 
 

@@ -22,7 +22,7 @@ def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
 
 def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
     """All factorisations that are offered and succeed, by type."""
-    computed = (compute() for compute in candidates(posterior.prior, posterior.samples))
+    computed = candidates(posterior.prior, posterior.samples)
     return {type(factor): factor for factor in computed if factor is not None}
 
 
