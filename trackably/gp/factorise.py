@@ -134,14 +134,14 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     if len(near) >= _MANY_BLOCKS:
         yield of_blocks(near)
 
-    most = min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
+    noise, most = (samples.relative_noise, prior.noise_std**2), min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
     if density and is_allowed(ROUNDING * largest) and (waves := samples.ladder.waves(density, most)):
-        yield Fourier.of(samples.ladder, waves, density, prior.noise_std**2)
+        yield Fourier.of(*noise, waves, density)
 
     slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
     lines = kernel.lines if is_allowed(ROUNDING * largest + _EPS * slope * samples.ladder.span) else None
     if lines and kernel.period and (waves := samples.ladder.harmonics(lines, kernel.period, stencil, most)):
-        yield Fourier.of(samples.ladder, waves, lines, prior.noise_std**2)
+        yield Fourier.of(*noise, waves, lines)
 
     # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
     moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
@@ -150,7 +150,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     if n >= _FEWEST and is_smooth and is_allowed(ROUNDING * largest + _EPS * slope * bases.span):
         covariance = stencil.covariance(kernel)
         if count := bases.points_for(covariance, points):
-            yield LowRank.of(bases.of(count), covariance, samples.relative_noise, prior.noise_std**2)
+            yield LowRank.of(*noise, bases.of(count), covariance)
 
     if 2 < len(near) < _MANY_BLOCKS:
         yield of_blocks(near)

@@ -27,7 +27,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Woodbury
 from trackably.gp.kernels.base import SpectralDensity
 from trackably.gp.stencil import Stencil
 
@@ -142,22 +142,19 @@ class Ladder:
 
 
 @dataclass(frozen=True)
-class Fourier(Factorisation):
+class Fourier(Woodbury):
     """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the Cholesky `factor` L of B = I + Mᵀ M = L Lᵀ.
 
     M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the Fourier coefficients of κ, and ϱ is relative noise.
     `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
     """
 
-    ladder: Ladder
     waves: Waves
-    noise_variance: float
     root: Array
     slope: Array
-    factor: Array
 
     @classmethod
-    def of(cls, ladder: Ladder, waves: Waves, density: SpectralDensity, noise_variance: float) -> Self | None:
+    def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, density: SpectralDensity) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
@@ -167,25 +164,19 @@ class Fourier(Factorisation):
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
-        return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
-
-    @property
-    def log_determinant(self) -> float:
-        noise = self.ladder.relative_noise
-        of_noise = 0.5 * len(noise) * math.log(self.noise_variance) + float(np.sum(np.log(noise)))
-        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor.diagonal()))))
+        return None if info else cls(relative_noise, noise_variance, factor, waves, root, slope)
 
     def solve(self, right: Array) -> Array:
-        y = right.T / self.ladder.relative_noise
+        y = right.T / self.relative_noise
         x = self._solve(self._along(y))
         rest = y - self._spread(x)
         # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be x = B⁻¹ Mᵀ y, B = I + Mᵀ M. Remove the
         # effect of the difference.
         rest -= self._spread(self._solve(self._along(rest) - x))
-        return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
+        return np.asarray((rest / self.relative_noise).T / self.noise_variance)
 
     def gradient_times(self, c: Array) -> Array:
-        noise = self.ladder.relative_noise
+        noise = self.relative_noise
         along = self._along(noise * c)
         found = self._spread(self.slope * along)
         if self._moved is not None:
@@ -194,7 +185,7 @@ class Fourier(Factorisation):
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         inverse, _ = scipy.linalg.lapack.dpotri(self.factor, lower=True)
-        lost, scaled = inverse.diagonal(), self.ladder.relative_noise * c
+        lost, scaled = inverse.diagonal(), self.relative_noise * c
         along = self._along(scaled)
         by_kernel = self.slope.dot(1 - lost - self.noise_variance * along**2)
         if self._moved is not None:
@@ -219,8 +210,3 @@ class Fourier(Factorisation):
     def _spread(self, rows: Array) -> Array:
         """Return M times each of the `rows` (…, m), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, n)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
-
-    def _solve(self, rows: Array) -> Array:
-        """Return B⁻¹ times each of the `rows` (…, m), with the factorised B = I + Mᵀ M."""
-        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
-        return np.asarray(solved.T.reshape(rows.shape))

@@ -39,7 +39,7 @@ class Matern(Radial):
         x = self.rate * np.abs(s)
         decay = np.exp(-x)
         phi = np.empty((order + 1, *s.shape))
-        for n, coefficients in enumerate(_factors(tuple(self.polynomial.coef.tolist()), order)):
+        for n, coefficients in enumerate(_factors(type(self), order)):
             np.multiply(horner(coefficients, x), decay, out=phi[n, ...])
             if n:
                 phi[n] *= self.rate**n
@@ -49,13 +49,11 @@ class Matern(Radial):
 
 
 @cache
-def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
-    """Return the coefficients of (d/dx − 1)ⁿ P for n = 0 … order, from those of P."""
-    factor, found = Polynomial(polynomial), []
-    for _ in range(order + 1):
-        found.append(factor.coef.tolist())
-        factor = factor.deriv() - factor
-    return found
+def _factors(kernel: type[Matern], order: int) -> list[list[float]]:
+    """Return the coefficients of (d/dx − 1)ⁿ P for n = 0 … order."""
+    return [
+        factor.tolist() for factor in Decay(1.0, np.array([kernel.polynomial.coef], dtype=float)).derivatives(order)
+    ]
 
 
 class Matern32(Matern):
