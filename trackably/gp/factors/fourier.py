@@ -98,7 +98,8 @@ class Ladder:
         if not (waves_at_least < most and density.reach < _LONGEST * self.span):
             return None
         place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
-        count = 1 + 2 * math.floor(density.limit * self._period(place) / math.tau)
+        period = self.span * (1 + math.exp2(place / _STEPS))
+        count = 1 + 2 * math.floor(density.limit * period / math.tau)
         if count > most:
             return None
         # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else the
@@ -106,7 +107,7 @@ class Ladder:
         key = place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
-            found = self._compute(self._period(place), key[1])
+            found = self._compute(period, key[1])
             while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
                 del self._cache[next(iter(self._cache))]
         self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
@@ -131,9 +132,6 @@ class Ladder:
     def _middle(self) -> float:
         """The middle of the times, about which they have the smallest rounding errors."""
         return float(self.times[0]) + self.span / 2
-
-    def _period(self, place: int) -> float:
-        return self.span * (1 + math.exp2(place / _STEPS))
 
     def _compute(self, period: float, count: int) -> Waves:
         phi = waves_at(self.times - self._middle, period, count)
