@@ -40,7 +40,7 @@ def receding_window(samples: tuple[Samples, ...], until: float, count: int) -> t
         last = np.flatnonzero(of.times <= until)[-count:]
         if not last.size:
             raise ValueError(f"online: no sample has arrived by {until:g} s, the first comes at {of.times[0]:g} s")
-        found.append(Samples(of.times[last], of.values[last], of.relative_noise[last], of.stencil.only(last)))
+        found.append(of.only(last))
     return tuple(found)
 
 

@@ -4,6 +4,7 @@ In each iteration, the first k̄ steps are constrained, hyperparameters are lear
 at all times from t̄ = k̄ T_s on. If a test fails, k̄ is increased by one.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Self
@@ -13,7 +14,10 @@ import numpy as np
 from pipeline.published.periodic import on_grid
 from pipeline.published.scalar import coefficients, equilibrium_input, growth_rates, interval_sets
 from trackably.arrays import Array
+from trackably.checker.kernels import ELEMENTARY
 from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.base import Kernel, Product, Sum
+from trackably.gp.kernels.registry import name_of
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
@@ -67,9 +71,23 @@ class Tail:
         return Interval(centre - reach, centre + reach)
 
 
+def decay_distance(kernel: Kernel) -> float:
+    """Return ζ(θ) [s] of Assumption 4: |κ̇(r)| strictly decreases for |r| > ζ; infinite if there is no such ζ.
+
+    A finite ζ also implies Assumption 3: κ is positive and strictly decreases in |r|. A kernel with compact support has
+    these properties inside its support, and κ and κ̇ are zero outside. This suffices for bounds at later times, because
+    they only need that nothing increases. Beyond the ζ of both kernels, the derivatives of a sum and of a product
+    decrease, too: all terms of κ̇ are products of falling functions, and have one sign.
+    """
+    if isinstance(kernel, Sum | Product):
+        return max(decay_distance(kernel.left), decay_distance(kernel.right))
+    of = ELEMENTARY[name_of(type(kernel))](*kernel.hyperparameters.values())
+    return float((of.length * of.steepest).mid) if of.decays else math.inf
+
+
 def tail(signal: KernelSum, start: float) -> Tail | None:
     """Return the bounds from `start` [s] on; None if a sample is within ζ of `start`, where kernels may still grow."""
-    if not start - np.max(signal.centres) > signal.kernel.decay_distance:
+    if not start - np.max(signal.centres) > decay_distance(signal.kernel):
         return None
     kappa, rate = np.abs(signal.kernel.jet(start - signal.centres, 1)) @ np.abs(signal.weights)
     return Tail(start, signal.mean, float(kappa), float(rate))
@@ -144,7 +162,7 @@ class Iteration:
     def explanation(self) -> str:
         """Say which test fails, and by how much."""
         if self.tail is None or self.growth_rates is None:
-            zeta = self.solution.posterior.signals[0].kernel.decay_distance
+            zeta = decay_distance(self.solution.posterior.signals[0].kernel)
             return f"at k̄ = {self.k_bar} a sample still lies within ζ = {zeta:.4g} s of t̄, so bounds may still grow"
         low, high = self.growth_rates
         return (

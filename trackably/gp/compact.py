@@ -12,7 +12,6 @@ bounded by the number of kernels times the sum of |c|, and both fall.
 """
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -40,11 +39,14 @@ def compact(signal: KernelSum) -> KernelSum:
     first, last, around = np.min(centres), np.max(centres), _BEYOND * kernel.correlation_time
     times = nodes(first - around, last + around, 2 * len(centres))
     values, size = signal(times), float(np.sum(np.abs(signal.weights)) * kernel(np.zeros(())))
-    for count in _counts((last - first) / kernel.correlation_time, len(centres) // 2):
+    most = len(centres) // 2
+    count = max(_FEWEST // 4, math.ceil(min(_LEAST * (last - first) / kernel.correlation_time, most + 1.0)))
+    while count <= most:
         weights = signal.weights @ interpolation(centres, first, last, count)
         found = KernelSum(kernel, signal.mean, nodes(first, last, count), weights)
         if float(np.max(np.abs(found(times) - values))) <= _ROUNDINGS * _EPS * size:
             return found
+        count = math.ceil(_GROWTH * count)
     return signal
 
 
@@ -63,11 +65,3 @@ def within_a_period(signal: KernelSum) -> KernelSum:
     times = np.asarray(centres[0] + apart * np.arange(count))
     here, there = (waves_at(np.fmod(at, period), period, count) for at in (times, centres))
     return KernelSum(kernel, signal.mean, times, np.asarray(np.linalg.solve(here, there @ signal.weights)))
-
-
-def _counts(span: float, most: int) -> Iterator[int]:
-    """Yield numbers of Chebyshev points to try, growing up to `most`; the centres `span` so many correlation times."""
-    count = max(_FEWEST // 4, math.ceil(min(_LEAST * span, most + 1.0)))
-    while count <= most:
-        yield count
-        count = math.ceil(_GROWTH * count)

@@ -17,8 +17,7 @@ others apply only if their estimated difference from it is negligible.
 """
 
 import math
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -27,7 +26,8 @@ from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.factors.fourier import Fourier
 from trackably.gp.factors.low_rank import ROUNDING, LowRank
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, row_blocks
+from trackably.gp.factors.quasiseparable import Quasiseparable, blocks, row_blocks
+from trackably.gp.kernels.base import Decay
 from trackably.gp.prior import Prior
 from trackably.gp.rows import Terms
 from trackably.gp.samples import Samples
@@ -70,8 +70,7 @@ def factorise(prior: Prior, samples: Samples) -> Factorisation | None:
     ValueError: the samples are too many; if they are of several kinds (such as positions and velocities), this is the
     case above `LARGEST_DENSE`.
     """
-    found = (compute() for compute in candidates(prior, samples))
-    return next((factor for factor in found if factor is not None), None)
+    return next((factor for factor in candidates(prior, samples) if factor is not None), None)
 
 
 def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
@@ -79,15 +78,11 @@ def dense_factorisation(prior: Prior, samples: Samples) -> Dense | None:
     return Dense.of(*samples.covariance(prior.kernel), noise_variance(prior, samples))
 
 
-Candidate = Callable[[], Factorisation | None]
-"""A way to factorise A = K + V; returns None if A is not positive definite in float64."""
+def candidates(prior: Prior, samples: Samples) -> Iterator[Factorisation | None]:
+    """Yield the factorisations of K + V that are exact up to rounding, the fastest first, each computed on demand.
 
-
-def candidates(prior: Prior, samples: Samples) -> Iterator[Candidate]:
-    """Yield the ways to factorise K + V that are exact up to rounding, the fastest first.
-
-    ValueError: none fits into memory, or samples of several kinds (such as positions and velocities), for which only a
-    dense matrix applies, are too many for it.
+    One is None if K + V is not positive definite in float64. ValueError: none fits into memory, or samples of several
+    kinds (such as positions and velocities), for which only a dense matrix applies, are too many for it.
     """
     n, stencil, is_structured = len(samples), samples.stencil, False
     if isinstance(stencil, Stencil):
@@ -106,10 +101,10 @@ def candidates(prior: Prior, samples: Samples) -> Iterator[Candidate]:
             "whose memory grows with the number of samples"
         )
     if n <= LARGEST_DENSE or not is_structured:
-        yield partial(dense_factorisation, prior, samples)
+        yield dense_factorisation(prior, samples)
 
 
-def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Candidate]:
+def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil) -> Iterator[Factorisation | None]:
     """Yield the factorisations that use structure of K, the fastest first.
 
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). If a dense matrix is
@@ -125,28 +120,28 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     def is_allowed(error: float) -> bool:
         return n > LARGEST_DENSE or error <= tolerance
 
-    def of_blocks(cut: Cut) -> Quasiseparable | None:
+    def of_blocks(rows: list[slice], tails: Sequence[Decay] = ()) -> Quasiseparable | None:
         terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
-        return Quasiseparable.of(row_blocks(terms, cut, kernel.value_and_gradient), variances)
+        return Quasiseparable.of(row_blocks(terms, rows, tails, kernel.value_and_gradient), variances)
 
-    longest, far, near = stencil.lags[-1][1], kernel.decays, Cut([], [])
+    longest, tails, near = stencil.lags[-1][1], kernel.decays, list[slice]()
     if n >= _FEWEST and is_allowed(_EPS * largest):
-        if far and max(tail.rate for tail in far) * longest <= _WITHIN_A_LAG:
-            yield partial(of_blocks, Cut(blocks(times, longest, _BLOCK), far))
-        near = Cut(blocks(times, kernel.negligible_distance + longest), [])
-        if max(row.stop - row.start for row in near.rows) > _LARGEST_BLOCK or len(near.rows) > n**2 / _PER_BLOCK:
-            near = Cut([], [])
-    if len(near.rows) >= _MANY_BLOCKS:
-        yield partial(of_blocks, near)
+        if tails and max(tail.rate for tail in tails) * longest <= _WITHIN_A_LAG:
+            yield of_blocks(blocks(times, longest, _BLOCK), tails)
+        near = blocks(times, kernel.negligible_distance + longest)
+        if max(row.stop - row.start for row in near) > _LARGEST_BLOCK or len(near) > n**2 / _PER_BLOCK:
+            near = []
+    if len(near) >= _MANY_BLOCKS:
+        yield of_blocks(near)
 
-    most = min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
+    noise, most = (samples.relative_noise, prior.noise_std**2), min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
     if density and is_allowed(ROUNDING * largest) and (waves := samples.ladder.waves(density, most)):
-        yield partial(Fourier.of, samples.ladder, waves, density, prior.noise_std**2)
+        yield Fourier.of(*noise, waves, density)
 
     slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
     lines = kernel.lines if is_allowed(ROUNDING * largest + _EPS * slope * samples.ladder.span) else None
     if lines and kernel.period and (waves := samples.ladder.harmonics(lines, kernel.period, stencil, most)):
-        yield partial(Fourier.of, samples.ladder, waves, lines, prior.noise_std**2)
+        yield Fourier.of(*noise, waves, lines)
 
     # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
     moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
@@ -155,8 +150,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     if n >= _FEWEST and is_smooth and is_allowed(ROUNDING * largest + _EPS * slope * bases.span):
         covariance = stencil.covariance(kernel)
         if count := bases.points_for(covariance, points):
-            noise = samples.relative_noise, prior.noise_std**2
-            yield lambda: LowRank.of(bases.of(count), covariance, *noise)
+            yield LowRank.of(*noise, bases.of(count), covariance)
 
-    if 2 < len(near.rows) < _MANY_BLOCKS:
-        yield partial(of_blocks, near)
+    if 2 < len(near) < _MANY_BLOCKS:
+        yield of_blocks(near)

@@ -73,15 +73,7 @@ class JointPrior(Parametrized):
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        if len(log_theta) != len(self.learned):
-            raise ValueError(
-                f"prior: expected {len(self.learned)} logarithms of learned hyperparameters, got {len(log_theta)}"
-            )
-        values = dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True))
-        return self.with_parts(
-            part.with_hyperparameters({name: values[self.name_of(process, name)] for name in part.learned})
-            for process, part in self._named
-        )
+        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
 
     def with_parts(self, parts: Iterable[Prior]) -> Self:
         """Return the joint prior with other priors of the processes."""

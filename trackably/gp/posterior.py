@@ -49,19 +49,12 @@ class Posterior:
         """The posterior mean as a function of time."""
         return self.with_kernels(self.weights, _NONE, _NONE)
 
-    def mean(self, t: Array) -> Array:
-        """Return the posterior mean m⁺(t) at times t [s], elementwise; an array of the same shape as t."""
-        return self.signal(t)
-
-    def variance(self, t: Array) -> Array:
-        """Return the variance κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t) of the signal without noise at t [s], at least 0.
-
-        k(t) are the covariances of the signal at t and the samples.
-        """
-        return self.variance_of(np.ones(1), 0.0, t)
-
     def variance_of(self, weights: Array, step: float, t: Array) -> Array:
-        """Return the variance of Σ_j w_j g(t + j step) at t [s], for weights (J,) and a step [s]; same shape as t."""
+        """Return the variance of Σ_j w_j g(t + j step) at t [s], for weights (J,) and a step [s]; same shape as t.
+
+        For a single weight of 1 it is κ(0) − k(t)ᵀ (K + σ_n² I)⁻¹ k(t), where k(t) are the covariances of the signal at
+        t and the samples. It is at least 0.
+        """
         width = 4 * len(weights) * len(self.samples.centres)
         return in_blocks(partial(self._variance_of, weights, step), np.asarray(t, dtype=float), width)
 
@@ -102,10 +95,6 @@ class Posterior:
         """
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
-
-    def covariance_with(self, rows: RowKernel) -> Array:
-        """Return the covariance of rows (linear functionals of the process) and the n samples, shape (rows, n)."""
-        return self.samples.stencil.combine(rows.across(self.samples.centres))
 
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""

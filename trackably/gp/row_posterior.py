@@ -87,7 +87,8 @@ class RowPosterior:
     @cached
     def _across(self) -> tuple[Array, ...]:
         """The covariances of rows and samples, process by process."""
-        return tuple(part.covariance_with(k) for part, k in zip(self.posterior.parts, self._kernels, strict=True))
+        pairs = zip(self._kernels, self.posterior.samples, strict=True)
+        return tuple(of.stencil.combine(kernel.across(of.centres)) for kernel, of in pairs)
 
 
 _MANY = 400  # rows: for fewer, their dense covariance takes less time

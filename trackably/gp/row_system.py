@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array, Flags
 from trackably.gp.factorise import noise_variance, terms_of
-from trackably.gp.factors.quasiseparable import Block, Cut, Quasiseparable, blocks, row_blocks, times
+from trackably.gp.factors.quasiseparable import Block, Quasiseparable, blocks, row_blocks, times
 from trackably.gp.posterior import Posterior
 from trackably.gp.rows import Terms
 
@@ -58,8 +58,8 @@ class RowSystem:
         order = np.argsort(first, kind="stable")
         places = np.empty(count, dtype=np.intp)
         places[order] = np.arange(count)
-        cut = Cut(blocks(first[order], longest, _BLOCK), own)
-        found = row_blocks(every.renumber(places), cut, lambda r: (kernel(r), np.empty((0, *r.shape))))
+        cuts = blocks(first[order], longest, _BLOCK)
+        found = row_blocks(every.renumber(places), cuts, own, lambda r: (kernel(r), np.empty((0, *r.shape))))
         return cls(part, found, places[:n], places[n:])
 
     @cached

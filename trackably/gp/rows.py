@@ -107,14 +107,14 @@ class Rows:
         return np.asarray(sum(parts, self.offsets))
 
 
-# Covariances of rows, and how they move with the hyperparameters: by sums over terms, or by Taylor's series.
+# Covariances of rows, and how they move with the hyperparameters. A row is a sum of derivatives at single times:
 #
-# A row such as (g(t + 2h) − 2 g(t + h) + g(t))/h² is small compared with its terms. Sums over terms multiply rounding
-# errors of κ by 1/h⁴: for h = 0.01 s they have no correct digit. Taylor's series about the row's first time,
+#     L g = Σ_p Σ_n μ_pn g⁽ⁿ⁾(t_p),        L L' κ = Σ_pq Σ_nm μ_pn μ'_qm (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_p − t'_q).
 #
-#     L g = Σ_p w_p g(t_p) = Σ_n μ_n g⁽ⁿ⁾(t_0),        μ_n = Σ_p w_p (t_p − t_0)ⁿ/n!,
-#
-# has no such differences: L L' κ = Σ_n Σ_m μ_n μ'_m (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_0 − t'_0).
+# Its terms are such a sum: values (n = 0), with their weights. But a row such as (g(t + 2h) − 2 g(t + h) + g(t))/h² is
+# small compared with its terms. Sums over terms multiply rounding errors of κ by 1/h⁴: for h = 0.01 s they have no
+# correct digit. Taylor's series about the row's first time t_0 has no such differences: it is one part, with
+# μ_n = Σ_p w_p (t_p − t_0)ⁿ/n!.
 
 _EPS = float(np.finfo(float).eps)
 _LARGEST_ERROR = 1e-12  # relative to a row's variance: with larger rounding errors, sums over terms are not used
@@ -131,7 +131,7 @@ _NODES, _APART = 9, 0.1  # nodes for a row, and their distance in correlation ti
 
 def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
     """Return covariances of rows as sums over terms, or as Taylor series if the sums have too large rounding errors."""
-    direct = Direct(kernel, terms, count)
+    direct = RowKernel(kernel, terms.times, terms.weights[:, None], terms.of_row, count)
     if not (kernel.is_analytic and len(terms.times)):
         return direct
     first = terms.first_times(count)
@@ -144,7 +144,7 @@ def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
     needed = np.flatnonzero(np.any(sizes > _NEGLIGIBLE * row[:, None], axis=0))
     if needed[-1] == _LONGEST - 1:  # the series does not end: a row lasts too long, in correlation times
         return direct
-    return Taylor(kernel, first, moments[:, : needed[-1] + 1])
+    return RowKernel(kernel, first, moments[:, : needed[-1] + 1], np.arange(count), count)
 
 
 def _deviations(kernel: Kernel, count: int) -> Array:
@@ -153,34 +153,54 @@ def _deviations(kernel: Kernel, count: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Direct:
-    """Covariances of `count` rows of one process, as sums over their terms."""
+class RowKernel:
+    """Covariances of `count` rows of one process with each other, and with the process at other times.
+
+    Row `of_row`[p] has the part Σ_n `moments`[p, n] g⁽ⁿ⁾(`times`[p]); the shapes are (P,), (P, N) and (P,), times in
+    seconds. N is 1 for sums over terms.
+    """
 
     kernel: Kernel
-    terms: Terms
+    times: Array
+    moments: Array
+    of_row: npt.NDArray[np.intp]
     count: int
 
-    @property
+    @cached
     def centres(self) -> Terms:
-        """The times t_p and weights w_p of the kernels in κ(·, L_a) = Σ_p w_p κ(· − t_p), for each row L_a."""
-        return self.terms
+        """The times t_p and weights w_p of the kernels in κ(·, L_a) = Σ_p w_p κ(· − t_p), for each row L_a.
+
+        A series is replaced by terms with the 9 lowest moments, but at times further apart than the row's own, so that
+        weights stay small. With a step h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding
+        errors of the reference. Here, times lie k H after a row's first time, for k = −4 … 4 and H of a tenth of the
+        correlation time. Their weights w_k satisfy Σ_k w_k (k H)ⁿ/n! = μ_n, with the moments μ_n, for n = 0 … 8.
+        """
+        if not self._order:
+            return Terms(self.times, self.moments[:, 0], self.of_row)
+        powers = np.arange(_NODES)
+        nodes = (powers - _NODES // 2) * (_APART * self.kernel.correlation_time)
+        scale = nodes[-1] ** -powers
+        vandermonde = scale[:, None] * (nodes ** powers[:, None] / _FACTORIALS[:_NODES, None])
+        moments = np.zeros((self.count, _NODES))
+        known = self.moments[:, :_NODES]
+        moments[:, : known.shape[1]] = known
+        weights = np.linalg.solve(vandermonde, (scale * moments).T).T
+        times = self.times[:, None] + nodes
+        return Terms(times.ravel(), weights.ravel(), np.repeat(self.of_row, _NODES))
 
     @property
     def rounding(self) -> Array:
-        """The rounding errors of the rows' variances, shape (count,): about ε (Σ |w|)² κ(0) for weights w."""
-        sizes = np.bincount(self.terms.of_row, np.abs(self.terms.weights), self.count)
-        return np.asarray(_EPS * self.kernel(np.zeros(())) * sizes**2)
+        """The rounding errors of the rows' variances, shape (count,): about ε (Σ_pn |μ_pn| √(±κ⁽²ⁿ⁾(0)))²."""
+        return np.asarray(_EPS * self._by_row(np.abs(self.moments) @ _deviations(self.kernel, self._order + 1)) ** 2)
 
     def among(self) -> Array:
         """Return the prior covariances L_a L_b κ of the rows; the shape is (count, count)."""
-        return self.terms.summed(self.across(self.terms.times).T, self.count)
+        seen = in_blocks(self._derivatives, self.times, len(self.times) * (self._order + 1))
+        return self._sum(np.swapaxes(seen, 1, 2))
 
     def across(self, t: Array) -> Array:
         """Return the covariances L_a κ(·, t) of the rows with values at times t [s], (n,); the shape is (count, n)."""
-        return in_blocks(self._across, t, len(self.terms.times))
-
-    def _across(self, t: Array) -> Array:
-        return self.terms.summed(self.kernel(self.terms.times[:, None] - t), self.count)
+        return in_blocks(lambda t: self._sum(self.kernel.jet(self.times[:, None] - t, self._order)), t, len(self.times))
 
     def among_gradient(self, multipliers: Array) -> Array:
         """Return ∂/∂ln θ_j, for all hyperparameters of the kernel, of νᵀ (L L κ) ν: the variance of Σ_a ν_a L_a.
@@ -195,89 +215,45 @@ class Direct:
 
         ν are the `multipliers` (count,), and w the `weights` at times t [s], both of shape (n,).
         """
-        return self._form_gradient(*self._weigh(multipliers), t, weights)
+        return self._form_gradient(*self._weigh(multipliers), t, weights[:, None])
+
+    def _derivatives(self, t: Array) -> Array:
+        """Return the covariances of the rows with g⁽ⁿ⁾(t), for n < N, at times t [s] (T,): (N, count, T)."""
+        jet = self.kernel.jet(self.times[:, None] - t, 2 * self._order)
+        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # [n, p, i, m]: κ⁽ⁿ⁺ᵐ⁾ of part p and time i
+        each = np.einsum("npim,pm->npi", by_sum, self.moments)
+        return np.array([sign * self._by_row(of) for sign, of in zip(_SIGNS, each, strict=False)])
+
+    def _sum(self, jet: Array) -> Array:
+        """Return Σ_pn μ_pn v_pn for each row, from values v_pn: (N, P, …); the shape is (count, …)."""
+        return self._by_row(np.einsum("pn,npi->pi", self.moments, jet))
+
+    def _by_row(self, values: Array) -> Array:
+        """Return the sum over the parts of each row, from values (P, …); the shape is (count, …)."""
+        total = np.zeros((self.count, *values.shape[1:]))
+        np.add.at(total, self.of_row, values)
+        return total
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of uᵀ κ(times − t) w; long sums use moments if the kernel is a sum of decays."""
+        """Return ∂/∂ln θ of Σ_pi Σ_nm u_pn w_im (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(times_p − t_i).
+
+        Long sums over terms use moments if the kernel is a sum of decays, for which no row is a series.
+        """
         if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
             rows = range(1, len(decays[0].coefficients))
-            return np.array([sum_by_moments(decays, t, weights, times, 0, row)[0] for row in rows]) @ u
-        _, by_theta = self.kernel.value_and_gradient(times[:, None] - t)
-        return np.asarray(by_theta @ weights @ u)
+            sums = [sum_by_moments(decays, t, weights[:, 0], times, 0, row)[0] for row in rows]
+            return np.asarray(np.array(sums) @ u[:, 0])
+        count, pairs = u.shape[1], zip(_SIGNS, weights.T, strict=False)
+        _, by_theta = self.kernel.jet_and_gradient(times[:, None] - t, count + weights.shape[1] - 2)
+        seen = sum(sign * (by_theta[:, m : m + count] @ w) for m, (sign, w) in enumerate(pairs))
+        return np.asarray(np.einsum("pna,an->p", seen, u) if self._order else seen[:, 0] @ u[:, 0])
 
     def _weigh(self, multipliers: Array) -> tuple[Array, Array]:
-        """Return the times [s] with a nonzero weight, and these weights."""
-        u = self.terms.spread(multipliers)
-        return self.terms.times[u != 0], u[u != 0]
-
-
-@dataclass(frozen=True)
-class Taylor:
-    """Covariances of rows by a Taylor series about the first time of each row, with the methods of `Direct`.
-
-    `first` are these times [s], shape (count,), and `moments` are the coefficients μ_n, shape (count, N).
-    """
-
-    kernel: Kernel
-    first: Array
-    moments: Array
-
-    @cached
-    def centres(self) -> Terms:
-        """Terms with the 9 lowest moments of the rows, but at times further apart, so that their weights stay small.
-
-        With a step h = 0.01 s, the weights 1/h² of a second difference would dominate all rounding errors of the
-        reference. Here, times lie k H after a row's first time, for k = −4 … 4 and H of a tenth of the correlation
-        time. Their weights w_k satisfy Σ_k w_k (k H)ⁿ/n! = μ_n, with the moments μ_n of the row, for n = 0 … 8.
-        """
-        powers = np.arange(_NODES)
-        nodes = (powers - _NODES // 2) * (_APART * self.kernel.correlation_time)
-        scale = nodes[-1] ** -powers
-        vandermonde = scale[:, None] * (nodes ** powers[:, None] / _FACTORIALS[:_NODES, None])
-        moments = np.zeros((len(self.first), _NODES))
-        known = self.moments[:, :_NODES]
-        moments[:, : known.shape[1]] = known
-        weights = np.linalg.solve(vandermonde, (scale * moments).T).T
-        times = self.first[:, None] + nodes
-        of_row = np.broadcast_to(np.arange(len(self.first))[:, None], times.shape)
-        return Terms(times.ravel(), weights.ravel(), of_row.ravel())
-
-    @property
-    def rounding(self) -> Array:
-        sizes = np.abs(self.moments) @ _deviations(self.kernel, self._order + 1)
-        return np.asarray(_EPS * sizes**2)
-
-    def among(self) -> Array:
-        jet = self.kernel.jet(self.first[:, None] - self.first, 2 * self._order)
-        by_sum = sliding_window_view(jet, self._order + 1, axis=0)  # [n, a, b, m]: κ⁽ⁿ⁺ᵐ⁾ of rows a, b
-        by_first = np.einsum("nabm,bm->nab", by_sum, self.moments * _SIGNS[: self._order + 1])
-        return np.asarray(np.einsum("nab,an->ab", by_first, self.moments))
-
-    def across(self, t: Array) -> Array:
-        jet = self.kernel.jet(self.first[:, None] - t, self._order)
-        return np.asarray(np.einsum("an,nai->ai", self.moments, jet))
-
-    def among_gradient(self, multipliers: Array) -> Array:
-        first, moments = self._weigh(multipliers)
-        _, gradient = self.kernel.jet_and_gradient(first[:, None] - first, 2 * self._order)
-        count = self._order + 1
-        by_first = sum(sign * (gradient[:, m : m + count] @ moments[:, m]) for m, sign in enumerate(_SIGNS[:count]))
-        return np.asarray(np.einsum("pna,an->p", by_first, moments))
-
-    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        first, moments = self._weigh(multipliers)
-        _, by_theta = self.kernel.jet_and_gradient(first[:, None] - t, self._order)
-        return np.asarray(np.einsum("pna,an->p", by_theta @ weights, moments))
-
-    def _weigh(self, multipliers: Array) -> tuple[Array, Array]:
-        """Return the first times [s] of the rows with a nonzero multiplier, and their moments times the multiplier."""
-        active = multipliers != 0
-        return self.first[active], multipliers[active, None] * self.moments[active]
+        """Return the times [s] of the parts with nonzero multipliers, and their moments times the multipliers."""
+        u = self.moments * multipliers[self.of_row, None]
+        some = np.any(u != 0, axis=1)
+        return self.times[some], u[some]
 
     @property
     def _order(self) -> int:
         return int(self.moments.shape[1]) - 1
-
-
-RowKernel = Direct | Taylor
-"""Covariances of rows of one process with each other, and with the process at other times."""

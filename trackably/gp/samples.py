@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
@@ -132,15 +133,21 @@ class Samples:
                 f"times[{i}] = {self.times[i]:g} s; sort samples by time, and average those of one time"
             )
 
+    def only(self, at: npt.NDArray[np.intp]) -> Samples:
+        """Return the samples with the increasing indices `at`, at least one.
+
+        The statistics of samples that these replace (`scatters`) are left out, because they describe all samples.
+        """
+        return Samples(self.times[at], self.values[at], self.relative_noise[at], self.stencil.only(at))
+
     def by_name(self, name: str) -> dict[str, Samples]:
         """Return the samples of each kind by the name of the kind; samples of a single kind get the given `name`."""
         if not isinstance(self.stencil, Stencils):
             return {name: self}
-        found = {}
-        for i, (kind, stencil) in enumerate(zip(self.stencil.names, self.stencil.parts, strict=True)):
-            at, scatters = self.stencil.places == i, self.scatters[i : i + 1]
-            found[kind] = Samples(self.times[at], self.values[at], self.relative_noise[at], stencil, scatters)
-        return found
+        return {
+            kind: replace(self.only(np.flatnonzero(self.stencil.places == i)), scatters=self.scatters[i : i + 1])
+            for i, kind in enumerate(self.stencil.names)
+        }
 
     @property
     def gaps(self) -> list[tuple[float, float]]:

@@ -73,7 +73,11 @@ class KernelSum:
 
         If the kernel is a sum of polynomials times e^(−λ|r|), it is evaluated from moments when that is faster.
         """
-        jet = self._sums(np.asarray(t, dtype=float), order)
+        t = np.asarray(t, dtype=float)
+        if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
+            jet = sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
+        else:
+            jet = self._blocks(t, order, self.kernel.negligible_distance)
         jet[0] += self.mean
         return jet
 
@@ -87,25 +91,17 @@ class KernelSum:
     def derivative(self, t: Array) -> Array:
         return np.asarray(self.jet(t, 1)[1])
 
-    def _sums(self, t: Array, order: int) -> Array:
-        if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
-            return sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
-        return self._blocks(t, order, self.kernel.negligible_distance)
-
     def _blocks(self, t: Array, order: int, reach: float) -> Array:
+        """Return the sums and their derivatives at t [s], without the mean: of the centres within `reach` [s] of t."""
         return in_blocks(partial(self._products, order, reach), t, len(self.centres) * (order + 1))
 
     def _products(self, order: int, reach: float, t: Array) -> Array:
-        centres, weights = self._relevant(t, reach)
+        centres, weights = self.centres, self.weights
+        if len(centres) >= _LONG and np.isfinite(reach) and t.size:  # leave out what lies beyond reach of all times
+            centres, weights = self._in_order
+            first, last = np.searchsorted(centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
+            centres, weights = centres[first:last], weights[first:last]
         return np.asarray(self.kernel.jet(t[..., None] - centres, order) @ weights)
-
-    def _relevant(self, t: Array, reach: float) -> tuple[Array, Array]:
-        """Return the centres within reach [s] of any of the times, and their weights."""
-        if not (len(self.centres) >= _LONG and np.isfinite(reach) and t.size):
-            return self.centres, self.weights
-        centres, weights = self._in_order
-        first, last = np.searchsorted(centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
-        return centres[first:last], weights[first:last]
 
     @cached_property
     def _in_order(self) -> tuple[Array, Array]:

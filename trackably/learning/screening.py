@@ -101,9 +101,7 @@ def _few(samples: Samples) -> Samples:
     """Return every k-th sample, with the smallest k that leaves at most `_MOST_SAMPLES`."""
     if len(samples) <= _MOST_SAMPLES:
         return samples
-    chosen = np.arange(0, len(samples), -(-len(samples) // _MOST_SAMPLES))
-    found = samples.times[chosen], samples.values[chosen], samples.relative_noise[chosen]
-    return Samples(*found, samples.stencil.only(chosen))
+    return samples.only(np.arange(0, len(samples), -(-len(samples) // _MOST_SAMPLES)))
 
 
 def _amplitudes(problem: ConstrainedProblem, prior: Prior, samples: Samples, places: list[int]) -> Array:

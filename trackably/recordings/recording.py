@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from trackably.arguments import numbers, positive
 from trackably.errors import InputError
@@ -104,7 +103,7 @@ def select(what: str, samples: Samples, start: float, end: float) -> Samples:
         raise InputError(
             f"{what}: no sample lies in [{start:g}, {end:g}] s; there are samples from {first:g} to {last:g} s"
         )
-    return _only(samples, chosen)
+    return samples.only(chosen)
 
 
 def thin_out(samples: Samples, seconds: float) -> Samples:
@@ -115,13 +114,9 @@ def thin_out(samples: Samples, seconds: float) -> Samples:
         due = times[chosen[-1]] + seconds
         first = max(int(np.searchsorted(times, due - seconds / 2)), chosen[-1] + 1)
         if first >= len(times):
-            return _only(samples, np.array(chosen))
+            return samples.only(np.array(chosen))
         after = max(int(np.searchsorted(times, due)), first)
         chosen.append(min(range(max(after - 1, first), min(after + 1, len(times))), key=lambda i: abs(times[i] - due)))
-
-
-def _only(samples: Samples, chosen: npt.NDArray[np.intp]) -> Samples:
-    return Samples(samples.times[chosen], samples.values[chosen], samples.relative_noise[chosen])
 
 
 def _gaps(samples: Samples) -> str:

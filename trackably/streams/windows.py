@@ -34,9 +34,7 @@ def part_of(samples: Samples, start: float, end: float) -> Samples | None:
     the whole recording.
     """
     at = np.flatnonzero((start <= samples.times) & (samples.times < end))
-    if not len(at):
-        return None
-    return Samples(samples.times[at], samples.values[at], samples.relative_noise[at], samples.stencil.only(at))
+    return samples.only(at) if len(at) else None
 
 
 def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end: float) -> Samples | None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.published.algorithm1 import Tail, tail
+from pipeline.published.algorithm1 import Tail, decay_distance, tail
 from pipeline.published.scalar import scalar, state_and_input
 from tests.trackably.gp.instances import KERNELS, decaying_kernels, over, time_scale
 from tests.trackably.systems.instances import PLANTS
@@ -28,11 +28,11 @@ def later_than(start: float, signal: KernelSum):
 @given(decaying_kernels, st.sampled_from([*PLANTS.values()]), st.integers(0, 10**6), st.floats(1.001, 10))
 def test_bounds_of_any_signal_and_of_its_input_hold_at_every_later_time(kernel, plant, seed, factor):
     signal = random_signal(kernel, seed)
-    start = float(np.max(signal.centres)) + factor * kernel.decay_distance
+    start = float(np.max(signal.centres)) + factor * decay_distance(kernel)
     bounds, times, size = tail(signal, start), later_than(start, signal), float(np.sum(np.abs(signal.weights)))
     rounding = 1e-13 * size * float(kernel(np.zeros(())))
     assert np.all(np.abs(signal(times) - signal.mean) <= bounds.mean_bound + rounding + 1e-15 * abs(signal.mean))
-    per_second = rounding / min(1.0, kernel.decay_distance)
+    per_second = rounding / min(1.0, decay_distance(kernel))
     assert np.all(np.abs(signal.derivative(times)) <= bounds.derivative_bound + per_second)
     ends, u = bounds.inputs(plant), state_and_input(plant)[1]((signal,), times)
     assert np.min(ends.margin(u)) >= -1e-12 * (1 + np.max(np.abs(u)) + size)
@@ -52,7 +52,7 @@ def test_both_tests_ask_both_sides(low, high, keeps):
 @over(KERNELS)
 def test_bounds_begin_where_the_last_sample_is_farther_back_than_the_kernel_takes_to_decay(kernel):
     """What repeats never does."""
-    zeta = min(kernel.decay_distance, 1e5)
+    zeta = min(decay_distance(kernel), 1e5)
     signal = KernelSum(kernel, 0.0, np.array([0.0, 10 * zeta]), np.array([1.0, 1.0]))
     known = [tail(signal, factor * zeta) is not None for factor in (5, 10.999, 11.001)]
-    assert known == [False, False, np.isfinite(kernel.decay_distance)]
+    assert known == [False, False, np.isfinite(decay_distance(kernel))]

@@ -93,7 +93,7 @@ def test_whole_periods_between_samples_change_nothing():
     prior, within, values, means = Prior(Periodic(1.0, 0.5, 1.0), 0.1), np.arange(5000) / 2**13, random(5000, -1, 1), []
     for apart in (0.0, 2.0**20):  # of samples in the first period, or of one sample in a million periods each
         times = within + apart * np.arange(1, 5001)
-        means.append(Posterior(prior, Samples(times, values)).mean(times[0] + within))
+        means.append(Posterior(prior, Samples(times, values)).signal(times[0] + within))
     np.testing.assert_allclose(*means, rtol=0, atol=1e-11)
 
 

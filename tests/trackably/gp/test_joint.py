@@ -72,7 +72,7 @@ def test_likelihoods_add_up_means_are_their_own_and_gradients_central_difference
     np.testing.assert_allclose(gradient, likelihood_slopes, rtol=1e-6, atol=1e-6)
     for i, single in enumerate(singles):
         jet, *by_theta = joint.jets(i, TIMES, 1)
-        assert joint.signals[i](TIMES).tobytes() == single.mean(TIMES).tobytes()
+        assert joint.signals[i](TIMES).tobytes() == single.signal(TIMES).tobytes()
         np.testing.assert_array_equal(jet, single.jets(TIMES, 1)[0])
         expected = slopes(lambda at, i=i: at.signals[i].jet(TIMES, 1))
         np.testing.assert_allclose(by_theta, expected, rtol=1e-5, atol=1e-6)

@@ -34,7 +34,7 @@ def test_without_bounds_windows_give_the_posterior_mean_of_all_samples(kernel, l
     found = learn_proved(Stream(samples, prior, free, length, Window(0.0, 17.0)))
     assert isinstance(found, tuple)
     for part, of, signal in zip(prior.parts, samples, found[0].signals, strict=True):
-        np.testing.assert_allclose(signal(at), Posterior(part, of).mean(at), atol=2e-4)
+        np.testing.assert_allclose(signal(at), Posterior(part, of).signal(at), atol=2e-4)
 
 
 def stream(length: float, claim: Claim, samples: Samples = SAMPLES) -> Stream:
@@ -52,7 +52,7 @@ def learned(length: float, claim: Claim) -> Reference:
 def test_with_bounds_windows_stay_near_the_function_of_all_samples_at_once():
     of, at = stream(5.0, Window(0.0, 17.0)), np.linspace(0, 17, 600)
     whole, windows = (learned(length, of.claim).signals[0](at) for length in (100.0, 5.0))
-    bent = np.max(np.abs(whole - Posterior(of.prior.parts[0], of.samples[0]).mean(at)))
+    bent = np.max(np.abs(whole - Posterior(of.prior.parts[0], of.samples[0]).signal(at)))
     assert bent > 0.05
     assert np.max(np.abs(windows - whole)) < 0.5 * bent
 

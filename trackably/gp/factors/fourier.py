@@ -27,7 +27,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Woodbury
 from trackably.gp.kernels.base import SpectralDensity
 from trackably.gp.stencil import Stencil
 
@@ -89,11 +89,6 @@ class Ladder:
     def span(self) -> float:
         return float(self.times[-1] - self.times[0])
 
-    @cached_property
-    def log_relative_noise(self) -> float:
-        """Σ_i ln ϱ_i, with the relative noise ϱ_i of sample i."""
-        return float(np.sum(np.log(self.relative_noise)))
-
     def waves(self, density: SpectralDensity, most: float) -> Waves | None:
         """Return the waves of the shortest period that suffices for a density, from the cache if they are there.
 
@@ -103,7 +98,8 @@ class Ladder:
         if not (waves_at_least < most and density.reach < _LONGEST * self.span):
             return None
         place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
-        count = 1 + 2 * math.floor(density.limit * self._period(place) / math.tau)
+        period = self.span * (1 + math.exp2(place / _STEPS))
+        count = 1 + 2 * math.floor(density.limit * period / math.tau)
         if count > most:
             return None
         # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else the
@@ -111,7 +107,7 @@ class Ladder:
         key = place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
         found = self._cache.pop(key, None)
         if found is None:
-            found = self._compute(self._period(place), key[1])
+            found = self._compute(period, key[1])
             while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
                 del self._cache[next(iter(self._cache))]
         self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
@@ -137,9 +133,6 @@ class Ladder:
         """The middle of the times, about which they have the smallest rounding errors."""
         return float(self.times[0]) + self.span / 2
 
-    def _period(self, place: int) -> float:
-        return self.span * (1 + math.exp2(place / _STEPS))
-
     def _compute(self, period: float, count: int) -> Waves:
         phi = waves_at(self.times - self._middle, period, count)
         phi /= self.relative_noise
@@ -147,22 +140,19 @@ class Ladder:
 
 
 @dataclass(frozen=True)
-class Fourier(Factorisation):
+class Fourier(Woodbury):
     """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the Cholesky `factor` L of B = I + Mᵀ M = L Lᵀ.
 
     M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the Fourier coefficients of κ, and ϱ is relative noise.
     `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
     """
 
-    ladder: Ladder
     waves: Waves
-    noise_variance: float
     root: Array
     slope: Array
-    factor: Array
 
     @classmethod
-    def of(cls, ladder: Ladder, waves: Waves, density: SpectralDensity, noise_variance: float) -> Self | None:
+    def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, density: SpectralDensity) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
@@ -172,24 +162,19 @@ class Fourier(Factorisation):
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
-        return None if info else cls(ladder, waves, noise_variance, root, slope, factor)
-
-    @property
-    def log_determinant(self) -> float:
-        of_noise = 0.5 * len(self.ladder.times) * math.log(self.noise_variance) + self.ladder.log_relative_noise
-        return 2 * (of_noise + float(np.add.reduce(np.log(self.factor.diagonal()))))
+        return None if info else cls(relative_noise, noise_variance, factor, waves, root, slope)
 
     def solve(self, right: Array) -> Array:
-        y = right.T / self.ladder.relative_noise
+        y = right.T / self.relative_noise
         x = self._solve(self._along(y))
         rest = y - self._spread(x)
         # Refine: rest = (I + M Mᵀ)⁻¹ y up to rounding, so Mᵀ rest should be x = B⁻¹ Mᵀ y, B = I + Mᵀ M. Remove the
         # effect of the difference.
         rest -= self._spread(self._solve(self._along(rest) - x))
-        return np.asarray((rest / self.ladder.relative_noise).T / self.noise_variance)
+        return np.asarray((rest / self.relative_noise).T / self.noise_variance)
 
     def gradient_times(self, c: Array) -> Array:
-        noise = self.ladder.relative_noise
+        noise = self.relative_noise
         along = self._along(noise * c)
         found = self._spread(self.slope * along)
         if self._moved is not None:
@@ -198,7 +183,7 @@ class Fourier(Factorisation):
 
     def likelihood_traces(self, c: Array) -> tuple[Array, float]:
         inverse, _ = scipy.linalg.lapack.dpotri(self.factor, lower=True)
-        lost, scaled = inverse.diagonal(), self.ladder.relative_noise * c
+        lost, scaled = inverse.diagonal(), self.relative_noise * c
         along = self._along(scaled)
         by_kernel = self.slope.dot(1 - lost - self.noise_variance * along**2)
         if self._moved is not None:
@@ -223,8 +208,3 @@ class Fourier(Factorisation):
     def _spread(self, rows: Array) -> Array:
         """Return M times each of the `rows` (…, m), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, n)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
-
-    def _solve(self, rows: Array) -> Array:
-        """Return B⁻¹ times each of the `rows` (…, m), with the factorised B = I + Mᵀ M."""
-        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
-        return np.asarray(solved.T.reshape(rows.shape))

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.factors.factorisation import Woodbury
 from trackably.gp.stencil import Covariance
 
 # Polynomial interpolation in Chebyshev points, and how many points resolve a covariance.
@@ -113,7 +113,7 @@ def _round_up(count: int) -> int:
 
 
 @dataclass(frozen=True)
-class LowRank(Factorisation):
+class LowRank(Woodbury):
     """A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ: C is the covariance of m points, ϱ Q R the `basis` that interpolates from these.
 
     Sample i has noise ϱ_i σ_n. `factor` is the Cholesky factor L of B = I + R C Rᵀ/σ_n² = L Lᵀ, a matrix of size m;
@@ -121,23 +121,15 @@ class LowRank(Factorisation):
     """
 
     basis: Basis
-    relative_noise: Array
-    noise_variance: float
-    factor: Array
     gradient: Array
 
     @classmethod
-    def of(cls, basis: Basis, covariance: Covariance, relative_noise: Array, noise_variance: float) -> Self | None:
+    def of(cls, relative_noise: Array, noise_variance: float, basis: Basis, covariance: Covariance) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B = I + R C Rᵀ/σ_n² is not positive definite in float64."""
         between, gradient = covariance(basis.points[:, None] - basis.points)
         b = np.eye(len(between)) + basis.r @ between @ basis.r.T / noise_variance
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
-        return None if info else cls(basis, relative_noise, noise_variance, factor, gradient)
-
-    @cached_property
-    def log_determinant(self) -> float:
-        scale = np.log(self.noise_variance) * len(self.relative_noise)
-        return float(scale + 2 * np.log(self.relative_noise).sum() + 2 * np.log(self.factor.diagonal()).sum())
+        return None if info else cls(relative_noise, noise_variance, factor, basis, gradient)
 
     def solve(self, right: Array) -> Array:
         q = self.basis.q
@@ -147,8 +139,7 @@ class LowRank(Factorisation):
         # Project again: rounding has left in `beside` a component in span Q. The solution would contain it unchanged,
         # though in span Q it has to be multiplied by B⁻¹.
         beside -= beside @ q @ q.T
-        kept, _ = scipy.linalg.lapack.dpotrs(self.factor, along.T, lower=True)
-        solution = beside + kept.reshape(along.T.shape).T @ q.T
+        solution = beside + self._solve(along) @ q.T
         return np.asarray((solution / self.relative_noise).T / self.noise_variance)
 
     def gradient_times(self, c: Array) -> Array:

@@ -50,16 +50,6 @@ def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
     return [slice(*pair) for pair in zip(cuts, [*cuts[1:], len(times)], strict=True)]
 
 
-class Cut(NamedTuple):
-    """Blocks of `rows`, and the `tails` (polynomials times e^(−λ|r|)) whose sum is the kernel.
-
-    Without tails, only neighbouring blocks covary.
-    """
-
-    rows: list[slice]
-    tails: Sequence[Decay]
-
-
 class Block(NamedTuple):
     """The b samples in `rows`: their covariances, and their links with the states before and after the block.
 
@@ -102,28 +92,29 @@ class Block(NamedTuple):
         return np.asarray(self.move.T @ state[: len(self.move)])
 
 
-def row_blocks(terms: Terms, cut: Cut, covariance: Covariance) -> list[Block]:
-    """Return the covariances of rows in the blocks of a cut.
+def row_blocks(terms: Terms, cuts: list[slice], tails: Sequence[Decay], covariance: Covariance) -> list[Block]:
+    """Return the covariances of rows in the blocks `cuts`.
 
-    Rows have `terms`, at least one each, and are in the order of their first times. `covariance` gives that of two
+    Rows have `terms`, at least one each, and are in the order of their first times. The kernel is the sum of `tails`
+    (polynomials times e^(−λ|r|)); without tails, only neighbouring blocks covary. `covariance` gives that of two
     instants, with as many ∂/∂ln θ_j as the tails have.
     """
-    stops = [row.stop for row in cut.rows]
+    stops = [row.stop for row in cuts]
     t, weights = terms.by_row(stops[-1])
-    first, last = np.min(t, axis=1), [np.max(t[row]) for row in cut.rows]
-    near = np.clip(np.searchsorted(first, last) if cut.tails else len(t), stops, [*stops[1:], len(t)]) - stops
-    begins = first[[row.start for row in cut.rows]]
+    first, last = np.min(t, axis=1), [np.max(t[row]) for row in cuts]
+    near = np.clip(np.searchsorted(first, last) if tails else len(t), stops, [*stops[1:], len(t)]) - stops
+    begins = first[[row.start for row in cuts]]
     ends, of_block = np.append(begins[1:], np.max(t)), np.repeat(np.arange(len(begins)), np.diff(stops, prepend=0))
-    moves = np.zeros((len(begins), *[sum(tail.size for tail in cut.tails)] * 2))
+    moves = np.zeros((len(begins), *[sum(tail.size for tail in tails)] * 2))
     seen, into, j = [np.empty((len(t), 0))], list[Array](), 0
-    for tail in cut.tails:
+    for tail in tails:
         size = slice(j, j := j + tail.size)
         moves[:, size, size] = np.moveaxis(tail.moved(ends - begins), -1, 0)
         seen.append(np.einsum("nj,njs->ns", weights, tail.values(t - begins[of_block, None])))
         moved = np.einsum("nj,ksnj->ksn", weights, tail.moved(ends[of_block, None] - t))
         into.append(np.einsum("ps,ksn->pkn", tail.coefficients, moved))
     by_tails, found = np.hstack(seen), list[Block]()
-    for row, after, before, move in zip(cut.rows, near, np.append(0, near), moves, strict=False):
+    for row, after, before, move in zip(cuts, near, np.append(0, near), moves, strict=False):
         until = slice(row.start, row.stop + after)
         both = _covariances(covariance, (t[until], weights[until]), (t[row], weights[row]))
         own, beside = np.split(both, [row.stop - row.start], axis=1)

@@ -228,16 +228,6 @@ class Kernel(Parametrized):
         return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 
     @property
-    @abstractmethod
-    def decay_distance(self) -> float:
-        """ζ(θ) [s] of the paper's Assumption 4: |κ̇(r)| strictly decreases for |r| > ζ; infinite if there is no such ζ.
-
-        A finite ζ also implies Assumption 3: κ is positive and strictly decreases in |r|. A kernel with compact support
-        has these properties inside its support, and κ and κ̇ are zero outside. This suffices for bounds at later
-        times, because they only need that nothing increases.
-        """
-
-    @property
     def period(self) -> float | None:
         """The period [s] that all parts of κ have, as the same float64; None if there is none."""
         return None
@@ -326,10 +316,6 @@ class _Pair(Kernel):
         return (self.left if side == "left" else self.right).search(inner, scales)
 
     @property
-    def decay_distance(self) -> float:
-        return max(self.left.decay_distance, self.right.decay_distance)
-
-    @property
     def period(self) -> float | None:
         """The period of both parts; None if they differ, even if they have a common multiple."""
         return self.left.period if self.left.period == self.right.period else None
@@ -344,11 +330,7 @@ class _Pair(Kernel):
 
 @dataclasses.dataclass(frozen=True)
 class Sum(_Pair):
-    """κ = κ_left + κ_right.
-
-    For |r| beyond the decay distances ζ of both kernels, both fall, so that their derivatives have the same sign, and
-    each derivative decreases in magnitude. So does the sum of the derivatives.
-    """
+    """κ = κ_left + κ_right."""
 
     def extent(self, exponent: float) -> float:
         return max(self.left.extent(exponent), self.right.extent(exponent))
@@ -383,9 +365,7 @@ class Sum(_Pair):
 class Product(_Pair):
     """κ = κ_left κ_right.
 
-    For |r| beyond the decay distances ζ of both kernels, |κ̇| = |κ̇_left| κ_right + κ_left |κ̇_right|. These are
-    products of positive decreasing functions, so they decrease too. Only the product of the two signal_std matters, so
-    give one of them as known.
+    Only the product of the two signal_std matters, so give one of them as known.
     """
 
     def extent(self, exponent: float) -> float:

@@ -39,7 +39,7 @@ class Matern(Radial):
         x = self.rate * np.abs(s)
         decay = np.exp(-x)
         phi = np.empty((order + 1, *s.shape))
-        for n, coefficients in enumerate(_factors(tuple(self.polynomial.coef.tolist()), order)):
+        for n, coefficients in enumerate(_factors(type(self), order)):
             np.multiply(horner(coefficients, x), decay, out=phi[n, ...])
             if n:
                 phi[n] *= self.rate**n
@@ -49,60 +49,36 @@ class Matern(Radial):
 
 
 @cache
-def _factors(polynomial: tuple[float, ...], order: int) -> list[list[float]]:
-    """Return the coefficients of (d/dx − 1)ⁿ P for n = 0 … order, from those of P."""
-    factor, found = Polynomial(polynomial), []
-    for _ in range(order + 1):
-        found.append(factor.coef.tolist())
-        factor = factor.deriv() - factor
-    return found
+def _factors(kernel: type[Matern], order: int) -> list[list[float]]:
+    """Return the coefficients of (d/dx − 1)ⁿ P for n = 0 … order."""
+    return [
+        factor.tolist() for factor in Decay(1.0, np.array([kernel.polynomial.coef], dtype=float)).derivatives(order)
+    ]
 
 
 class Matern32(Matern):
     """φ(s) = (1 + x) e^(−x), with x = √3 |s|, s = r/θ₂ and the length scale θ₂.
 
-    The mean has two continuous derivatives, and a third one that jumps at samples.
-
-    |φ'| ∝ x e^(−x) has the slope (1 − x) e^(−x), which is negative for x > 1: `decay_distance` ζ = θ₂/√3. At 0,
-    where the third derivative jumps, the jet has the midpoint, 0.
+    The mean has two continuous derivatives, and a third one that jumps at samples. At 0, where the third derivative
+    jumps, the jet has the midpoint, 0.
     """
 
     rate = math.sqrt(3)
     polynomial = Polynomial([1, 1])
 
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale / math.sqrt(3)
-
 
 class Matern52(Matern):
-    """φ(s) = (1 + x + x²/3) e^(−x), with x = √5 |s|, s = r/θ₂ and the length scale θ₂.
-
-    |φ'| ∝ (x + x²) e^(−x) has the slope (1 + x − x²) e^(−x), which is negative beyond the golden ratio: the
-    `decay_distance` ζ is θ₂ (1 + √5)/(2√5).
-    """
+    """φ(s) = (1 + x + x²/3) e^(−x), with x = √5 |s|, s = r/θ₂ and the length scale θ₂."""
 
     rate = math.sqrt(5)
     polynomial = Polynomial([1, 1, 1 / 3])
-
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale * (1 + math.sqrt(5)) / (2 * math.sqrt(5))
 
 
 class Matern72(Matern):
     """φ(s) = (1 + x + 2x²/5 + x³/15) e^(−x), with x = √7 |s|, s = r/θ₂ and the length scale θ₂.
 
     The mean has six continuous derivatives; its jerk is bounded.
-
-    |φ'| ∝ (3x + 3x² + x³) e^(−x) has the slope (3 + 3x − x³) e^(−x), negative from the root of x³ = 3x + 3 on, which is
-    w + 1/w with w³ = (3 + √5)/2 (Cardano): `decay_distance` ζ = θ₂ (w + 1/w)/√7.
     """
 
     rate = math.sqrt(7)
     polynomial = Polynomial([1, 1, 2 / 5, 1 / 15])
-
-    @property
-    def decay_distance(self) -> float:
-        w = math.cbrt((3 + math.sqrt(5)) / 2)
-        return self.lengthscale * (w + 1 / w) / math.sqrt(7)

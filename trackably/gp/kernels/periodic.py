@@ -104,10 +104,6 @@ class Periodic(Elementary):
         gradient[0], gradient[1] = 2, beta * (2 - (before + after) / own)  # 2 İ_k = I_(k − 1) + I_(k + 1)
         return self.signal_std**2 * self.period * own, gradient
 
-    @property
-    def decay_distance(self) -> float:
-        return math.inf
-
 
 def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:
     """Return κ(r)/θ₁² for length scales θ₂ and periods θ₃ [s]: arrays that broadcast."""

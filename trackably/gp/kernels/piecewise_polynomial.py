@@ -4,7 +4,6 @@ C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 
 the smoothness.
 """
 
-import math
 from functools import cache
 from typing import ClassVar
 
@@ -19,8 +18,7 @@ class _PiecewisePolynomial(Radial):
     """φ(s) = (1 − |s|)ᵖ Q(|s|) for |s| < 1, and zero elsewhere, with s = r/θ₂, the `power` p and the `polynomial` Q.
 
     Instants θ₂ or more apart are uncorrelated: a signal of this kernel equals its prior mean when θ₂ has passed since
-    its last centre, so it comes to rest after a finite time. For |r| ≥ θ₂, κ and κ̇ are zero, and so do not decrease
-    strictly as Assumptions 3 and 4 of the paper demand. Bounds at later times do not need this.
+    its last centre, so it comes to rest after a finite time.
 
     n < p derivatives turn (1 − s)ᵖ Q into (1 − s)ᵖ⁻ⁿ Q_n with Q_(n+1) = (1 − s) Q_n' − (p − n) Q_n. Where a derivative
     jumps, at s = 0 or |s| = 1, the mean of both sides is returned.
@@ -62,31 +60,14 @@ def _factors(power: int, polynomial: tuple[float, ...], order: int) -> list[list
 
 
 class PiecewisePolynomial2(_PiecewisePolynomial):
-    """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s = |r|/θ₂ < 1: four continuous derivatives of the mean (q = 2).
-
-    φ'' = 14 (1 − s)³ (24 s² − 3 s − 1) is negative before the root (3 + √105)/48, and positive from there to 1. So |φ'|
-    falls from the root on: `decay_distance` ζ = θ₂ (3 + √105)/48.
-    """
+    """φ(s) = (1 − s)⁵ (8 s² + 5 s + 1) for 0 ≤ s = |r|/θ₂ < 1; the mean has four continuous derivatives."""
 
     power = 5
     polynomial = Polynomial([1, 5, 8])
 
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale * (3 + math.sqrt(105)) / 48
-
 
 class PiecewisePolynomial3(_PiecewisePolynomial):
-    """φ(s) = (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) for 0 ≤ s = |r|/θ₂ < 1: six continuous derivatives of the mean (q = 3).
-
-    φ'' = 18 (1 − s)⁵ (105 s³ + 13 s² − 5 s − 1). The coefficients of the last factor change sign once: it has one
-    positive root (Descartes), 0.23998…, is negative before it and positive after it. So |φ'| falls from the root on:
-    `decay_distance` ζ = 0.23998… θ₂.
-    """
+    """φ(s) = (1 − s)⁷ (21 s³ + 19 s² + 7 s + 1) for 0 ≤ s = |r|/θ₂ < 1; the mean has six continuous derivatives."""
 
     power = 7
     polynomial = Polynomial([1, 7, 19, 21])
-
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale * 0.2399834902935789581

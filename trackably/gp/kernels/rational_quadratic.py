@@ -2,12 +2,16 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, duration, tail_weight
 from trackably.gp.kernels.elementary import Radial
+
+_STEP = 1e-20  # ε of complex steps: ε² is lost beside 1
 
 
 @dataclass(frozen=True, repr=False)
@@ -15,9 +19,6 @@ class RationalQuadratic(Radial):
     """φ(s) = (1 + s²/(2α))^(−α) with s = r/θ₂, the length scale θ₂ and the hyperparameter `shape` α.
 
     It is a mixture of squared exponentials of many length scales.
-
-    With q = 1 + s²/(2α), |φ'| = s q^(−α−1) has the slope q^(−α−2) (1 − s² (2α + 1)/(2α)), negative from
-    s = √(2α/(2α + 1)) on: `decay_distance` ζ = θ₂ √(2α/(2α + 1)).
     """
 
     signal_std: Hyperparameter = Hyperparameter(amplitude)
@@ -25,35 +26,24 @@ class RationalQuadratic(Radial):
     shape: Hyperparameter = Hyperparameter(tail_weight)
 
     def correlation(self, s: Array, order: int) -> Array:
-        alpha = self.shape
+        return self._derivatives(s, order, self.shape)
+
+    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
+        """Return the jet, and ∂/∂ln θ_j of it: by ln α, the imaginary part for α (1 + iε), without any difference."""
+        jet, gradient = super().jet_and_gradient(r, order)
+        moved = self._derivatives(r / self.lengthscale, order, self.shape * (1 + 1j * _STEP))
+        return jet, np.concatenate([gradient, self._in_time(moved.imag / _STEP)[None]])
+
+    def _derivatives(self, s: Array, order: int, alpha: complex) -> npt.NDArray[Any]:
+        """Return φ and its derivatives up to `order` at s for the shape α: (order + 1, *s.shape)."""
         q = 1 + s**2 / (2 * alpha)
-        phi = np.empty((order + 1, *s.shape))
+        phi = np.empty((order + 1, *s.shape), dtype=q.dtype)
         phi[0] = q**-alpha
         for n in range(order):  # q φ' = −s φ, differentiated n times
             phi[n + 1] = -s * (1 + n / alpha) * phi[n] / q
             if n:
                 phi[n + 1] -= n * (1 + (n - 1) / (2 * alpha)) * phi[n - 1] / q
         return phi
-
-    def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        jet, gradient = super().jet_and_gradient(r, order)
-        s = r / self.lengthscale
-        by_shape = self._in_time(self._shape_gradient(s, self.correlation(s, order)))
-        return jet, np.concatenate([gradient, by_shape[None]])
-
-    def _shape_gradient(self, s: Array, phi: Array) -> Array:
-        """Return ψ = ∂φ/∂ln α and its derivatives in s: the recursion of φ, differentiated by ln α."""
-        alpha = self.shape
-        q = 1 + s**2 / (2 * alpha)
-        psi = np.empty_like(phi)
-        psi[0] = alpha * phi[0] * ((q - 1) / q - np.log(q))
-        for n in range(len(phi) - 1):
-            psi[n + 1] = ((q - 1) * phi[n + 1] + n * s / alpha * phi[n] - s * (1 + n / alpha) * psi[n]) / q
-            if n:
-                psi[n + 1] += (
-                    n * (n - 1) / (2 * alpha) * phi[n - 1] - n * (1 + (n - 1) / (2 * alpha)) * psi[n - 1]
-                ) / q
-        return psi
 
     @property
     def correlation_time(self) -> float:
@@ -62,7 +52,3 @@ class RationalQuadratic(Radial):
         Beyond θ₂ √(2α), Taylor series diverge: for small α, this is far below θ₂ = √(κ(0)/|κ̈(0)|).
         """
         return self.lengthscale * math.sqrt(self.shape / (self.shape + 1))
-
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale * math.sqrt(2 * self.shape / (2 * self.shape + 1))

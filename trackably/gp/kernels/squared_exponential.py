@@ -12,10 +12,7 @@ _EXTENT = 8.2  # e^(−s²/2) is at rounding level for every s beyond this, and 
 
 
 class SquaredExponential(Radial):
-    """φ(s) = exp(−s²/2) with s = r/θ₂ and the length scale θ₂.
-
-    |φ'| = s e^(−s²/2) has the slope (1 − s²) e^(−s²/2), negative from s = 1 on: `decay_distance` ζ = θ₂.
-    """
+    """φ(s) = exp(−s²/2) with s = r/θ₂ and the length scale θ₂."""
 
     def correlation(self, s: Array, order: int) -> Array:
         phi, minus = np.empty((order + 1, *s.shape)), -s
@@ -39,10 +36,6 @@ class SquaredExponential(Radial):
         gradient = np.empty((2, len(omega)))
         gradient[0], gradient[1] = 2, 1 - square
         return math.sqrt(math.tau) * float(self.signal_std) ** 2 * self.lengthscale * np.exp(-0.5 * square), gradient
-
-    @property
-    def decay_distance(self) -> float:
-        return self.lengthscale
 
     def extent(self, exponent: float) -> float:
         return self.lengthscale * math.sqrt(2 * exponent)

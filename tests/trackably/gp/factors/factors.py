@@ -22,7 +22,7 @@ def posterior_at(kernel, times, noise, relative_noise=None, stencil=POINT):
 
 def factorisations(posterior: Posterior) -> dict[type[Factorisation], Factorisation]:
     """All factorisations that are offered and succeed, by type."""
-    computed = (compute() for compute in candidates(posterior.prior, posterior.samples))
+    computed = candidates(posterior.prior, posterior.samples)
     return {type(factor): factor for factor in computed if factor is not None}
 
 
@@ -40,7 +40,7 @@ def disagreement(one: Posterior, other: Posterior) -> float:
 
     def answers(p):
         jets = p.jets(t, 0)
-        derived = jets[0] - p.prior.mean, jets[1:], p.signal.derivative(t), p.variance(t)
+        derived = jets[0] - p.prior.mean, jets[1:], p.signal.derivative(t), p.variance_of(np.ones(1), 0.0, t)
         return *p.negative_log_marginal_likelihood(), p.weights, *derived
 
     return max(np.max(np.abs(a - b)) / np.max(np.abs(b)) for a, b in zip(answers(one), answers(other), strict=True))

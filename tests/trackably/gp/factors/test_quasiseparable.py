@@ -9,7 +9,7 @@ import pytest
 from tests.trackably.gp.factors.factors import posterior_at, with_factor
 from tests.trackably.gp.instances import formula
 from trackably.gp.factorise import noise_variance, terms_of
-from trackably.gp.factors.quasiseparable import Cut, Quasiseparable, blocks, row_blocks
+from trackably.gp.factors.quasiseparable import Quasiseparable, blocks, row_blocks
 from trackably.gp.kernels.matern import Matern52
 
 STEP = 0.1
@@ -19,8 +19,8 @@ def test_digits_of_slow_processes_are_those_of_the_samples():
     """Samples that are dense beside the correlation time, in fifty digits: −2 ln p and its gradient."""
     posterior = posterior_at(Matern52(4.0, 70.0), STEP * np.arange(24), 0.025)
     samples, kernel = posterior.samples, posterior.prior.kernel
-    sevens = Cut(blocks(samples.times, 0.0, 7), kernel.decays)
-    found = row_blocks(terms_of(samples), sevens, kernel.value_and_gradient)
+    sevens = blocks(samples.times, 0.0, 7)
+    found = row_blocks(terms_of(samples), sevens, kernel.decays, kernel.value_and_gradient)
     factor = Quasiseparable.of(found, noise_variance(posterior.prior, samples))
     value, gradient = with_factor(posterior, factor).negative_log_marginal_likelihood()
     with mpmath.workdps(50):
