@@ -187,4 +187,5 @@ class ConstrainedSystem:
 
 
 def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
-    return [LinearConstraint("", side, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in bounded.intervals]
+    rows = (tuple(map(Fraction, row)) for row in bounded.rows.tolist())
+    return [LinearConstraint("", side, *of) for of in zip(rows, bounded.bounds, strict=True)]

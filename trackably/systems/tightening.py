@@ -21,11 +21,10 @@ from trackably.systems.disturbances import (
     require_disturbance,
     require_zonotope,
 )
-from trackably.systems.intervals import End
+from trackably.systems.intervals import Interval, move_end
 from trackably.systems.linear import LinearSystem
-from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import exact, float_below
+from trackably.systems.rationals import exact, float_above, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -260,6 +259,9 @@ def _head(
     return N
 
 
+Taken = tuple[Fraction, Fraction]
+"""By how much the lower and the upper bound of a row are tightened, exactly."""
+
 _LARGEST_FRACTION = 1e6  # larger multiples of a disturbance set are not told apart
 
 
@@ -292,12 +294,11 @@ class Tightening:
         """The plant with tightened bounds."""
         if (fraction := self.largest_fraction) <= 1:
             raise ValueError(self._shortage(fraction))
-        states = len(self.given.state_set.rows)
-        return replace(
-            self.given,
-            state_set=self._tighten(self.given.state_set, self.taken[:states]),
-            input_set=self._tighten(self.given.input_set, self.taken[states:]),
+        state_set, input_set = (
+            bounded.with_bounds([self._tighten(*of) for of in zip(bounded.bounds, taken, strict=True)])
+            for bounded, taken in self._sides
         )
+        return replace(self.given, state_set=state_set, input_set=input_set)
 
     def __repr__(self) -> str:
         noise = f", noise={self.noise!r}" if self.noise else ""
@@ -305,19 +306,22 @@ class Tightening:
         return f"Tightening(margin={self.margin:g}, disturbance={self.disturbance!r}{noise}; {sets})"
 
     @cached_property
-    def taken(self) -> list[tuple[Fraction, Fraction]]:
+    def taken(self) -> list[Taken]:
         """By how much the error tightens the lower and the upper bound of each row, states first, exactly."""
         return [self._of_row(constraint) for constraint in self.given.given_constraints]
 
     @cached_property
     def largest_fraction(self) -> float:
         """The largest f for which the disturbance set f W, with the same K, leaves both sets non-empty; at most 1e6."""
-        states = len(self.given.state_set.rows)
-        parts = np.array([[float(low), float(high)] for low, high in self.taken]).reshape(-1, 2)
-        sides = ((self.given.state_set, parts[:states]), (self.given.input_set, parts[states:]))
-        return min(_largest_fraction(bounded, by, self.margin) for bounded, by in sides)
+        return min(_largest_fraction(bounded, taken, self.margin) for bounded, taken in self._sides)
 
-    def _of_row(self, constraint: LinearConstraint) -> tuple[Fraction, Fraction]:
+    @property
+    def _sides(self) -> tuple[tuple[Polytope, list[Taken]], ...]:
+        """The given state set and input set, each with what is `taken` of its bounds."""
+        X, U = self.given.state_set, self.given.input_set
+        return (X, self.taken[: len(X.rows)]), (U, self.taken[len(X.rows) :])
+
+    def _of_row(self, constraint: LinearConstraint) -> Taken:
         if (Z := self.invariant) is None:
             return Fraction(0), Fraction(0)
         row = exact(constraint.row)
@@ -327,14 +331,13 @@ class Tightening:
         V = self.noise if constraint.side == "state" else None
         return Z.support(down) + support_of(V, up), Z.support(up) + support_of(V, down)
 
-    def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
-        lower, upper = [], []
-        for (low, high), a, b, (_, bounds) in zip(by, *bounded.ends, bounded.intervals, strict=True):
-            width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
-            kept = Fraction(self.margin) * width
-            lower.append(_inwards(a, -1, low + kept))
-            upper.append(_inwards(b, 1, high + kept))
-        return Polytope(bounded.rows, lower, upper, bounded.dimension)
+    def _tighten(self, bounds: Interval, taken: Taken) -> Interval:
+        width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
+        low, high = (by + Fraction(self.margin) * width for by in taken)
+        return Interval(
+            move_end(bounds.low, lambda value: float_above(Fraction(value) + low)),
+            move_end(bounds.high, lambda value: float_below(Fraction(value) - high)),
+        )
 
     def _shortage(self, fraction: float) -> str:
         """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
@@ -353,19 +356,6 @@ class Tightening:
             f"{what}: the errors take {taken[worst]:.4g} of the {width:.4g} between the bounds {bound.bounds} of "
             f"{bound.name}{kept}, which are too close by {missing:.4g} at least; {would}"
         )
-
-
-def _inwards(end: End, sign: int, by: Fraction) -> End:
-    """Return an upper end (`sign` 1) or a lower one (−1), moved inwards by at least `by`."""
-
-    def one(value: float) -> float:
-        return sign * float_below(sign * Fraction(value) - by)
-
-    if not isinstance(end, PolynomialPieces):
-        return one(end)
-    coefficients = end.coefficients.copy()
-    coefficients[:, 0] = [one(value) for value in coefficients[:, 0].tolist()]
-    return replace(end, coefficients=coefficients)
 
 
 def tightening(
@@ -417,8 +407,8 @@ def tightening(
     return Tightening(plant, margin, Z, W, V, model_error, feedback is None)
 
 
-def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
-    """Return the largest f ≤ 1e6 for which a point satisfies all rows, with bounds tightened by f times `by` (r, 2).
+def _largest_fraction(bounded: Polytope, taken: Sequence[Taken], margin: float) -> float:
+    """Return the largest f ≤ 1e6 for which a point satisfies all rows, with bounds tightened by f times `taken`.
 
     Both bounds are also tightened by `margin` times the width. f is the optimum of a linear program in which each row
     is divided by half its width; f ≤ 0 if the margin alone leaves no point. If a bound moves in time, or rows are
@@ -426,7 +416,7 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
-    half = bounded.widths / 2
+    by, half = np.array(taken, dtype=float), bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
     most = float(min(np.min(alone), _LARGEST_FRACTION))  # rows one by one; exact if they are independent
     if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):

@@ -28,7 +28,7 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, PlacedBounds, Places, merge, placed_bounds
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.intervals import Corridor, Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.trajectories import Quantity, Signals
 from trackably.work import done
 
@@ -242,7 +242,7 @@ def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
 
 def _inward(ours: Constraint, theirs: Constraint) -> float:
     own, other = ours.quantity.bounds, theirs.quantity.bounds
-    moved = 0.0 if isinstance(own, Corridor) else max(own.lower - other.lower, other.upper - own.upper)
+    moved = 0.0 if own.moving else max(own.lower - other.lower, other.upper - own.upper)
     return (moved / other.width if moved else 0.0) + ours.backoff - theirs.backoff
 
 
@@ -258,7 +258,7 @@ def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
 
 def _keep_off_rest(constraint: Constraint, levels: Sequence[float]) -> Constraint:
     quantity, bounds = constraint.quantity, constraint.quantity.bounds
-    if isinstance(bounds, Corridor) or is_smooth_at_rest(quantity, levels):
+    if bounds.moving or is_smooth_at_rest(quantity, levels):
         return constraint
     rest, off = quantity.at_rest(levels), _OFF * bounds.width
     lower = max(bounds.lower, rest + off) if abs(rest - bounds.lower) < off else bounds.lower
