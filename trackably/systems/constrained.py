@@ -173,10 +173,9 @@ class ConstrainedSystem:
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """All bounded quantities: a reference is trackable if each is inside its bounds at t = k T_s for all k ≥ 0."""
-        return tuple(
-            Quantity(name, weighted_sum(row, self.coordinates[side]), bounds)
-            for name, side, row, bounds in self.constraints
-        )
+        sums = (weighted_sum(of.row, self.coordinates[of.side]) for of in self.constraints)
+        pairs = zip(sums, self.constraints, strict=True)
+        return tuple(Quantity(q.formula, q.arguments, of.name, of.bounds) for q, of in pairs)
 
     def _with_names(self, *sides: list[LinearConstraint]) -> tuple[LinearConstraint, ...]:
         """Name each constraint after its row; equal names are numbered."""

@@ -78,10 +78,9 @@ class Zonotope(checker.Zonotope, _ExactSet):
         self, centre: ArrayLike | Sequence[Fraction], generators: ArrayLike | Sequence[Sequence[Fraction]] = ()
     ) -> None:
         middle = tuple(_exactly("disturbance: centre", centre, None))
-        found = generators
-        if len(cast(Sequence[Any], generators)):
-            found = _exactly("disturbance: generators", generators, None, len(middle))
-        vars(self).update(centre=middle, generators=tuple(map(tuple, cast(Sequence[Any], found))))
+        given = len(cast(Sequence[Any], generators))
+        rows = _exactly("disturbance: generators", generators, None, len(middle)) if given else []
+        vars(self).update(centre=middle, generators=tuple(map(tuple, rows)))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:

@@ -43,26 +43,27 @@ def closed_loop(system: LinearSystem, feedback: Array) -> Array:
     return system.A + system.B @ feedback
 
 
-def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
-    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64, shape (r,). It is zero for W = {0}.
+def errors_reach(plant: ConstrainedSystem, K: Array, disturbance: DisturbanceSet, rows: Array) -> tuple[Array, Array]:
+    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n) and for −rows, in float64, each of shape (r,).
 
-    h_W is the support function of the `disturbance` set W. The sum is the largest row · e of an error e that
-    disturbances in W can cause. It ends when row · A_Kⁱ, in units of the states' `scales` (n,), is below 1e-7 of its
+    h_W is the support function of the `disturbance` set W, and A_K = A + B K. The sum is the largest row · e of an
+    error e that disturbances in W can cause. It ends when row · A_Kⁱ, in units of the states, is below 1e-7 of its
     largest size. Raises NoInvariantSetError if this takes more than 4000 steps, or never happens.
     """
-    total, largest = np.zeros(len(rows)), np.zeros(len(rows))
+    A_K, scales, both = closed_loop(plant.linear, K), unit_scales(plant.state_set), np.vstack([rows, -rows])
+    total, largest = np.zeros((2, len(both)))
     if not spectral_radius(A_K) < 1:
         raise NoInvariantSetError(
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
             f"{spectral_radius(A_K):.6g}; give another feedback="
         )
-    for moved in powers(rows, A_K):
+    for moved in powers(both, A_K):
         total = total + disturbance.support(moved)
         size = np.max(np.abs(moved) * scales, axis=1)
         largest = np.maximum(largest, size)
         if np.all(size <= _DECAYED * largest):
             break
-    return total
+    return total[: len(rows)], total[len(rows) :]
 
 
 def powers(rows: Array, A_K: Array) -> Iterator[Array]:
@@ -105,7 +106,8 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
     for weight, rate in product(INPUT_WEIGHTS, RATES):
         try:
             K = regulator(plant, weight, rate)
-            found.append((float(np.min(1 - widths_taken(plant, disturbance, K) / widths, initial=1.0)), K))
+            taken = np.add(*errors_reach(plant, K, disturbance, error_rows(plant, K)))
+            found.append((float(np.min(1 - taken / widths, initial=1.0)), K))
         except (np.linalg.LinAlgError, NoInvariantSetError):  # another weight or rate may have a regulator
             continue
     if not found:
@@ -134,17 +136,6 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
     sizes = np.abs(K) * unit_scales(plant.state_set) / unit_scales(plant.input_set)[:, None]
     mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
-
-
-def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
-    """Return by how much errors reduce the distance between each pair of bounds (r,), states first, in float64.
-
-    The result has the unit of the bounds. K is the feedback of errors.
-    """
-    rows = error_rows(plant, K)
-    both = np.vstack([rows, -rows])
-    up, down = np.split(errors_reach(closed_loop(plant.linear, K), disturbance, both, unit_scales(plant.state_set)), 2)
-    return up + down
 
 
 def error_rows(plant: ConstrainedSystem, K: Array) -> Array:
@@ -217,8 +208,7 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
     """
     system, scales = plant.linear, unit_scales(plant.state_set)
     A_K, n = closed_loop(system, feedback), len(scales)
-    reach = errors_reach(A_K, disturbance, np.vstack([np.eye(n), -np.eye(n)]), scales)
-    extents = np.maximum(reach[:n], reach[n:])
+    extents = np.maximum(*errors_reach(plant, feedback, disturbance, np.eye(n)))
     size = float(np.max(extents / scales))
     if not size:
         return InvariantSet(system, feedback, disturbance, 1, 1, 0.0, np.zeros(n))

@@ -220,7 +220,7 @@ def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[fl
         return 0.0, period, True
     constraints = timed(problem.constraints)
     starts, ends = zip(*(each.index_set.ends for each in constraints), strict=True)
-    arguments = [q for each in constraints for _, q in each.quantity.trajectory.arguments]
+    arguments = [q for each in constraints for _, q in each.quantity.arguments]
     return min(starts), max(ends) + max(q.sampling_time * len(w) for q in arguments for w in q.weights), False
 
 
@@ -273,7 +273,7 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
     can make them move. Intervals that were given are kept, and all intervals if bounds hold at time steps only.
     """
     at_all_times = (c for c in timed(problem.constraints) if isinstance(c.index_set, RealTimes))
-    steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.trajectory.arguments]
+    steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.arguments]
     least = SearchSpace.around(problem.samples, problem.prior, shortest=2 * min(steps, default=0.0)).bounds
     bounds = {
         name: Interval(max(sought.lower, min(least[name].lower, sought.upper)), sought.upper)
@@ -284,5 +284,5 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
 
 def is_smooth_at_rest(quantity: Quantity, levels: Sequence[float]) -> bool:
     """Return whether the quantity has derivatives by its arguments if every signal c rests at `levels[c]`."""
-    at = {name: np.asarray(of.at_rest(levels)) for name, of in quantity.trajectory.arguments}
-    return all(np.isfinite(slope).all() for slope in quantity.trajectory.slopes(at).values())
+    at = {name: np.asarray(of.at_rest(levels)) for name, of in quantity.arguments}
+    return all(np.isfinite(slope).all() for slope in quantity.slopes(at).values())
