@@ -16,7 +16,7 @@ from trackably.arguments import array, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.given.conversion import shift
 from trackably.joints.limits import different_names
-from trackably.systems.pieces import is_spline, pieces_of_spline
+from trackably.systems.pieces import increasing, is_spline, pieces_of_spline
 
 _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
@@ -45,7 +45,7 @@ class JointTrajectory:
     def __init__(
         self, names: Sequence[str], breakpoints: ArrayLike, coefficients: ArrayLike, rests: bool = True
     ) -> None:
-        known, ends = different_names("trajectory: names", names), _rising(breakpoints)
+        known, ends = different_names("trajectory: names", names), increasing("trajectory: times", breakpoints)
         c = array("trajectory: coefficients", coefficients, len(known), len(ends) - 1, None)
         if not isinstance(rests, bool):
             raise TypeError(f"trajectory: rests: expected True or False, got {rests!r}")
@@ -112,7 +112,7 @@ class JointTrajectory:
         ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (for which
         the controller commands zero positions).
         """
-        t = _rising(times)
+        t = increasing("trajectory: times", times)
         q = array("trajectory: positions", positions, len(t), None)
         given = {"velocities": velocities, "accelerations": accelerations}
         fields = [q, *(array(f"trajectory: {name}", of, *q.shape) for name, of in given.items() if of is not None)]
@@ -195,16 +195,6 @@ class JointTrajectory:
 
 def _known(names: Sequence[str] | None, count: int) -> Sequence[str]:
     return [f"q{j + 1}" for j in range(count)] if names is None else names
-
-
-def _rising(given: ArrayLike) -> Array:
-    """Return increasing times [s]. ValueError: there are less than two, or they do not increase."""
-    t = array("trajectory: times", given, None)
-    if len(t) < 2 or not np.all(np.diff(t) > 0):
-        raise ValueError(
-            f"trajectory: expected two or more times, each larger than the one before, got {short(t.tolist())}"
-        )
-    return t
 
 
 def hermite(start: Array, end: Array, widths: Array) -> Array:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 Ends: TypeAlias = "ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]"
 """The lower or the upper bounds of several rows, or of one; each is a number, or a function of time."""
 
+BoundedRow = tuple[tuple[Fraction, ...], Interval]
+"""A row of weights, exactly, and the bounds of the weighted sum."""
+
 _OUTWARDS = 1e-6  # a minimum is lowered by this part of 1 + |minimum|, which exceeds the error of the solver
 
 
@@ -94,10 +97,15 @@ class Polytope:
         return self.with_bounds([of.hull for of in self.bounds]) if self.moves else self
 
     @property
+    def bounded_rows(self) -> list[BoundedRow]:
+        """Each row, exactly, with its bounds."""
+        return [(tuple(map(Fraction, row)), of) for row, of in zip(self.rows.tolist(), self.bounds, strict=True)]
+
+    @property
     def checked(self) -> subject.Polytope:
         """The same set as an object of the checker's class."""
         ends = ([of.checked if isinstance(of, PolynomialPieces) else of for of in side] for side in self.ends)
-        rows = (tuple(map(Fraction, row)) for row in self.rows.tolist())
+        rows = (row for row, _ in self.bounded_rows)
         return subject.Polytope(tuple(map(subject.Row, rows, *ends)), self.dimension)
 
     def with_bounds(self, bounds: Sequence[Interval]) -> Polytope:
