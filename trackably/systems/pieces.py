@@ -289,7 +289,7 @@ class PolynomialPieces:
         elif self.beyond == "period":
             t = self._in_first_period(t)
         last = len(self.coefficients) - 1
-        piece = np.clip(np.searchsorted(ends, t.rounded, side="right") - 1, 0, last)
+        piece = piece_at(ends, t.rounded)
         while True:  # rounding may have led to a neighbouring piece: move until t lies in the piece
             early, late = (t + -ends[piece]).rounded < 0, (t + -ends[piece + 1]).rounded >= 0
             moved = np.clip(piece - early + late, 0, last)
@@ -314,6 +314,11 @@ def increasing(what: str, given: ArrayLike) -> Array:
             f"{what} must be two finite numbers at least, each larger than the one before, got {short(times.tolist())}"
         )
     return times
+
+
+def piece_at(ends: Array, times: Array) -> npt.NDArray[np.intp]:
+    """Return the index of the piece between two `ends` in which each time lies; the nearest one for times outside."""
+    return np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
 
 
 def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:
