@@ -73,8 +73,9 @@ _BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
 class Interval:
     """The closed interval [low, high], or [low(t), high(t)] if an end moves in time.
 
-    At a jump, the tighter value counts. `lower` and `upper` are constant ends. ValueError: an end is not finite, or
-    known only between its breakpoints; lower > upper; or an end moves, and there is no interior at some time.
+    At a jump, the tighter value counts. `lower` and `upper` are the ends if both are constant. ValueError: an end is
+    not finite, or known only between its breakpoints; lower > upper; or an end moves, and there is no interior at some
+    time.
     """
 
     low: End
@@ -101,16 +102,16 @@ class Interval:
 
     @property
     def lower(self) -> float:
-        """The lower end. ValueError: it moves in time."""
+        """The lower end. ValueError: an end moves in time."""
         return self._constant(self.low)
 
     @property
     def upper(self) -> float:
-        """The upper end. ValueError: it moves in time."""
+        """The upper end. ValueError: an end moves in time."""
         return self._constant(self.high)
 
     def _constant(self, end: End) -> float:
-        if isinstance(end, PolynomialPieces):
+        if isinstance(end, PolynomialPieces) or self.moving:  # who reads one end expects that both are constant
             raise ValueError(f"bounds: expected constant bounds here, got {self}")
         return end
 

@@ -78,8 +78,8 @@ class Polytope:
     else:  # hidden from type checkers, which would then accept any attribute
 
         def __getattr__(self, name):
-            if name in {"lower", "upper"}:
-                raise ValueError(f"set: expected constant bounds here, but bounds of {self} move in time")
+            if name in {"lower", "upper"}:  # only sets with a bound that moves lack them: an interval raises ValueError
+                return [getattr(of, name) for of in self.bounds]
             raise AttributeError(name)
 
     @property

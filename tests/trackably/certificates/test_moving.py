@@ -255,11 +255,11 @@ SMOOTH = CubicSpline(AT, HEIGHTS, bc_type="periodic")
 
 
 @pytest.mark.parametrize(
-    "given", [SMOOTH, CubicSpline(AT, HEIGHTS), PPoly.from_spline(make_interp_spline(AT, HEIGHTS, k=1))]
+    "given", [STEPPED, SMOOTH, CubicSpline(AT, HEIGHTS), PPoly.from_spline(make_interp_spline(AT, HEIGHTS, k=1))]
 )
-def test_splines_of_scipy_are_bounds_that_repeat_or_rest(given) -> None:
+def test_steps_and_splines_of_scipy_are_bounds_that_repeat_or_rest(given) -> None:
     bounds = Polytope.box([-1.0], [given]).bounds[0]
-    t = np.linspace(0.0, 2.99, 40)
+    t = np.linspace(0.0, 2.5, 26)
     np.testing.assert_allclose(bounds.ends(t)[1], given(t), rtol=1e-12)
     np.testing.assert_allclose(bounds.ends(np.array([4.0]))[1], given(4.0 if given is SMOOTH else 3.0), rtol=1e-12)
 
