@@ -43,7 +43,7 @@ class MarginProfile:
         smallest = [k + int(np.argmin(self.margins[k : k + together])) for k in first]
         at_steps = np.minimum.reduceat(self.at_steps, first)
         coarse = MarginProfile(self.quantity, self.times[smallest], self.margins[smallest], at_steps)
-        return first.astype(float) * self.quantity.trajectory.sampling_time, coarse
+        return first.astype(float) * self.quantity.sampling_time, coarse
 
 
 def margin_profiles(reference: Reference, last_step: int, instants_per_step: int) -> list[MarginProfile]:

@@ -107,7 +107,7 @@ WRONG = {
         lambda: Controller(ConstrainedSystem(tank(1.0), MOVING, Polytope.box([0.0], [1.0])), 4),
         "controller: bounds that move in time are possible for linear systems only, but f is nonlinear",
     ),
-    "an end that moves": (lambda: MOVING.lower, "set: expected constant bounds here, but bounds of {"),
+    "an end that moves": (lambda: MOVING.lower, "bounds: expected constant bounds here, got ["),
     "no certificate": (lambda: check(None), "certificate: expected a path, got None"),
 }
 

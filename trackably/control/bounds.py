@@ -121,7 +121,7 @@ class Inequalities:
         widths = np.tile(polytope.widths, 2)
         if times is None or not polytope.moves:
             return cls(*polytope.inequalities, widths)
-        ends = [[np.broadcast_to(end, times.shape) for end in bounds.ends(times)] for _, bounds in polytope.intervals]
+        ends = [[np.broadcast_to(end, times.shape) for end in bounds.ends(times)] for bounds in polytope.bounds]
         lower, upper = np.moveaxis(np.array(ends), 1, 0)
         return cls(np.vstack([polytope.rows, -polytope.rows]), np.concatenate([upper, -lower]).T, widths)
 

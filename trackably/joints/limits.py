@@ -24,7 +24,6 @@ Limits = Limit | Sequence[Limit] | Mapping[str, Limit]
 """One limit for all joints, or one for each, in order or by name. A number l means [−l, l], and None means no limit."""
 
 _LARGEST_FILE = 10_000_000  # most bytes of a file with limits
-_NAMELESS = "joints: give names=, or limits by name, as velocity={'elbow': 2.0}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,12 +143,10 @@ class Joints:
 
 
 def _names(given: Sequence[str] | None, limits: Mapping[str, Limits]) -> tuple[str, ...]:
-    by_name = [[*of] for of in limits.values() if isinstance(of, Mapping)]
+    by_name = [*dict.fromkeys(name for of in limits.values() if isinstance(of, Mapping) for name in of)]
     if given is None and not by_name:
-        raise ValueError(_NAMELESS)
-    if given is None:
-        given = [*dict.fromkeys(name for of in by_name for name in of)]
-    known = different_names("joints: names", given)
+        raise ValueError("joints: give names=, or limits by name, as velocity={'elbow': 2.0}")
+    known = different_names("joints: names", by_name if given is None else given)
     for name in known:
         if not (name and len(name) <= 60 and all(letter.isalnum() or letter in "_-./" for letter in name)):
             raise ValueError(f"joints: a name must be letters, digits, _, -, . and /, 60 at most, got {name!a:.80}")

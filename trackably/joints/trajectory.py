@@ -16,7 +16,7 @@ from trackably.arguments import array, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.given.conversion import shift
 from trackably.joints.limits import different_names
-from trackably.systems.pieces import is_spline, pieces_of_spline
+from trackably.systems.pieces import increasing, is_spline, piece_at, pieces_of_spline
 
 _ACCEPTED = (
     "a spline of SciPy with a column for each joint, splines by name of a joint, a trajectory of Ruckig or of TOPP-RA, "
@@ -45,7 +45,7 @@ class JointTrajectory:
     def __init__(
         self, names: Sequence[str], breakpoints: ArrayLike, coefficients: ArrayLike, rests: bool = True
     ) -> None:
-        known, ends = different_names("trajectory: names", names), _rising(breakpoints)
+        known, ends = different_names("trajectory: names", names), increasing("trajectory: times", breakpoints)
         c = array("trajectory: coefficients", coefficients, len(known), len(ends) - 1, None)
         if not isinstance(rests, bool):
             raise TypeError(f"trajectory: rests: expected True or False, got {rests!r}")
@@ -112,7 +112,7 @@ class JointTrajectory:
         ValueError: shapes do not fit, times do not increase, or there are accelerations without velocities (for which
         the controller commands zero positions).
         """
-        t = _rising(times)
+        t = increasing("trajectory: times", times)
         q = array("trajectory: positions", positions, len(t), None)
         given = {"velocities": velocities, "accelerations": accelerations}
         fields = [q, *(array(f"trajectory: {name}", of, *q.shape) for name, of in given.items() if of is not None)]
@@ -171,7 +171,7 @@ class JointTrajectory:
         Its own breakpoints between the first and the last of `ends` must be among `ends`, up to rounding.
         """
         own, middle = self.breakpoints, (ends[:-1] + ends[1:]) / 2
-        i = np.clip(np.searchsorted(own, middle, side="right") - 1, 0, len(own) - 2)
+        i = piece_at(own, middle)
         c = shift(self.coefficients[:, i], ends[:-1] - own[i])
         rests = (middle < own[0]) | (middle > own[-1])
         c[:, rests], c[:, rests, 0] = 0.0, self(middle[rests]).T
@@ -195,16 +195,6 @@ class JointTrajectory:
 
 def _known(names: Sequence[str] | None, count: int) -> Sequence[str]:
     return [f"q{j + 1}" for j in range(count)] if names is None else names
-
-
-def _rising(given: ArrayLike) -> Array:
-    """Return increasing times [s]. ValueError: there are less than two, or they do not increase."""
-    t = array("trajectory: times", given, None)
-    if len(t) < 2 or not np.all(np.diff(t) > 0):
-        raise ValueError(
-            f"trajectory: expected two or more times, each larger than the one before, got {short(t.tolist())}"
-        )
-    return t
 
 
 def hermite(start: Array, end: Array, widths: Array) -> Array:
@@ -278,11 +268,11 @@ def _of_toppra(given: Any) -> tuple[Array, Array]:
         :, np.append(True, np.diff(given._ts) > 0)
     ]
     s = _shared_breakpoints([grid, knots])
-    i = np.clip(np.searchsorted(grid, s, side="right") - 1, 0, len(grid) - 2)
+    i = piece_at(grid, s)
     v = np.sqrt(np.interp(s, grid, speeds**2))  # at constant acceleration, the square of the speed is linear in s
     t = times[i] + 2 * (s - grid[i]) / np.maximum(speeds[i] + v, np.finfo(float).tiny)
-    k = np.clip(np.searchsorted(knots, (s[:-1] + s[1:]) / 2, side="right") - 1, 0, len(knots) - 2)
-    path, half = shift(cubic[:, k], s[:-1] - knots[k]), np.diff(v) / np.diff(t) / 2
+    path = JointTrajectory(_known(None, len(cubic)), knots, cubic).on(s).coefficients
+    half = np.diff(v) / np.diff(t) / 2
     c = np.zeros((*path.shape[:2], 2 * path.shape[2] - 1))
     for power in reversed(range(path.shape[2])):  # Horner's rule with s = v t + a t²/2, where a/2 is `half`
         moved = v[:-1, None] * c[:, :, :-1]

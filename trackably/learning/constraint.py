@@ -160,7 +160,7 @@ class Constraint(Bounded):
         signals are not shifted, because these signals change little within T_s.
         """
         found = [signal.centres for signal in posterior.signals]
-        for _, functional in self.quantity.trajectory.arguments:
+        for _, functional in self.quantity.arguments:
             for c, weights in functional.rounded:
                 if not posterior.signals[c].kernel.is_analytic:
                     shifts = functional.sampling_time * np.arange(len(weights))
@@ -173,12 +173,12 @@ class Constraint(Bounded):
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         rows = rows_of(self.arguments_at(places), len(posterior.parts))
-        found = of_arguments(self.quantity.trajectory, values_and_gradients(rows, posterior))
+        found = of_arguments(self.quantity, values_and_gradients(rows, posterior))
         return found[0], found[1:]
 
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
         """Return the functionals on which the quantity depends, each paired with the same times `places` [s]."""
-        return [(functional, places) for _, functional in self.quantity.trajectory.arguments]
+        return [(functional, places) for _, functional in self.quantity.arguments]
 
 
 def of_arguments(trajectory: Trajectory, found: Array) -> Array:

@@ -84,9 +84,9 @@ class Program:
         arguments = values_and_gradients(self._arguments, posterior)
         for constraint, places in self._placed:
             if isinstance(constraint, Constraint):
-                count = len(constraint.quantity.trajectory.arguments) * len(places)
+                count = len(constraint.quantity.arguments) * len(places)
                 own, arguments = arguments[:, :count], arguments[:, count:]
-                quantity = of_arguments(constraint.quantity.trajectory, own)
+                quantity = of_arguments(constraint.quantity, own)
             else:
                 value, gradient = constraint.value_and_gradient(posterior, places)
                 quantity = np.concatenate([value[None], gradient])

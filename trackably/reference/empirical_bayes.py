@@ -311,7 +311,7 @@ def _nearest(
     for _ in range(_MOST_STEPS):
         normals, offsets = [np.empty((0, len(moving)))], list[float]()
         for quantity in at_rest:
-            rates = quantity.trajectory.rates_at_rest(found)[moving] / stiffness
+            rates = quantity.rates_at_rest(found)[moving] / stiffness
             if (size := float(np.linalg.norm(rates))) > 0:
                 kept = quantity.bounds.rest.shrunk(room * quantity.bounds.width)
                 value = quantity.at_rest(found) - float(rates @ (np.subtract(found, means)[moving] * stiffness))

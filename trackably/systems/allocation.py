@@ -23,7 +23,7 @@ from trackably.arrays import Array
 from trackably.checker.redundancy import demands
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from trackably.systems.polytopes import BoundedRow, Polytope
 from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank
 
 _MAX_LAWS = 10_000  # an input set with more candidates for the smallest input (`Allocation.laws`) is refused
@@ -73,7 +73,7 @@ class Allocation:
         return cls(input_set, kernel)
 
     @property
-    def attainable(self) -> list[tuple[tuple[Fraction, ...], Interval]]:
+    def attainable(self) -> list[BoundedRow]:
         """Rows with bounds, which an input u satisfies if and only if some input in the set has the same effect as u.
 
         ValueError: the input set has no interior.

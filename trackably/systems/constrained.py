@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import chain
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from trackably.systems.flat_forms import FlatForm
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
-from trackably.systems.polytopes import Polytope
+from trackably.systems.polytopes import BoundedRow, Polytope
 from trackably.systems.trajectories import Quantity, Trajectory, weighted_sum
 
 System = LinearSystem | NonlinearSystem
@@ -154,7 +153,7 @@ class ConstrainedSystem:
     @cached_property
     def given_constraints(self) -> tuple[LinearConstraint, ...]:
         """The given bounds of all rows of the state set X, then of all rows of the input set U."""
-        return self._with_names(_rows("state", self.state_set), _rows("input", self.input_set))
+        return self._constraints(self.input_set.bounded_rows)
 
     @cached_property
     def constraints(self) -> tuple[LinearConstraint, ...]:
@@ -163,28 +162,20 @@ class ConstrainedSystem:
         Without redundant inputs, they are the given constraints. With redundant inputs, combinations of the rows of U
         replace the rows of U; an input satisfies the combinations if and only if some input in U has the same effect.
         """
-        if self.allocation is None:
-            return self.given_constraints
-        return self._with_names(
-            _rows("state", self.state_set),
-            [LinearConstraint("", "input", row, bounds) for row, bounds in self.allocation.attainable],
+        return self._constraints(self.allocation.attainable) if self.allocation else self.given_constraints
+
+    def _constraints(self, of_inputs: list[BoundedRow]) -> tuple[LinearConstraint, ...]:
+        """Return the bounds of states, then those of inputs, each named after its row; equal names are numbered."""
+        sides: tuple[tuple[Side, tuple[str, ...], list[BoundedRow]], ...] = (
+            ("state", self.system.states, self.state_set.bounded_rows),
+            ("input", self.system.inputs, of_inputs),
         )
+        called = numbered(sum_name(row, names) for _, names, rows in sides for row, _ in rows)
+        every = ((side, *of) for side, _, rows in sides for of in rows)
+        return tuple(LinearConstraint(name, *of) for name, of in zip(called, every, strict=True))
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """All bounded quantities: a reference is trackable if each is inside its bounds at t = k T_s for all k ≥ 0."""
-        return tuple(
-            Quantity(name, weighted_sum(row, self.coordinates[side]), bounds)
-            for name, side, row, bounds in self.constraints
-        )
-
-    def _with_names(self, *sides: list[LinearConstraint]) -> tuple[LinearConstraint, ...]:
-        """Name each constraint after its row; equal names are numbered."""
-        names = {"state": self.system.states, "input": self.system.inputs}
-        every = [*chain(*sides)]
-        called = numbered(sum_name(of.row, names[of.side]) for of in every)
-        return tuple(of._replace(name=name) for of, name in zip(every, called, strict=True))
-
-
-def _rows(side: Side, bounded: Polytope) -> list[LinearConstraint]:
-    return [LinearConstraint("", side, tuple(map(Fraction, row.tolist())), bounds) for row, bounds in bounded.intervals]
+        sums = ((of, weighted_sum(of.row, self.coordinates[of.side])) for of in self.constraints)
+        return tuple(Quantity(q.formula, q.arguments, of.name, of.bounds) for of, q in sums)

@@ -23,14 +23,12 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import ends_within
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.rationals import exact, row_echelon
+from trackably.systems.rationals import ExactLike, exact, row_echelon
 
 Vector = tuple[Fraction, ...]
 
 
-def _exactly(
-    what: str, given: ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]], *shape: int | None
-) -> Any:
+def _exactly(what: str, given: ExactLike, *shape: int | None) -> Any:
     """Return an array of this shape as rationals, in nested lists. Fractions are kept, and float64 numbers are exact.
 
     ValueError: the shape differs, or a number is not finite. TypeError: an entry is no number.
@@ -74,14 +72,11 @@ class Zonotope(checker.Zonotope, _ExactSet):
     centre: Vector
     generators: tuple[Vector, ...]
 
-    def __init__(
-        self, centre: ArrayLike | Sequence[Fraction], generators: ArrayLike | Sequence[Sequence[Fraction]] = ()
-    ) -> None:
+    def __init__(self, centre: ExactLike, generators: ExactLike = ()) -> None:
         middle = tuple(_exactly("disturbance: centre", centre, None))
-        found = generators
-        if len(cast(Sequence[Any], generators)):
-            found = _exactly("disturbance: generators", generators, None, len(middle))
-        vars(self).update(centre=middle, generators=tuple(map(tuple, cast(Sequence[Any], found))))
+        given = len(cast(Sequence[Any], generators))
+        rows = _exactly("disturbance: generators", generators, None, len(middle)) if given else []
+        vars(self).update(centre=middle, generators=tuple(map(tuple, rows)))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Self:
@@ -151,7 +146,7 @@ class ConvexHull(checker.Hull, _ExactSet):
 
     vertices: tuple[Vector, ...]
 
-    def __init__(self, vertices: ArrayLike | Sequence[Sequence[Fraction]]) -> None:
+    def __init__(self, vertices: ExactLike) -> None:
         vars(self).update(vertices=tuple(map(tuple, _exactly("disturbance: vertices", vertices, None, None))))
 
     @classmethod

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
-from typing import TYPE_CHECKING, Literal, Self
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -61,24 +63,76 @@ def _digits(lower: float, upper: float) -> int:
     return min(max(6, math.ceil(math.log10(largest / width)) + 3), 17)
 
 
+End = float | PolynomialPieces
+"""An end of an interval: a number, or piecewise polynomials of time if the end moves."""
+
+_BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
+
+
 @dataclass(frozen=True)
 class Interval:
-    """The closed interval [lower, upper]. ValueError: an end is not finite, or lower > upper."""
+    """The closed interval [low, high], or [low(t), high(t)] if an end moves in time.
 
-    lower: float
-    upper: float
+    At a jump, the tighter value counts. `lower` and `upper` are the ends if both are constant. ValueError: an end is
+    not finite, or known only between its breakpoints; lower > upper; or an end moves, and there is no interior at some
+    time.
+    """
+
+    low: End
+    high: End
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower <= self.upper):
-            raise ValueError(f"interval: expected finite bounds, lower ≤ upper, got [{self.lower}, {self.upper}]")
+        if not self.moving:
+            if not -math.inf < self.lower <= self.upper < math.inf:
+                raise ValueError(f"interval: expected finite bounds, lower ≤ upper, got [{self.lower}, {self.upper}]")
+            return
+        if any(end.beyond == "end" for end in self.moving):
+            raise ValueError(
+                'set: a bound that moves must be known at all times: expected pieces with beyond="rest" or "period", '
+                'got "end"'
+            )
+        if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (self.low, self.high)):
+            raise ValueError(
+                f"set: if one bound moves in time, the other must be finite, got {self.low!r} and {self.high!r}"
+            )
+        lower, upper = self.ends(self._times)
+        if not np.all(lower < upper):
+            where = self._times.flat[int(np.argmin(upper - lower))]
+            raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
 
     @property
+    def lower(self) -> float:
+        """The lower end. ValueError: an end moves in time."""
+        return self._constant(self.low)
+
+    @property
+    def upper(self) -> float:
+        """The upper end. ValueError: an end moves in time."""
+        return self._constant(self.high)
+
+    def _constant(self, end: End) -> float:
+        if isinstance(end, PolynomialPieces) or self.moving:  # who reads one end expects that both are constant
+            raise ValueError(f"bounds: expected constant bounds here, got {self}")
+        return end
+
+    @property
+    def moving(self) -> list[PolynomialPieces]:
+        """The ends of the interval that move in time; none for constant ends."""
+        return [end for end in (self.low, self.high) if isinstance(end, PolynomialPieces)]
+
+    @cached_property
     def width(self) -> float:
-        return self.upper - self.lower
+        """The distance of the ends; the smallest one at any time of a grid if they move."""
+        lower, upper = self.ends(self._times)
+        return float(np.min(upper - lower))
 
     def ends(self, t: Array) -> tuple[Array, Array]:
         """Return the lower and the upper bound at t [s], each a number, or an array of the shape of t if it moves."""
-        return np.asarray(self.lower), np.asarray(self.upper)
+        low, high = (
+            [end(t), end(np.nextafter(t, -np.inf))] if isinstance(end, PolynomialPieces) else [np.asarray(end)] * 2
+            for end in (self.low, self.high)
+        )
+        return np.maximum(*low), np.minimum(*high)
 
     def at(self, t: float) -> Interval:
         """Return the bounds at one time [s]."""
@@ -88,17 +142,21 @@ class Interval:
     @property
     def rest(self) -> Interval:
         """The final bounds, after all ends have come to rest; the `hull` if an end is periodic."""
-        return self
+        if any(end.beyond == "period" for end in self.moving):
+            return self.hull
+        return self.at(2 * abs(float(self._times.flat[-1])) + 1.0)
 
     @property
     def hull(self) -> Interval:
         """The smallest constant interval that contains this one at all times of a grid."""
-        return self
+        lower, upper = self.ends(self._times)
+        return Interval(float(np.min(lower)), float(np.max(upper)))
 
     @property
-    def moving(self) -> list[PolynomialPieces]:
-        """The ends of the interval that move in time; none for constant ends."""
-        return []
+    def _times(self) -> Array:
+        """A grid of times [s] at which the ends are compared: 64 from each breakpoint to the next, and the last one."""
+        first = self.breakpoints if self.moving else np.zeros(1)
+        return np.append(first[:-1] + _BETWEEN * np.diff(first), first)
 
     @property
     def periods(self) -> frozenset[float | None]:
@@ -141,6 +199,8 @@ class Interval:
         return min(other.lower - self.lower, self.upper - other.upper)
 
     def __str__(self) -> str:
+        if self.moving:
+            return f"{self.hull} (which moves in time)"
         return f"[{', '.join(ends_shown(self.lower, self.upper))}]"
 
     @property
@@ -149,106 +209,15 @@ class Interval:
         ends = (f"{end:g}" if float(f"{end:g}") == end else repr(end) for end in (self.lower + 0.0, self.upper + 0.0))
         return f"[{', '.join(ends)}]"
 
-    def shrunk(self, by: float) -> Self:
-        return type(self)(self.lower + by, self.upper - by)
+    def shrunk(self, by: float) -> Interval:
+        """Return the interval with both ends moved inwards by `by`."""
+        return Interval(move_end(self.low, lambda value: value + by), move_end(self.high, lambda value: value - by))
 
 
-# Bounds that move in time.
-
-End = float | PolynomialPieces
-"""An end of an interval: a number, or piecewise polynomials of time if the end moves."""
-
-_BETWEEN = np.linspace(0.0, 1.0, 65)[:-1, None]
-
-
-def shift_end(end: End, by: float) -> End:
-    """Return an end of an interval, a number or a function of time, plus the number `by`."""
+def move_end(end: End, move: Callable[[float], float]) -> End:
+    """Return an end of an interval, moved by a function of numbers; pieces are moved by their values at breakpoints."""
     if not isinstance(end, PolynomialPieces):
-        return end + by
-    return replace(end, coefficients=end.coefficients + by * np.eye(1, end.degree + 1))
-
-
-class Corridor(Interval):
-    """The interval [low(t), high(t)], of which at least one end moves in time. At a jump, the tighter value counts.
-
-    `lower` and `upper` raise ValueError, because code that reads them expects constant ends. ValueError: an end is
-    known only between its breakpoints, an end is infinite, or the interval has no interior at some time.
-    """
-
-    low: End
-    high: End
-
-    def __init__(self, low: End, high: End) -> None:
-        vars(self).update(low=low, high=high)
-        if any(end.beyond == "end" for end in self.moving):
-            raise ValueError(
-                'set: a bound that moves must be known at all times: expected pieces with beyond="rest" or "period", '
-                'got "end"'
-            )
-        if not all(isinstance(end, PolynomialPieces) or math.isfinite(end) for end in (low, high)):
-            raise ValueError(f"set: if one bound moves in time, the other must be finite, got {low!r} and {high!r}")
-        low_ends, high_ends = self.ends(self._times)
-        if not np.all(low_ends < high_ends):
-            where = self._times.flat[int(np.argmin(high_ends - low_ends))]
-            raise ValueError(f"set: must have an interior at all times, but {self} has none at t = {where:.6g} s")
-
-    if not TYPE_CHECKING:  # hidden from type checkers, which would then accept any attribute
-
-        def __getattr__(self, name):
-            if name in {"lower", "upper"}:
-                raise ValueError(f"bounds: expected constant bounds here, got {self}")
-            raise AttributeError(name)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Corridor) and (self.low, self.high) == (other.low, other.high)
-
-    def __hash__(self) -> int:
-        return hash((self.low, self.high))
-
-    @property
-    def moving(self) -> list[PolynomialPieces]:
-        return [end for end in (self.low, self.high) if isinstance(end, PolynomialPieces)]
-
-    @property
-    def _times(self) -> Array:
-        """A grid of times [s] at which the ends are compared: 64 from each breakpoint to the next, and the last one."""
-        first = self.breakpoints
-        return np.append(first[:-1] + _BETWEEN * np.diff(first), first)
-
-    def ends(self, t: Array) -> tuple[Array, Array]:
-        before = np.nextafter(t, -np.inf)
-        low, high = (
-            [end(t), end(before)] if isinstance(end, PolynomialPieces) else [np.asarray(end)] * 2
-            for end in (self.low, self.high)
-        )
-        return np.maximum(*low), np.minimum(*high)
-
-    @property
-    def rest(self) -> Interval:
-        if all(end.beyond == "rest" for end in self.moving):
-            return self.at(2 * abs(float(self.breakpoints[-1])) + 1.0)
-        return self.hull
-
-    @property
-    def hull(self) -> Interval:
-        lower, upper = self.ends(self._times)
-        return Interval(float(np.min(lower)), float(np.max(upper)))
-
-    @property
-    def width(self) -> float:
-        """The smallest distance of the ends at any time of the grid."""
-        lower, upper = self.ends(self._times)
-        return float(np.min(upper - lower))
-
-    def shrunk(self, by: float) -> Self:
-        return type(self)(shift_end(self.low, by), shift_end(self.high, -by))
-
-    def __str__(self) -> str:
-        return f"{self.hull} (which moves in time)"
-
-
-def interval(low: End, high: End) -> Interval:
-    """Return the interval between two ends, each a number, or polynomial pieces if it moves in time."""
-    if isinstance(low, PolynomialPieces) or isinstance(high, PolynomialPieces):
-        return Corridor(low, high)
-    return Interval(low, high)
+        return move(end)
+    coefficients = end.coefficients.copy()
+    coefficients[:, 0] = [move(value) for value in coefficients[:, 0].tolist()]
+    return replace(end, coefficients=coefficients)

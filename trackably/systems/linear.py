@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -13,18 +12,12 @@ import scipy
 
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
+from trackably.checker.form import UnreadableError, an_identifier
 from trackably.checker.subject import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon
 from trackably.systems.trajectories import Functional, Trajectory
 
 # Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
-
-LONGEST = 60  # most characters of a name
-
-_LETTER = "A-Za-zÀ-ÖØ-öø-ſḀ-ỿΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕ"
-_WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]*"
-_UNIT = f"[{_LETTER}µ0-9²³¹⁻_/·*^°%-]+"
-_NAME = re.compile(rf"{_WORD}(?:\[{_UNIT}\]|\({_UNIT}\))*")
 
 
 def require_names(names: Iterable[object]) -> None:
@@ -34,11 +27,13 @@ def require_names(names: Iterable[object]) -> None:
     brackets around an index or a unit, such as q[1] or v(m/s). Letters are Latin or Greek.
     """
     for name in names:
-        if not (isinstance(name, str) and len(name) <= LONGEST and _NAME.fullmatch(name)):
+        try:
+            an_identifier(name, "")
+        except UnreadableError:
             raise ValueError(
                 "system: a name of a state or an input must be a letter or _, then letters, digits, _ and -, then "
-                f"indices or units in brackets such as q[1] or v(m/s), {LONGEST} characters at most, got {name!a:.80}"
-            )
+                f"indices or units in brackets such as q[1] or v(m/s), 60 characters at most, got {name!a:.80}"
+            ) from None
 
 
 # Flat outputs in discrete time: signals that can be chosen freely and determine every trajectory of a system.

@@ -95,10 +95,9 @@ class NonlinearSystem(subject.NonlinearSystem):
         return self if form is self.flat else replace(self, flat=form)
 
     def _require_formulas(self) -> None:
-        n = len(self.states)
-        require_names((*self.states, *self.inputs))
-        names = {*self.states, *self.inputs, *self.successors}
-        if not n or len(names) != 2 * n + len(self.inputs):
+        n, every = len(self.states), (*self.states, *self.inputs)
+        require_names(every)
+        if not n or len({*every}) != len(every):
             raise ValueError(
                 f"system: states and inputs need names, all different, got {', '.join(self.states) or 'no states'} and "
                 f"{', '.join(self.inputs) or 'no inputs'}"
@@ -114,10 +113,10 @@ class NonlinearSystem(subject.NonlinearSystem):
                     f"system: the formula of {state} is too long, with {size} operations, names and numbers when "
                     f"written out, nested {depth} deep; at most {MAX_SIZE} and {DEPTH} are allowed"
                 )
-            if unknown := names_in(formula) - {*self.states, *self.inputs}:
+            if unknown := names_in(formula) - {*every}:
                 raise ValueError(
                     f"system: the formula of {state} uses {', '.join(sorted(unknown))}, which is no state or input; "
-                    f"expected {', '.join((*self.states, *self.inputs))}"
+                    f"expected {', '.join(every)}"
                 )
 
     @classmethod

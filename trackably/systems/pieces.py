@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from trackably.arguments import array, instance, numbers, positive, real
+from trackably.arguments import array, instance, positive, real
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.subject import Beyond, Pieces
 from trackably.gp.signal import KernelSum
@@ -173,13 +173,8 @@ class PolynomialPieces:
     beyond: Beyond
 
     def __init__(self, breakpoints: ArrayLike, coefficients: ArrayLike, beyond: Beyond = "rest") -> None:
-        ends = numbers("pieces: breakpoints", breakpoints)
-        if ends.ndim != 1 or len(ends) < 2 or not np.all(np.isfinite(ends)) or not np.all(np.diff(ends) > 0):
-            raise ValueError(
-                "pieces: breakpoints must be two finite numbers at least, each larger than the one before, got "
-                f"{short(ends.tolist())}"
-            )
-        c, ends.flags.writeable = array("pieces: coefficients", coefficients, len(ends) - 1, None), False
+        ends = increasing("pieces: breakpoints", breakpoints)
+        c = array("pieces: coefficients", coefficients, len(ends) - 1, None)
         if beyond not in get_args(Beyond):
             raise ValueError(f"pieces: beyond must be one of {', '.join(get_args(Beyond))}, got {beyond!r}")
         vars(self).update(breakpoints=ends, coefficients=c, beyond=beyond)
@@ -294,7 +289,7 @@ class PolynomialPieces:
         elif self.beyond == "period":
             t = self._in_first_period(t)
         last = len(self.coefficients) - 1
-        piece = np.clip(np.searchsorted(ends, t.rounded, side="right") - 1, 0, last)
+        piece = piece_at(ends, t.rounded)
         while True:  # rounding may have led to a neighbouring piece: move until t lies in the piece
             early, late = (t + -ends[piece]).rounded < 0, (t + -ends[piece + 1]).rounded >= 0
             moved = np.clip(piece - early + late, 0, last)
@@ -309,6 +304,21 @@ class PolynomialPieces:
         since = (t + -first).turned_back(turns, period)
         turns = turns - (since.rounded < 0) + ((since + -period).rounded >= 0)
         return t.turned_back(turns, period)
+
+
+def increasing(what: str, given: ArrayLike) -> Array:
+    """Return increasing times [s], read-only. ValueError: there are less than two, or they do not increase."""
+    times = array(what, given, None)
+    if len(times) < 2 or not np.all(np.diff(times) > 0):
+        raise ValueError(
+            f"{what} must be two finite numbers at least, each larger than the one before, got {short(times.tolist())}"
+        )
+    return times
+
+
+def piece_at(ends: Array, times: Array) -> npt.NDArray[np.intp]:
+    """Return the index of the piece between two `ends` in which each time lies; the nearest one for times outside."""
+    return np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
 
 
 def is_spline(given: object) -> TypeGuard[PPoly | BPoly | BSpline]:

@@ -14,7 +14,7 @@ import scipy
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import subject
-from trackably.systems.intervals import Corridor, End, Interval, ends_shown, interval
+from trackably.systems.intervals import End, Interval, ends_shown
 from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
 
 if TYPE_CHECKING:
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 Ends: TypeAlias = "ArrayLike | Sequence[Any] | PolynomialPieces | PPoly | BSpline | Mapping[Any, Any]"
 """The lower or the upper bounds of several rows, or of one; each is a number, or a function of time."""
+
+BoundedRow = tuple[tuple[Fraction, ...], Interval]
+"""A row of weights, exactly, and the bounds of the weighted sum."""
 
 _OUTWARDS = 1e-6  # a minimum is lowered by this part of 1 + |minimum|, which exceeds the error of the solver
 
@@ -58,10 +61,9 @@ class Polytope:
                     f"set: row {i} needs entries other than zero, and finite bounds, lower ≤ upper, got {row.tolist()} "
                     f"in [{low + 0.0}, {high + 0.0}]; if one side does not matter, give a bound that is never reached"
                 )
-        intervals = list(zip(rows, map(interval, lower, upper), strict=True))
-        vars(self).update(rows=rows, dimension=rows.shape[1], _intervals=intervals)
+        vars(self).update(rows=rows, dimension=rows.shape[1], bounds=[*map(Interval, lower, upper)])
         if self.moves:
-            for t in np.unique(np.concatenate([of.breakpoints for _, of in self.intervals])).tolist():
+            for t in np.unique(np.concatenate([of.breakpoints for of in self.bounds])).tolist():
                 self.at(t)  # raises ValueError if it has no interior
             return
         constant = np.array([lower, upper], dtype=float)
@@ -70,44 +72,45 @@ class Polytope:
         if r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
-    @property
-    def intervals(self) -> list[tuple[Array, Interval]]:
-        """Each row (n,) with its bounds, which may move in time."""
-        found: list[tuple[Array, Interval]] = vars(self)["_intervals"]
-        return found
-
-    if not TYPE_CHECKING:  # hidden from type checkers, which would then accept any attribute
+    if TYPE_CHECKING:
+        bounds: list[Interval]
+        """The bounds of each row, which may move in time."""
+    else:  # hidden from type checkers, which would then accept any attribute
 
         def __getattr__(self, name):
-            if name in {"lower", "upper"}:
-                raise ValueError(f"set: expected constant bounds here, but bounds of {self} move in time")
+            if name in {"lower", "upper"}:  # only sets with a bound that moves lack them: an interval raises ValueError
+                return [getattr(of, name) for of in self.bounds]
             raise AttributeError(name)
 
     @property
     def moves(self) -> bool:
         """Whether a bound moves in time."""
-        return any(isinstance(bounds, Corridor) for _, bounds in self.intervals)
+        return any(of.moving for of in self.bounds)
 
     def at(self, t: float) -> Polytope:
         """Return the set at a time [s]; at a breakpoint, the intersection of the sets before and after it."""
-        if not self.moves:
-            return self
-        return self._with([bounds.at(t) for _, bounds in self.intervals])
+        return self.with_bounds([of.at(t) for of in self.bounds]) if self.moves else self
 
     @property
     def hull(self) -> Polytope:
         """The set with constant bounds: for each row the smallest interval that contains its bounds on a time grid."""
-        return self._with([bounds.hull for _, bounds in self.intervals]) if self.moves else self
+        return self.with_bounds([of.hull for of in self.bounds]) if self.moves else self
+
+    @property
+    def bounded_rows(self) -> list[BoundedRow]:
+        """Each row, exactly, with its bounds."""
+        return [(tuple(map(Fraction, row)), of) for row, of in zip(self.rows.tolist(), self.bounds, strict=True)]
 
     @property
     def checked(self) -> subject.Polytope:
         """The same set as an object of the checker's class."""
         ends = ([of.checked if isinstance(of, PolynomialPieces) else of for of in side] for side in self.ends)
-        rows = (tuple(map(Fraction, row)) for row in self.rows.tolist())
+        rows = (row for row, _ in self.bounded_rows)
         return subject.Polytope(tuple(map(subject.Row, rows, *ends)), self.dimension)
 
-    def _with(self, ends: Sequence[Interval]) -> Polytope:
-        return Polytope(self.rows, [of.lower for of in ends], [of.upper for of in ends], self.dimension)
+    def with_bounds(self, bounds: Sequence[Interval]) -> Polytope:
+        """Return the set with other bounds of its rows."""
+        return Polytope(self.rows, [of.low for of in bounds], [of.high for of in bounds], self.dimension)
 
     @classmethod
     def box(cls, lower: Ends, upper: Ends) -> Self:
@@ -134,19 +137,14 @@ class Polytope:
         """
         H = array("set: H", H, None, None)
         h = array("set: h", h, len(H))
-        rows: list[Array] = []
-        bounds: list[tuple[float, float]] = []
-        taken: set[int] = set()
-        for i, row in enumerate(H):
-            if i in taken:
-                continue
-            opposite = [j for j in range(i + 1, len(H)) if j not in taken and np.array_equal(H[j], -row)]
-            taken.update(opposite[:1])
-            lower = -h[opposite[0]] if opposite else _lower_bound(row, H, h)
-            rows.append(row)
-            bounds.append((float(lower), float(h[i])))
-        low, high = np.array(bounds).T
-        return cls(np.array(rows), low, high)
+        found, left = list[tuple[Array, float, float]](), [*range(len(H))]
+        while left:
+            i, *left = left
+            opposite = [j for j in left if np.array_equal(H[j], -H[i])][:1]
+            left = [j for j in left if j not in opposite]
+            found.append((H[i], -h[opposite[0]] if opposite else _lower_bound(H[i], H, h), h[i]))
+        rows, lower, upper = map(np.array, zip(*found, strict=True))
+        return cls(rows, lower, upper)
 
     @property
     def depth(self) -> float:
@@ -172,13 +170,12 @@ class Polytope:
     @property
     def ends(self) -> tuple[list[End], list[End]]:
         """The lower bounds and the upper bounds of all rows; each is a number, or pieces if it moves in time."""
-        pairs = [(of.low, of.high) if isinstance(of, Corridor) else (of.lower, of.upper) for _, of in self.intervals]
-        return [low for low, _ in pairs], [high for _, high in pairs]
+        return [of.low for of in self.bounds], [of.high for of in self.bounds]
 
     @property
     def widths(self) -> Array:
         """The distance between the bounds of each row, the smallest one where they move: shape (r,)."""
-        return np.array([bounds.width for _, bounds in self.intervals], dtype=float)
+        return np.array([of.width for of in self.bounds], dtype=float)
 
     @property
     def inequalities(self) -> tuple[Array, Array]:
@@ -207,11 +204,7 @@ class Polytope:
         infinite, and numbers below 1e-9 as zero.
         """
         half = np.maximum(self.upper / 2 - self.lower / 2, np.finfo(float).smallest_subnormal)
-        sizes = np.abs(self.rows)
-        with np.errstate(over="ignore"):
-            reach = np.divide(half[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
-            unit = np.min(reach, axis=0, initial=np.inf)
-        units = np.asarray(np.where(np.isfinite(unit), unit, 1.0), dtype=float)
+        units = _units(_reach(self.rows, half))
         matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
         centre = np.asarray(np.linalg.lstsq(matrix, middle)[0], dtype=float)
         return matrix, middle - matrix @ centre, units, centre
@@ -223,8 +216,8 @@ class Polytope:
 
     def __str__(self) -> str:
         sides = []
-        for row, bounds in self.intervals:
-            if isinstance(bounds, Corridor):
+        for row, bounds in zip(self.rows, self.bounds, strict=True):
+            if bounds.moving:
                 sides.append(f"{_formula(row)} in {bounds}")
                 continue
             first, last = ends_shown(bounds.lower, bounds.upper)
@@ -305,14 +298,23 @@ def _formula(row: Array) -> str:
 
 def extents(bounded: Polytope) -> Array:
     """Return how much each coordinate may change while all others are constant, shape (n,); infinite without bounds."""
-    sizes = np.abs(bounded.rows)
-    reach = np.divide(bounded.widths[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
-    return np.asarray(np.min(reach, axis=0, initial=np.inf))
+    return _reach(bounded.rows, bounded.widths)
 
 
 def unit_scales(bounded: Polytope) -> Array:
     """Return a unit for each coordinate, shape (n,): the largest change that the set allows, 1 without bounds."""
-    reach = extents(bounded)
+    return _units(extents(bounded))
+
+
+def _reach(rows: Array, widths: Array) -> Array:
+    """Return by how much each coordinate, alone, may change until a row changes by its width; infinite if none does."""
+    sizes = np.abs(rows)
+    with np.errstate(over="ignore"):
+        reach = np.divide(widths[:, None], sizes, out=np.full_like(sizes, np.inf), where=sizes > 0)
+    return np.asarray(np.min(reach, axis=0, initial=np.inf))
+
+
+def _units(reach: Array) -> Array:
     return np.where(np.isfinite(reach), reach, 1.0)
 
 

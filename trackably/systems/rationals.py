@@ -11,9 +11,11 @@ import numpy.typing as npt
 from trackably.checker import redundancy
 
 Rationals = npt.NDArray[np.object_]
+ExactLike = npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]]
+"""What `exact` makes rationals of: float64 numbers or rationals, in lists or arrays."""
 
 
-def exact(numbers: npt.ArrayLike | Sequence[Fraction] | Sequence[Sequence[Fraction]]) -> Rationals:
+def exact(numbers: ExactLike) -> Rationals:
     """Convert float64 numbers to rationals, exactly; rationals are unchanged."""
     array = np.asarray(numbers, dtype=object)
     return np.array([Fraction(v) for v in array.ravel().tolist()], dtype=object).reshape(array.shape)

@@ -21,11 +21,10 @@ from trackably.systems.disturbances import (
     require_disturbance,
     require_zonotope,
 )
-from trackably.systems.intervals import End
+from trackably.systems.intervals import Interval, move_end
 from trackably.systems.linear import LinearSystem
-from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
-from trackably.systems.rationals import exact, float_below
+from trackably.systems.rationals import exact, float_above, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
 
@@ -44,26 +43,27 @@ def closed_loop(system: LinearSystem, feedback: Array) -> Array:
     return system.A + system.B @ feedback
 
 
-def errors_reach(A_K: Array, disturbance: DisturbanceSet, rows: Array, scales: Array) -> Array:
-    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n), in float64, shape (r,). It is zero for W = {0}.
+def errors_reach(plant: ConstrainedSystem, K: Array, disturbance: DisturbanceSet, rows: Array) -> tuple[Array, Array]:
+    """Return Σ_{i≥0} h_W((A_Kⁱ)ᵀ row) for rows (r, n) and for −rows, in float64, each of shape (r,).
 
-    h_W is the support function of the `disturbance` set W. The sum is the largest row · e of an error e that
-    disturbances in W can cause. It ends when row · A_Kⁱ, in units of the states' `scales` (n,), is below 1e-7 of its
+    h_W is the support function of the `disturbance` set W, and A_K = A + B K. The sum is the largest row · e of an
+    error e that disturbances in W can cause. It ends when row · A_Kⁱ, in units of the states, is below 1e-7 of its
     largest size. Raises NoInvariantSetError if this takes more than 4000 steps, or never happens.
     """
-    total, largest = np.zeros(len(rows)), np.zeros(len(rows))
+    A_K, scales, both = closed_loop(plant.linear, K), unit_scales(plant.state_set), np.vstack([rows, -rows])
+    total, largest = np.zeros((2, len(both)))
     if not spectral_radius(A_K) < 1:
         raise NoInvariantSetError(
             "feedback: the eigenvalues of A + B K must lie inside the unit circle, but one has the size "
             f"{spectral_radius(A_K):.6g}; give another feedback="
         )
-    for moved in powers(rows, A_K):
+    for moved in powers(both, A_K):
         total = total + disturbance.support(moved)
         size = np.max(np.abs(moved) * scales, axis=1)
         largest = np.maximum(largest, size)
         if np.all(size <= _DECAYED * largest):
             break
-    return total
+    return total[: len(rows)], total[len(rows) :]
 
 
 def powers(rows: Array, A_K: Array) -> Iterator[Array]:
@@ -106,7 +106,8 @@ def best_feedback(plant: ConstrainedSystem, disturbance: DisturbanceSet) -> Arra
     for weight, rate in product(INPUT_WEIGHTS, RATES):
         try:
             K = regulator(plant, weight, rate)
-            found.append((float(np.min(1 - widths_taken(plant, disturbance, K) / widths, initial=1.0)), K))
+            taken = np.add(*errors_reach(plant, K, disturbance, error_rows(plant, K)))
+            found.append((float(np.min(1 - taken / widths, initial=1.0)), K))
         except (np.linalg.LinAlgError, NoInvariantSetError):  # another weight or rate may have a regulator
             continue
     if not found:
@@ -135,17 +136,6 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
     sizes = np.abs(K) * unit_scales(plant.state_set) / unit_scales(plant.input_set)[:, None]
     mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))
-
-
-def widths_taken(plant: ConstrainedSystem, disturbance: DisturbanceSet, K: Array) -> Array:
-    """Return by how much errors reduce the distance between each pair of bounds (r,), states first, in float64.
-
-    The result has the unit of the bounds. K is the feedback of errors.
-    """
-    rows = error_rows(plant, K)
-    both = np.vstack([rows, -rows])
-    up, down = np.split(errors_reach(closed_loop(plant.linear, K), disturbance, both, unit_scales(plant.state_set)), 2)
-    return up + down
 
 
 def error_rows(plant: ConstrainedSystem, K: Array) -> Array:
@@ -218,8 +208,7 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
     """
     system, scales = plant.linear, unit_scales(plant.state_set)
     A_K, n = closed_loop(system, feedback), len(scales)
-    reach = errors_reach(A_K, disturbance, np.vstack([np.eye(n), -np.eye(n)]), scales)
-    extents = np.maximum(reach[:n], reach[n:])
+    extents = np.maximum(*errors_reach(plant, feedback, disturbance, np.eye(n)))
     size = float(np.max(extents / scales))
     if not size:
         return InvariantSet(system, feedback, disturbance, 1, 1, 0.0, np.zeros(n))
@@ -259,6 +248,9 @@ def _head(
             break
     return N
 
+
+Taken = tuple[Fraction, Fraction]
+"""By how much the lower and the upper bound of a row are tightened, exactly."""
 
 _LARGEST_FRACTION = 1e6  # larger multiples of a disturbance set are not told apart
 
@@ -300,12 +292,11 @@ class Tightening:
         """The plant with tightened bounds."""
         if (fraction := self.largest_fraction) <= 1:
             raise ValueError(self._shortage(fraction))
-        states = len(self.given.state_set.rows)
-        return replace(
-            self.given,
-            state_set=self._tighten(self.given.state_set, self.taken[:states]),
-            input_set=self._tighten(self.given.input_set, self.taken[states:]),
+        state_set, input_set = (
+            bounded.with_bounds([self._tighten(*of) for of in zip(bounded.bounds, taken, strict=True)])
+            for bounded, taken in self._sides
         )
+        return replace(self.given, state_set=state_set, input_set=input_set)
 
     def __repr__(self) -> str:
         noise = f", noise={self.noise!r}" if self.noise else ""
@@ -313,19 +304,22 @@ class Tightening:
         return f"Tightening(margin={self.margin:g}, disturbance={self.disturbance!r}{noise}; {sets})"
 
     @cached_property
-    def taken(self) -> list[tuple[Fraction, Fraction]]:
+    def taken(self) -> list[Taken]:
         """By how much the error tightens the lower and the upper bound of each row, states first, exactly."""
         return [self._of_row(constraint) for constraint in self.given.given_constraints]
 
     @cached_property
     def largest_fraction(self) -> float:
         """The largest f for which the disturbance set f W, with the same K, leaves both sets non-empty; at most 1e6."""
-        states = len(self.given.state_set.rows)
-        parts = np.array([[float(low), float(high)] for low, high in self.taken]).reshape(-1, 2)
-        sides = ((self.given.state_set, parts[:states]), (self.given.input_set, parts[states:]))
-        return min(_largest_fraction(bounded, by, self.margin) for bounded, by in sides)
+        return min(_largest_fraction(bounded, taken, self.margin) for bounded, taken in self._sides)
 
-    def _of_row(self, constraint: LinearConstraint) -> tuple[Fraction, Fraction]:
+    @property
+    def _sides(self) -> tuple[tuple[Polytope, list[Taken]], ...]:
+        """The given state set and input set, each with what is `taken` of its bounds."""
+        X, U = self.given.state_set, self.given.input_set
+        return (X, self.taken[: len(X.rows)]), (U, self.taken[len(X.rows) :])
+
+    def _of_row(self, constraint: LinearConstraint) -> Taken:
         if (Z := self.invariant) is None:
             return Fraction(0), Fraction(0)
         row = exact(constraint.row)
@@ -335,14 +329,13 @@ class Tightening:
         V = self.noise if constraint.side == "state" else None
         return Z.support(down) + support_of(V, up), Z.support(up) + support_of(V, down)
 
-    def _tighten(self, bounded: Polytope, by: list[tuple[Fraction, Fraction]]) -> Polytope:
-        lower, upper = [], []
-        for (low, high), a, b, (_, bounds) in zip(by, *bounded.ends, bounded.intervals, strict=True):
-            width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
-            kept = Fraction(self.margin) * width
-            lower.append(_inwards(a, -1, low + kept))
-            upper.append(_inwards(b, 1, high + kept))
-        return Polytope(bounded.rows, lower, upper, bounded.dimension)
+    def _tighten(self, bounds: Interval, taken: Taken) -> Interval:
+        width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
+        low, high = (by + Fraction(self.margin) * width for by in taken)
+        return Interval(
+            move_end(bounds.low, lambda value: float_above(Fraction(value) + low)),
+            move_end(bounds.high, lambda value: float_below(Fraction(value) - high)),
+        )
 
     def _shortage(self, fraction: float) -> str:
         """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
@@ -361,19 +354,6 @@ class Tightening:
             f"{what}: the errors take {taken[worst]:.4g} of the {width:.4g} between the bounds {bound.bounds} of "
             f"{bound.name}{kept}, which are too close by {missing:.4g} at least; {would}"
         )
-
-
-def _inwards(end: End, sign: int, by: Fraction) -> End:
-    """Return an upper end (`sign` 1) or a lower one (−1), moved inwards by at least `by`."""
-
-    def one(value: float) -> float:
-        return sign * float_below(sign * Fraction(value) - by)
-
-    if not isinstance(end, PolynomialPieces):
-        return one(end)
-    coefficients = end.coefficients.copy()
-    coefficients[:, 0] = [one(value) for value in coefficients[:, 0].tolist()]
-    return replace(end, coefficients=coefficients)
 
 
 def tightening(
@@ -435,8 +415,8 @@ def disturbances_of_errors(
     return found
 
 
-def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
-    """Return the largest f ≤ 1e6 for which a point satisfies all rows, with bounds tightened by f times `by` (r, 2).
+def _largest_fraction(bounded: Polytope, taken: Sequence[Taken], margin: float) -> float:
+    """Return the largest f ≤ 1e6 for which a point satisfies all rows, with bounds tightened by f times `taken`.
 
     Both bounds are also tightened by `margin` times the width. f is the optimum of a linear program in which each row
     is divided by half its width; f ≤ 0 if the margin alone leaves no point. If a bound moves in time, or rows are
@@ -444,7 +424,7 @@ def _largest_fraction(bounded: Polytope, by: Array, margin: float) -> float:
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
-    half = bounded.widths / 2
+    by, half = np.array(taken, dtype=float), bounded.widths / 2
     alone = (2 - 4 * margin) * half / np.maximum(by.sum(axis=1), half / _LARGEST_FRACTION)
     most = float(min(np.min(alone), _LARGEST_FRACTION))  # rows one by one; exact if they are independent
     if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):

@@ -175,16 +175,18 @@ class Trajectory:
         return float(self.value({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments}))
 
     @property
-    def rate(self) -> Self:
+    def rate(self) -> "Trajectory":
         """The trajectory of the rate (q(t + T_s) − q(t)) / T_s; a functional if q is a functional."""
         T = Fraction(self.sampling_time)
         if (q := self.functional) is not None:
             pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
-            return self.of(Functional(Fraction(0), tuple(tuple((b - a) / T for b, a in of) for of in pairs), float(T)))
+            return Trajectory.of(
+                Functional(Fraction(0), tuple(tuple((b - a) / T for b, a in of) for of in pairs), float(T))
+            )
         later = {name: f"{name}⁺" for name, _ in self.arguments}
         (there,) = substitute([self.formula], {name: Name(new) for name, new in later.items()})
         arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
-        return type(self)(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
+        return Trajectory(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
         """Return the derivatives ∂q/∂levels[c], if every signal c is constant at `levels[c]`: one number a signal."""
@@ -245,29 +247,15 @@ def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functiona
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A `trajectory` that must stay in `bounds`, with its `name`."""
+class Quantity(Trajectory):
+    """A trajectory that must stay in `bounds`, with its `name`."""
 
     name: str
-    trajectory: Trajectory
     bounds: Interval
-
-    @property
-    def functional(self) -> Functional | None:
-        """The quantity as a functional (an affine sum of signals at shifted times); None if it is nonlinear."""
-        return self.trajectory.functional
-
-    def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return the value at t [s]; an array of the same shape as t, NaN or infinite where it is undefined."""
-        return self.trajectory(signals, t)
 
     def margin(self, signals: Signals, t: Array) -> Array:
         """Return the distance to the nearer bound at t [s]; negative outside, −∞ where the value is undefined."""
         return np.asarray(Quantities((self,), signals).margins(np.asarray(t))[0])
-
-    def at_rest(self, levels: Sequence[float]) -> float:
-        """Return the value if every signal c is constant at `levels[c]`."""
-        return self.trajectory.at_rest(levels)
 
     def is_kept_at_rest(self, levels: Sequence[float]) -> bool:
         """Whether the value lies strictly inside the final bounds if every signal c is constant at `levels[c]`."""
@@ -288,8 +276,7 @@ class Quantities:
         """Return all quantities at t [s]; the result has shape (Q, *t.shape)."""
         arguments = self._arguments
         known = dict(zip(map(id, arguments.functionals), arguments(self.signals, t), strict=True))
-        formulas = [quantity.trajectory for quantity in self.quantities]
-        return np.stack([q.value({name: known[id(of)] for name, of in q.arguments}) for q in formulas])
+        return np.stack([q.value({name: known[id(of)] for name, of in q.arguments}) for q in self.quantities])
 
     def values_of(self, which: Indices, t: Array) -> Array:
         """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
@@ -322,7 +309,7 @@ class Quantities:
     @cached_property
     def _arguments(self) -> Functionals:
         """The functionals on which the quantities depend; each appears once, however many quantities use it."""
-        every = {id(of): of for quantity in self.quantities for _, of in quantity.trajectory.arguments}
+        every = {id(of): of for quantity in self.quantities for _, of in quantity.arguments}
         return Functionals(tuple(every.values()))
 
 

@@ -5,6 +5,7 @@ Each ValueError begins with the name of the wrong field.
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from reprlib import repr as short
 from typing import Any, TypeVar
 
@@ -17,10 +18,11 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 
 T = TypeVar("T")
+Numbers = tuple[float, ...]
+Rows = tuple[Numbers, ...]
 
 _LINEAR = ("A", "B", "c", "continuous", "states", "inputs", "sampling_time")
 _NAMED = ("model", "sampling_time", "parameters")
-_SET = ("lower", "upper", "H", "h", "rows")
 
 
 def system_of(written: object) -> System:
@@ -59,29 +61,19 @@ def set_of(written: object) -> Polytope:
 
     ValueError or TypeError: `written` describes no set.
     """
-    given = fields_of(written, _SET)
-    for one, other in (("lower", "upper"), ("upper", "lower"), ("H", "h"), ("h", "H"), ("rows", "lower")):
-        if one in given and other not in given:
-            raise ValueError(f"expected {one} with {other}, got {one} alone")
-    if not given or given.keys() >= {"rows", "H"}:
+    given = fields_of(written, _READERS)
+    known = tuple(name for name in _READERS if name in given)
+    if known not in _SETS:
         raise ValueError(
-            "expected lower and upper, H and h, or all four; or rows with lower and upper; got "
-            f"{', '.join(given) or 'no field'}"
+            "expected lower with upper, H with h, or all four; or rows with lower and upper; got "
+            f"{', '.join(known) or 'no field'}"
         )
-    ends = [read_part(given, name, _bounds) for name in ("lower", "upper") if name in given]
-    if "rows" in given:
-        lower, upper = ends
-        return Polytope(np.array(read_part(given, "rows", matrix)), lower, upper)
-    free = [[side if end is None else end for end in of] for of, side in zip(ends, (-math.inf, math.inf), strict=False)]
-    box = Polytope.box(*free) if ends else None
-    if "H" not in given:
-        assert box is not None, "lower and upper are given if H is not"
-        return box
-    H, h = np.array(read_part(given, "H", matrix)), np.array(read_part(given, "h", vector))
-    if box is not None:
-        rows, sides = box.inequalities
-        H, h = np.vstack([rows, H]), np.concatenate([sides, h])
-    return Polytope.halfspaces(H, h)
+    return _SETS[known](*(read_part(given, name, _READERS[name]) for name in known))
+
+
+def _cut_box(lower: list[Any], upper: list[Any], H: Rows, h: Numbers) -> Polytope:
+    rows, sides = Polytope.box(lower, upper).inequalities
+    return Polytope.halfspaces(np.vstack([rows, H]), np.append(sides, h))
 
 
 def fields_of(written: object, known: Iterable[str], required: Iterable[str] = ()) -> Mapping[str, Any]:
@@ -103,7 +95,7 @@ def read_part(written: Mapping[str, Any], name: str, read: Callable[[Any], T]) -
         raise ValueError(f"{name}: {str(error).removeprefix('system: ').removeprefix('set: ')}") from error
 
 
-def matrix(written: object) -> tuple[tuple[float, ...], ...]:
+def matrix(written: object) -> Rows:
     """Return the rows of a matrix, as tuples of numbers. ValueError: `written` is no list of rows of equal length."""
     rows = written if isinstance(written, list) and all(isinstance(row, list) for row in written) else None
     if rows is None or len({len(row) for row in rows}) != 1 or not all(is_number(v) for row in rows for v in row):
@@ -111,17 +103,36 @@ def matrix(written: object) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(v) for v in row) for row in rows)
 
 
-def vector(written: object) -> tuple[float, ...]:
+def vector(written: object) -> Numbers:
     """Return the numbers of a list. ValueError: `written` is no list of numbers, or empty."""
     if not (isinstance(written, list) and written and all(map(is_number, written))):
         raise ValueError(f"expected a list of numbers, got {short(written)}")
     return tuple(float(v) for v in written)
 
 
-def _bounds(written: object) -> list[Any]:
+def _bounds(written: object, free: float) -> list[Any]:
+    """Return numbers, and mappings of bounds that move; `free` takes the place of None."""
     known = written if isinstance(written, list) else []
     if not known or not all(v is None or is_number(v) or isinstance(v, Mapping) for v in known):
         raise ValueError(
             f"expected a list of numbers (null if free, a mapping if it moves in time), got {short(written)}"
         )
-    return known
+    return [free if v is None else v for v in known]
+
+
+_READERS: Mapping[str, Callable[[Any], Any]] = {
+    "rows": matrix,
+    "lower": partial(_bounds, free=-math.inf),
+    "upper": partial(_bounds, free=math.inf),
+    "H": matrix,
+    "h": vector,
+}
+"""How each field of a set is read."""
+
+_SETS: Mapping[tuple[str, ...], Callable[..., Polytope]] = {
+    ("lower", "upper"): Polytope.box,
+    ("H", "h"): Polytope.halfspaces,
+    ("lower", "upper", "H", "h"): _cut_box,
+    ("rows", "lower", "upper"): Polytope,
+}
+"""The fields that describe a set together, and the function that makes it of them."""

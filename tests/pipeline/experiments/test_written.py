@@ -15,11 +15,11 @@ SETS = {
 }
 WRONG = {
     "rows beside H": (ROWS | {"H": [[1, 1]], "h": [1]}, "or rows with lower and upper"),
-    "rows alone": ({"rows": [[1, 1]]}, "expected rows with lower"),
+    "rows alone": ({"rows": [[1, 1]]}, "or rows with lower and upper; got rows"),
     "one end": ({"lower": [-1, -2]}, "expected lower with upper"),
     "a boolean": ({"lower": [True, -2], "upper": [1, 2]}, "lower: expected a list of numbers"),
     "another name": ({"low": [-1, -2]}, "has an unknown field low"),
-    "no set": (5, "expected a mapping of lower, upper, H, h, rows, got 5"),
+    "no set": (5, "expected a mapping of rows, lower, upper, H, h, got 5"),
 }
 
 

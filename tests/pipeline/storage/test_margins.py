@@ -16,7 +16,7 @@ QUANTITY = EXPERIMENTS["example1"].plant.quantities[0]
 @pytest.mark.parametrize(("count", "together"), [(1, 1), (1001, 1), (1002, 2), (2002, 2), (5001, 5), (5006, 6)])
 def test_a_row_is_the_smallest_of_its_intervals(tmp_path: Path, count: int, together: int) -> None:
     rng = np.random.default_rng(count)
-    T = QUANTITY.trajectory.sampling_time
+    T = QUANTITY.sampling_time
     margins, at_steps = rng.standard_normal((2, count))
     times = T * (np.arange(count) + rng.random(count))
     results = Results("example1", tmp_path)

@@ -84,7 +84,7 @@ def tighter(end, t: float, choose):
 
 def least_margin(reference: Reference):
     """The smallest distance to a bound that a dense search finds, in many digits."""
-    name, (_, bounds) = reference.quantities[0].name, reference.plant.state_set.intervals[0]
+    name, bounds = reference.quantities[0].name, reference.plant.state_set.bounds[0]
 
     def margin(t: float):
         value = naive.exactly(reference, name, t)
@@ -255,11 +255,11 @@ SMOOTH = CubicSpline(AT, HEIGHTS, bc_type="periodic")
 
 
 @pytest.mark.parametrize(
-    "given", [SMOOTH, CubicSpline(AT, HEIGHTS), PPoly.from_spline(make_interp_spline(AT, HEIGHTS, k=1))]
+    "given", [STEPPED, SMOOTH, CubicSpline(AT, HEIGHTS), PPoly.from_spline(make_interp_spline(AT, HEIGHTS, k=1))]
 )
-def test_splines_of_scipy_are_bounds_that_repeat_or_rest(given) -> None:
-    bounds = Polytope.box([-1.0], [given]).intervals[0][1]
-    t = np.linspace(0.0, 2.99, 40)
+def test_steps_and_splines_of_scipy_are_bounds_that_repeat_or_rest(given) -> None:
+    bounds = Polytope.box([-1.0], [given]).bounds[0]
+    t = np.linspace(0.0, 2.5, 26)
     np.testing.assert_allclose(bounds.ends(t)[1], given(t), rtol=1e-12)
     np.testing.assert_allclose(bounds.ends(np.array([4.0]))[1], given(4.0 if given is SMOOTH else 3.0), rtol=1e-12)
 

@@ -29,16 +29,16 @@ SYSTEM = encode(GENERAL.plant.system)
         (
             Interval,
             [0.0, 1.0],
-            "Interval: $ must be an object with the fields lower, upper, and no others, got [0.0, 1.0]",
+            "Interval: $ must be an object with the fields low, high, and no others, got [0.0, 1.0]",
         ),
-        (Interval, {"lower": 0.0}, "and no others, got ['lower']"),
-        (Interval, {"lower": 0.0, "upper": 1.0, "middle": 0.5}, "and no others, got ['lower', 'upper', 'middle']"),
-        (Interval, {"lower": False, "upper": 1.0}, "$.lower must be a finite number, exact in float64, got False"),
-        (Interval, {"lower": 0.0, "upper": math.nan}, "$.upper must be a finite number, exact in float64, got nan"),
+        (Interval, {"low": 0.0}, "and no others, got ['low']"),
+        (Interval, {"low": 0.0, "high": 1.0, "middle": 0.5}, "and no others, got ['low', 'high', 'middle']"),
+        (Interval, {"low": False, "high": 1.0}, "$.low must be a finite number, exact in float64, got False"),
+        (Interval, {"low": 0.0, "high": math.nan}, "$.high must be a finite number, exact in float64, got nan"),
         (
             Interval,
-            {"lower": 0.0, "upper": 2**53 + 1},
-            "$.upper must be a finite number, exact in float64, got 9007199254740993",
+            {"low": 0.0, "high": 2**53 + 1},
+            "$.high must be a finite number, exact in float64, got 9007199254740993",
         ),
         (
             Prior,

@@ -137,7 +137,7 @@ def _regular_times(problem: ConstrainedProblem) -> list[Array]:
     samples, found = problem.samples[0].times, []
     between = float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
     for constraint in timed(problem.constraints):
-        steps = [functional.sampling_time for _, functional in constraint.quantity.trajectory.arguments]
+        steps = [functional.sampling_time for _, functional in constraint.quantity.arguments]
         apart = steps[0] * max(1.0, np.rint(between / (_BETWEEN * steps[0]))) if steps else np.inf
         first, last = (np.array(constraint.index_set.ends) - samples[0]) / apart
         times = samples[0] + apart * np.arange(np.ceil(first), np.floor(last) + 1) if steps else np.empty(0)
@@ -177,7 +177,7 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: f
 
 
 def _at_steps(constraint: Constraint, places: Array, known: Array, origin: float, same: float) -> Array:
-    steps = [functional.sampling_time for _, functional in constraint.quantity.trajectory.arguments]
+    steps = [functional.sampling_time for _, functional in constraint.quantity.arguments]
     if not steps:
         return places
     step, moved = steps[0], places.copy()

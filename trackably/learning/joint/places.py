@@ -154,7 +154,7 @@ def placed_bounds(problem: ConstrainedProblem, places: Places) -> list[PlacedBou
         quantity, (times, sides) = constraint.quantity, of_constraint.T
         lower, upper = quantity.bounds.shrunk(constraint.backoff * quantity.bounds.width).ends(times)
         limits = np.where(sides == LOWER, lower, -upper)
-        found.append(PlacedBounds(quantity.name, quantity.trajectory, times, sides, limits, quantity.bounds.width))
+        found.append(PlacedBounds(quantity.name, quantity, times, sides, limits, quantity.bounds.width))
     for each in problem.required:
         once = np.array([each.time]), np.array([LOWER]), np.array([each.value])
         found.append(PlacedBounds(each.name, each.trajectory, *once, each.tolerance, is_equation=True))

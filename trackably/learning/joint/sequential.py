@@ -28,7 +28,7 @@ from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, PlacedBounds, Places, merge, placed_bounds
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
-from trackably.systems.intervals import Corridor, Interval
+from trackably.systems.intervals import Interval
 from trackably.systems.trajectories import Quantity, Signals
 from trackably.work import done
 
@@ -220,7 +220,7 @@ def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[fl
         return 0.0, period, True
     constraints = timed(problem.constraints)
     starts, ends = zip(*(each.index_set.ends for each in constraints), strict=True)
-    arguments = [q for each in constraints for _, q in each.quantity.trajectory.arguments]
+    arguments = [q for each in constraints for _, q in each.quantity.arguments]
     return min(starts), max(ends) + max(q.sampling_time * len(w) for q in arguments for w in q.weights), False
 
 
@@ -242,7 +242,7 @@ def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
 
 def _inward(ours: Constraint, theirs: Constraint) -> float:
     own, other = ours.quantity.bounds, theirs.quantity.bounds
-    moved = 0.0 if isinstance(own, Corridor) else max(own.lower - other.lower, other.upper - own.upper)
+    moved = 0.0 if own.moving else max(own.lower - other.lower, other.upper - own.upper)
     return (moved / other.width if moved else 0.0) + ours.backoff - theirs.backoff
 
 
@@ -258,7 +258,7 @@ def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
 
 def _keep_off_rest(constraint: Constraint, levels: Sequence[float]) -> Constraint:
     quantity, bounds = constraint.quantity, constraint.quantity.bounds
-    if isinstance(bounds, Corridor) or is_smooth_at_rest(quantity, levels):
+    if bounds.moving or is_smooth_at_rest(quantity, levels):
         return constraint
     rest, off = quantity.at_rest(levels), _OFF * bounds.width
     lower = max(bounds.lower, rest + off) if abs(rest - bounds.lower) < off else bounds.lower
@@ -273,7 +273,7 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
     can make them move. Intervals that were given are kept, and all intervals if bounds hold at time steps only.
     """
     at_all_times = (c for c in timed(problem.constraints) if isinstance(c.index_set, RealTimes))
-    steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.trajectory.arguments]
+    steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.arguments]
     least = SearchSpace.around(problem.samples, problem.prior, shortest=2 * min(steps, default=0.0)).bounds
     bounds = {
         name: Interval(max(sought.lower, min(least[name].lower, sought.upper)), sought.upper)
@@ -284,5 +284,5 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
 
 def is_smooth_at_rest(quantity: Quantity, levels: Sequence[float]) -> bool:
     """Return whether the quantity has derivatives by its arguments if every signal c rests at `levels[c]`."""
-    at = {name: np.asarray(of.at_rest(levels)) for name, of in quantity.trajectory.arguments}
-    return all(np.isfinite(slope).all() for slope in quantity.trajectory.slopes(at).values())
+    at = {name: np.asarray(of.at_rest(levels)) for name, of in quantity.arguments}
+    return all(np.isfinite(slope).all() for slope in quantity.slopes(at).values())

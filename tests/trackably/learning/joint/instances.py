@@ -117,7 +117,7 @@ def pinned(of: Case, *required: tuple[str, float, float]) -> Case:
     for name, time, place in required:
         quantity = next(q for q in of.plant.quantities if q.name == name)
         value = quantity.bounds.lower + place * quantity.bounds.width
-        found.append(RequiredValue(name, quantity.trajectory, time, value, 1e-6 * quantity.bounds.width))
+        found.append(RequiredValue(name, quantity, time, value, 1e-6 * quantity.bounds.width))
     return replace(of, required=tuple(found))
 
 
