@@ -6,9 +6,10 @@ from fractions import Fraction
 from trackably.checker.boxes import NO_FIRST_PASS, Box, FirstPass
 from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
 from trackably.checker.counterexample import Counterexample
-from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
+from trackably.checker.disturbances import Hull, Robust, Zonotope
 from trackably.checker.formulas import text
 from trackably.checker.intervals import ZERO, Real
+from trackably.checker.model_error import Vector
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import Shifted, combination_at, functionals, shifts_of, states_of
