@@ -218,15 +218,16 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
 
 def _check_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> None:
     rows, n = list(_weighted_rows(of, proof)), len(system.states)
-    A, B, c = system.exact
-    q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
+    q, columns = in_whole_numbers(system.columns)
     if of.steps * q.bit_length() > _MOST_BITS:
         raise FailedStepError(
             f"proof: the check would take hours: {of.steps} steps are too many for so many digits in A, B and c"
         )
     p, _, _, scale = _factors(q, columns, of.steps, rows)
     early = [row for row in rows if row.step < n and any(row.row[:n])][:_MOST_LINES]
-    added = _cancelling(p, early, [_at_start(row.row[:n], row.step, A) for row in early], "the state at step 0")
+    added = _cancelling(
+        p, early, [_at_start(row.row[:n], row.step, system.columns[:n]) for row in early], "the state at step 0"
+    )
     rows += [replace(row, multiplier=row.multiplier / scale) for row in added]
     p, of_inputs, constant, scale = _factors(q, columns, of.steps, rows)
     assert not any(p), "the rows that were added take it away"
@@ -270,10 +271,10 @@ def _factors(
     return p, of_inputs[::-1], constant, D * q**N
 
 
-def _at_start(row: Sequence[Fraction], k: int, A: list[list[Fraction]]) -> Sequence[Fraction]:
-    """Return row · Aᵏ: the factors by which the state at the first step enters a row of states at step k."""
+def _at_start(row: Sequence[Fraction], k: int, columns: Sequence[Sequence[Fraction]]) -> Sequence[Fraction]:
+    """Return row · Aᵏ, for A by its columns: the factors of the state at step 0 in a row of states at step k."""
     for _ in range(k):
-        row = [exact_dot(row, column) for column in zip(*A, strict=True)]
+        row = [exact_dot(row, column) for column in columns]
     return row
 
 

@@ -34,9 +34,9 @@ from functools import cached_property
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import exact_dot, in_whole_numbers
-from trackably.checker.model_error import Matrix, Vector, Vertex, of_model_error
+from trackably.checker.model_error import Vector, of_model_error
 from trackably.checker.moving import room
-from trackably.checker.subject import LinearSystem, Polytope, Subject
+from trackably.checker.subject import LinearSystem, Matrix, Polytope, Subject, Vertex
 from trackably.checker.watch import tick
 
 
@@ -251,12 +251,11 @@ def _check_dimensions(robust: Robust, n: int, m: int) -> None:
         raise FailedStepError(
             f"disturbance: X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
         )
-    if not 0 <= robust.contraction < 1:
+    if not 0 <= robust.contraction < 1 or min(robust.box) < 0:
         raise FailedStepError(
-            f"disturbance: the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
+            "disturbance: the contraction must be at least 0 and less than 1, and P (`box`) must have sizes of "
+            f"at least 0, got {robust.contraction!r} and {min(robust.box)!r}"
         )
-    if (least := min(robust.box)) < 0:
-        raise FailedStepError(f"disturbance: P (`box`) must have sizes of at least 0, got {least!r}")
 
 
 def _check_invariant(robust: Robust, errors: Errors) -> None:

@@ -66,7 +66,6 @@ from trackably.checker.limits import (
     TERMS,
     TEXTS,
 )
-from trackably.checker.model_error import Vertex
 from trackably.checker.subject import (
     Beyond,
     End,
@@ -82,6 +81,7 @@ from trackably.checker.subject import (
     Subject,
     System,
     Trajectories,
+    Vertex,
 )
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick

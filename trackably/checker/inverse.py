@@ -22,7 +22,7 @@ Rounding errors are propagated from operation to operation for the values that t
 flat forms. Nothing is demanded of f for other values in the state set. In the code, None stands for a zero formula.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from trackably.checker.flatness import substitute
 from trackably.checker.formulas import Formula, Name, Number, Operation, operands, parts, text
@@ -91,24 +91,15 @@ def _split(formula: Formula, inputs: set[str]) -> _Parts:
     if not any(contain):
         return {_DRIFT: formula}
     match formula:
-        case Operation("+"):
-            return _merge(split[0], split[1], plus)
-        case Operation("-"):
-            return _merge(split[0], split[1], minus)
+        case Operation("+" | "-" as symbol):
+            combine = plus if symbol == "+" else minus
+            return {name: combine(split[0].get(name), split[1].get(name)) for name in {**split[0], **split[1]}}
         case Operation("*", left, right) if not all(contain):
             factor, of = (left, split[1]) if contain[1] else (right, split[0])
-            return _each(of, lambda part: times(factor, part) if contain[1] else times(part, factor))
+            return {name: times(factor, part) if contain[1] else times(part, factor) for name, part in of.items()}
         case Operation("/", _, denominator) if not contain[1]:
-            return _each(split[0], lambda part: None if part is None else Operation("/", part, denominator))
+            return {name: part and Operation("/", part, denominator) for name, part in split[0].items()}
     raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}: it holds {text(formula)}")
-
-
-def _merge(a: _Parts, b: _Parts, combine: Callable[[Term, Term], Term]) -> _Parts:
-    return {name: combine(a.get(name), b.get(name)) for name in {**a, **b}}
-
-
-def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
-    return {name: change(part) for name, part in parts.items()}
 
 
 def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:

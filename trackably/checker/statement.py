@@ -92,25 +92,34 @@ def table_refutation(refuted: RefutedTable) -> str:
 
 
 def identity(subject: Subject, first_pass: FirstPass) -> str:
-    """Return the reference's identity: its fingerprint, the number of its kernels, its first and last centre, and its
-    states at time zero (signals for a flat form).
+    """Return the reference's identity: its fingerprint, where its kernels or pieces are, and its states at a time.
 
-    For polynomial pieces, `where_pieces_are` says where they are and what the states are. States are printed with six
-    digits, which are computed in mpmath if the `first_pass` does not determine them.
+    The time is zero, or for polynomial pieces a time when all signals have begun. For a flat form, signals take the
+    place of states. They are printed with six digits.
     """
+    names, at = subject.system.states, "0"
     if subject.pieces:
-        return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
-    used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
-    span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
-    is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
-    names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
-    states = zip(names, _at_zero(subject, first_pass), strict=True)
-    values = ", ".join(f'"{name}" = {digits}' for name, digits in states)
-    return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
+        ends = [t for z in subject.pieces for t in z.breakpoints]
+        count = sum(len(z.coefficients) for z in subject.pieces)
+        span = f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s"
+        begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
+        exact = values_at(subject, functionals(subject, "state"), Fraction(begun))
+        digits, at = [f"{as_float(v):.6g}" for v in exact], repr(begun)
+    else:
+        used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
+        span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
+        digits = [*_at_zero(subject, first_pass)]
+        if isinstance(subject.system, NonlinearSystem) and subject.system.flat:
+            names = tuple(f"z{s + 1}" for s in range(len(digits)))
+    values = ", ".join(f'"{name}" = {value}' for name, value in zip(names, digits, strict=True))
+    return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = {at} s."
 
 
 def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
-    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system."""
+    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system.
+
+    They are computed in mpmath if the `first_pass` does not determine them.
+    """
     states = states_of(subject)
     wanted = {shifted for state in states for shifted in shifts_of(state)}
     (models,) = first_pass.models(subject, sorted(wanted), [Box(0.0, 0.0, _RADIUS)], 1)
@@ -255,13 +264,3 @@ def _vectors(vectors: Sequence[Vector]) -> str:
 
 def _vector(vector: Vector) -> str:
     return f"({', '.join(map(_number, vector))})"
-
-
-def where_pieces_are(subject: Subject) -> str:
-    """Return the number of pieces, their first and last time, and the states at a time when all signals have begun."""
-    ends = [t for z in subject.pieces for t in z.breakpoints]
-    count = sum(len(z.coefficients) for z in subject.pieces)
-    begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
-    values = values_at(subject, functionals(subject, "state"), Fraction(begun))
-    said = ", ".join(f'"{name}" = {as_float(v):.6g}' for name, v in zip(subject.system.states, values, strict=True))
-    return f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s, and {said} at t = {begun!r} s"

@@ -91,22 +91,41 @@ class Signal:
         return Decay(self.weight * size, self.weight * slope)
 
 
-@dataclass(frozen=True)
-class LinearSystem:
-    """x⁺ = A x + B u + c, one `sampling_time` [s] later; A and B are given row by row."""
+Matrix = Sequence[Sequence[float]]
 
-    A: tuple[tuple[float, ...], ...]
-    B: tuple[tuple[float, ...], ...]
-    c: tuple[float, ...]
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    sampling_time: float
+
+@dataclass(frozen=True)
+class Vertex:
+    """x⁺ = A x + B u + c, with A and B row by row: a linear system, or a vertex of the convex hull of systems."""
+
+    A: Matrix
+    B: Matrix
+    c: Sequence[float]
 
     @cached_property
     def exact(self) -> tuple[list[list[Fraction]], list[list[Fraction]], list[Fraction]]:
         """A, B and c in rational numbers."""
         A, B = ([[*map(Fraction, row)] for row in matrix] for matrix in (self.A, self.B))
         return A, B, [*map(Fraction, self.c)]
+
+    @cached_property
+    def columns(self) -> list[Sequence[Fraction]]:
+        """The columns of A and of B, and c, in rational numbers."""
+        A, B, c = self.exact
+        return [*zip(*A, strict=True), *zip(*B, strict=True), c]
+
+    def fits(self, n: int, m: int) -> bool:
+        """Whether A, B and c have the shapes that n states and m inputs need."""
+        return [[len(row) for row in matrix] for matrix in (self.A, self.B, [self.c])] == [[n] * n, [m] * n, [n]]
+
+
+@dataclass(frozen=True)
+class LinearSystem(Vertex):
+    """x⁺ = A x + B u + c, one `sampling_time` [s] later, with names of states and inputs."""
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
 
 
 @dataclass(frozen=True)
