@@ -242,7 +242,7 @@ def _trajectory(functional: Functional) -> str:
 
 
 def _bound(row: Row) -> str:
-    lower, upper = _number(row.lower), _number(row.upper)
+    lower, upper = map(_number, row.ends)
     return f"{{| row := {_numbers(row.row)}; lower := Some {lower}; upper := Some {upper} |}}"
 
 

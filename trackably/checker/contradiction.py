@@ -31,6 +31,7 @@ be undefined, or depends on a state or an input without an interval. Rows whose 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.disturbances import product
@@ -149,14 +150,14 @@ def check_contradiction(of: Contradiction) -> None:
     """Raise FailedStepError unless the contradiction is shown."""
     system, proof = of.system, of.proof
     check_plant(of)
-    known = (*system.states, *system.inputs)
-    if wrong := [v for v in of.values if v.step >= of.steps or v.name not in known]:
-        raise FailedStepError(
-            f"values: expected states or inputs of the system at steps from 0 to {of.steps - 1}, got {wrong[0].name} "
-            f"at step {wrong[0].step}"
-        )
+    named_ones: list[Value | Gap] = [*of.values, *([proof] if isinstance(proof, Gap) else [])]
+    for named in named_ones:
+        if named.step >= of.steps or named.name not in (*system.states, *system.inputs):
+            raise FailedStepError(
+                f"values and proof: expected states or inputs of the system at steps from 0 to {of.steps - 1}, got "
+                f"{named.name} at step {named.step}"
+            )
     if isinstance(system, LinearSystem) and isinstance(proof, Multipliers):
-        _check_multipliers(of, proof)
         _check_infeasible(of, system, proof)
     elif isinstance(system, NonlinearSystem) and isinstance(proof, Gap) and not (system.flat and system.flat.angles):
         _check_gap(of, system, proof)
@@ -167,28 +168,15 @@ def check_contradiction(of: Contradiction) -> None:
         )
 
 
-def _check_multipliers(of: Contradiction, proof: Multipliers) -> None:
-    for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
-        if len(stored) != of.steps or any(len(row) != len(bounded.rows) for row in stored):
-            raise FailedStepError(
-                f"proof: expected a multiplier for each row of both sets at each of the {of.steps} steps"
-            )
-    if len(proof.values) != len(of.values):
-        raise FailedStepError(
-            f"proof: expected {len(of.values)} multipliers, one for each of the values, got {len(proof.values)}"
-        )
-
-
 @dataclass(frozen=True)
 class _Weighted:
-    """The inequality lower ≤ row · z_k ≤ upper at a step k, and its multiplier μ; z is x if `of_state`, else u.
+    """The inequality lower ≤ row · (x_k, u_k) ≤ upper at a step k, and its multiplier μ.
 
     `lower` and `upper` are already further out, as the theorem says: for the last given value, or, without values, for
     all rows.
     """
 
     step: int
-    of_state: bool
     row: tuple[Fraction, ...]
     lower: Fraction
     upper: Fraction
@@ -196,125 +184,117 @@ class _Weighted:
 
     @property
     def most(self) -> Fraction:
-        """The largest value of μ row · z_k that the inequality allows."""
+        """The largest value of μ row · (x_k, u_k) that the inequality allows."""
         return self.multiplier * (self.upper if self.multiplier > 0 else self.lower)
 
 
 def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]:
-    """Yield each row of both sets at each step, then each given value, with its bounds and its multiplier."""
-    d, system = Fraction(of.missing), of.system
-    for stored, bounded in ((proof.states, of.state_set), (proof.inputs, of.input_set)):
-        for k, multipliers in enumerate(stored):
-            t = Fraction(of.start) + k * Fraction(system.sampling_time)
-            for row, mu in zip(bounded.rows, multipliers, strict=True):
-                tick()
-                low, high = ends_at(row, t)
-                more = Fraction(0) if of.values else d * (high - low)
-                yield _Weighted(k, bounded is of.state_set, row.row, low - more, high + more, Fraction(mu))
-    for i, (value, mu) in enumerate(zip(of.values, proof.values, strict=True)):
-        of_state = value.name in system.states
-        names_of = system.states if of_state else system.inputs
-        unit = tuple(Fraction(int(name == value.name)) for name in names_of)
-        more = d if i == len(of.values) - 1 else Fraction(0)
-        low, high = Fraction(value.lower) - more, Fraction(value.upper) + more
-        yield _Weighted(value.step, of_state, unit, low, high, Fraction(mu))
+    """Yield at each step each row of the state set and of the input set, then each given value.
+
+    Raise FailedStepError unless each of them has its multiplier.
+    """
+    (states, X), (inputs, U) = of.sides
+    given = [[*map(len, stored)] for stored in (proof.states, proof.inputs, [proof.values])]
+    if given != [[len(X.rows)] * of.steps, [len(U.rows)] * of.steps, [len(of.values)]]:
+        raise FailedStepError(
+            f"proof: expected a multiplier for each row of both sets at each of the {of.steps} steps, and one for each "
+            f"of the {len(of.values)} values"
+        )
+    d, zero = Fraction(of.missing), Fraction(0)
+    rows = [(row, (*row.row, *[zero] * len(inputs))) for row in X.rows]
+    rows += [(row, (*[zero] * len(states), *row.row)) for row in U.rows]
+    for k, stored in enumerate(zip(proof.states, proof.inputs, strict=True)):
+        t = Fraction(of.start) + k * Fraction(of.system.sampling_time)
+        for (row, of_both), mu in zip(rows, chain(*stored), strict=True):
+            tick()
+            low, high = ends_at(row, t)
+            more = zero if of.values else d * (high - low)
+            yield _Weighted(k, of_both, low - more, high + more, Fraction(mu))
+    for value, mu in zip(of.values, proof.values, strict=True):
+        more = d if value is of.values[-1] else zero
+        unit = tuple(Fraction(name == value.name) for name in (*states, *inputs))
+        yield _Weighted(value.step, unit, Fraction(value.lower) - more, Fraction(value.upper) + more, Fraction(mu))
 
 
 def _check_infeasible(of: Contradiction, system: LinearSystem, proof: Multipliers) -> None:
     rows, n = list(_weighted_rows(of, proof)), len(system.states)
-    A, B, c = system.exact
-    q, columns = in_whole_numbers([*zip(*A, strict=True), *zip(*B, strict=True), c])
+    q, columns = in_whole_numbers(system.columns)
     if of.steps * q.bit_length() > _MOST_BITS:
         raise FailedStepError(
             f"proof: the check would take hours: {of.steps} steps are too many for so many digits in A, B and c"
         )
-    dynamics = q, columns[:n], columns[n:-1], columns[-1], of.steps
-    p, _, _, scale = _factors(*dynamics, rows)
-    if any(p):
-        early = [row for row in rows if row.of_state and row.step < n][:_MOST_LINES]
-        added = _cancelling(p, early, [_at_start(row, A) for row in early])
-        if added is None:
-            raise FailedStepError(
-                "proof: the state at step 0 does not cancel in the weighted sum of bounds, nor with bounds of states"
-            )
-        rows += [replace(row, multiplier=row.multiplier / scale) for row in added]
-    p, of_inputs, constant, scale = _factors(*dynamics, rows)
+    p, _, _, scale = _factors(q, columns, of.steps, rows)
+    early = [row for row in rows if row.step < n and any(row.row[:n])][:_MOST_LINES]
+    added = _cancelling(
+        p, early, [_at_start(row.row[:n], row.step, system.columns[:n]) for row in early], "the state at step 0"
+    )
+    rows += [replace(row, multiplier=row.multiplier / scale) for row in added]
+    p, of_inputs, constant, scale = _factors(q, columns, of.steps, rows)
     assert not any(p), "the rows that were added take it away"
-    paid, count = scale * exact_sum(row.most for row in rows if row.multiplier), len(of.input_set.rows)
-    end = of.steps * (len(of.state_set.rows) + count)  # of the rows of inputs, before those of values
+    paid = scale * exact_sum(row.most for row in rows if row.multiplier)
+    before = len(of.state_set.rows)
+    count = before + len(of.input_set.rows)
     for k, e in enumerate(of_inputs):
         progress(k, of.steps)
-        here = rows[end - (k + 1) * count : end - k * count]
-        added = _cancelling(e, here, [row.row for row in here])
-        if added is None:
-            raise FailedStepError(
-                "proof: an input does not cancel in the weighted sum of bounds, nor with bounds of inputs"
-            )
-        paid += sum(row.most for row in added)
+        here = rows[k * count + before : (k + 1) * count]
+        paid += sum(row.most for row in _cancelling(e, here, [row.row[n:] for row in here], "an input"))
     if not paid < constant:
         raise FailedStepError(
             f"value: bounds and given values are not shown to contradict each other by `missing` = {of.missing!r}"
         )
 
 
-_Columns = Sequence[Sequence[int]]
-
-
 def _factors(
-    q: int, A: _Columns, B: _Columns, c: Sequence[int], N: int, rows: Sequence[_Weighted]
+    q: int, columns: Sequence[Sequence[int]], N: int, rows: Sequence[_Weighted]
 ) -> tuple[list[int], list[list[int]], int, int]:
-    """Return p_0, e_k + Bᵀ p_(k+1) for k = N − 1, …, 0, and Σ_k p_(k+1) c, as integers, and their common denominator.
+    """Return p_0, e_k + Bᵀ p_(k+1) for each step k, and Σ_k p_(k+1) c, as integers, and their common denominator.
 
-    The symbols are those of the module's proof. `A` and `B` are given by their columns. All entries of `A`, `B` and `c`
-    are integers: q times those of the system. `N` is the number of steps, and `rows` are the inequalities with their
-    multipliers.
+    The symbols are those of the module's proof. `columns` are those of A, those of B, and c, all times q, which makes
+    them integers. `N` is the number of steps, and `rows` are the inequalities with their multipliers.
     """
-    used = [row for row in rows if row.multiplier]
+    used, (*of_both, c) = [row for row in rows if row.multiplier], columns
     D = common_denominator(row.multiplier * r for row in used for r in row.row)
-    at: dict[tuple[int, bool], list[int]] = {}
+    at: dict[int, list[int]] = {}
     for row in used:
         tick()
-        given = at.setdefault((row.step, row.of_state), [0] * len(row.row))
+        given = at.setdefault(row.step, [0] * len(of_both))
         for j, r in enumerate(row.row):
             given[j] += int(row.multiplier * r * D)
-    p, of_inputs, constant = [0] * len(A), list[list[int]](), 0
+    p, of_inputs, constant, none = [0] * len(c), list[list[int]](), 0, [0] * len(of_both)
     for k in reversed(range(N)):
         tick()
         scale, later = q ** (N - k), q**k
-        g, e = (at.get((k, of_state), [0] * len(M)) for of_state, M in ((True, A), (False, B)))
         constant += later * product(c, p)
-        of_inputs.append([later * (scale * x + product(b, p)) for x, b in zip(e, B, strict=True)])
-        p = [scale * x + product(a, p) for x, a in zip(g, A, strict=True)]
-    return p, of_inputs, constant, D * q**N
+        factors = [scale * x + product(column, p) for x, column in zip(at.get(k, none), of_both, strict=True)]
+        p = factors[: len(c)]
+        of_inputs.append([later * factor for factor in factors[len(c) :]])
+    return p, of_inputs[::-1], constant, D * q**N
 
 
-def _at_start(row: _Weighted, A: list[list[Fraction]]) -> list[Fraction]:
-    """Return row · Aᵏ for a row of step k: the factors by which the state at the first step enters the row."""
-    found = list(row.row)
-    for _ in range(row.step):
-        found = [exact_dot(found, column) for column in zip(*A, strict=True)]
-    return found
+def _at_start(row: Sequence[Fraction], k: int, columns: Sequence[Sequence[Fraction]]) -> Sequence[Fraction]:
+    """Return row · Aᵏ, for A by its columns: the factors of the state at step 0 in a row of states at step k."""
+    for _ in range(k):
+        row = [exact_dot(row, column) for column in columns]
+    return row
 
 
 def _cancelling(
-    vector: Sequence[int], rows: Sequence[_Weighted], lines: Sequence[Sequence[Fraction]]
-) -> list[_Weighted] | None:
-    """Return rows with multipliers ν_i for which Σ_i ν_i lines[i] = −vector; None if there are no such multipliers."""
+    vector: Sequence[int], rows: Sequence[_Weighted], lines: Sequence[Sequence[Fraction]], what: str
+) -> list[_Weighted]:
+    """Return rows with multipliers ν_i for which Σ_i ν_i lines[i] = −vector.
+
+    Raise FailedStepError, which says `what` the vector is a factor of, if there are no such multipliers.
+    """
     columns = [*lines, [*map(Fraction, vector)]]
     reduced, pivots = row_echelon([[column[j] for column in columns] for j in range(len(vector))], len(columns))
     if len(lines) in pivots:
-        return None
+        raise FailedStepError(f"proof: {what} does not cancel in the weighted sum of bounds, nor with more of them")
     factors = zip(pivots, [line[-1] for line in reduced], strict=False)
     return [replace(rows[i], multiplier=-factor) for i, factor in factors if factor]
 
 
 def _check_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> None:
     """Raise FailedStepError unless it is shown that a state or an input has no admissible value at the step."""
-    if gap.step >= of.steps or gap.name not in (*system.states, *system.inputs):
-        raise FailedStepError(
-            f"proof: expected a state or an input of the system at a step from 0 to {of.steps - 1}, got {gap.name} at "
-            f"step {gap.step}"
-        )
     k = 0
     for k, box in enumerate(wanted_boxes(of, system)):
         progress(k, gap.step + 1)
@@ -336,41 +316,33 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
     The ends follow from bounds, given values and the box of the step before. Stop after the first step at which a lower
     end exceeds the upper end.
     """
-    sides = ((of.state_set, system.states), (of.input_set, system.inputs))
     bounds = [
-        (names_of[j], interval)
-        for bounded, names_of in sides
+        (names_of[j], ratio(low).a, ratio(high).b)
+        for names_of, bounded in of.sides
         for j, low, high in single_bounds(bounded)
-        for interval in _interval(low, high)
     ]
-    reached: list[tuple[str, Real]] = []
+    reached: list[tuple[str, Real, Real]] = []
     for k in range(of.steps):
-        asked = [(v.name, Fraction(v.lower), Fraction(v.upper)) for v in of.values if v.step == k]
-        given = [(name, interval) for name, *ends in asked for interval in _interval(*ends)]
+        given = [(v.name, exactly(v.lower), exactly(v.upper)) for v in of.values if v.step == k]
         box: dict[str, tuple[Real, Real]] = {}
-        for name, wanted in (*bounds, *reached, *given):
-            low, high = box.get(name, (wanted.a, wanted.b))
-            box[name] = wanted.a if wanted.a > low else low, wanted.b if wanted.b < high else high
+        for name, lower, upper in (*bounds, *reached, *given):
+            low, high = box.get(name, (lower, upper))
+            box[name] = lower if lower > low else low, upper if upper < high else high
         yield box
         if any(low > high for low, high in box.values()):
             return
         reached = list(_successor_states(system, {name: between(low, high) for name, (low, high) in box.items()}))
 
 
-def _interval(lower: Fraction, upper: Fraction) -> Iterator[Real]:
-    """Yield the interval from lower to upper; if lower > upper, and so it is empty, a narrow one around each end."""
-    ends = ratio(lower), ratio(upper)
-    yield from (between(*ends),) if lower <= upper else ends
-
-
-def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real]]:
-    """Yield names and intervals of states at the next step, without those that cannot be bounded from the `box`."""
+def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Iterator[tuple[str, Real, Real]]:
+    """Yield names of states and their ends at the next step, without those that cannot be bounded from the `box`."""
     for name, formula in zip(system.states, system.f, strict=True):
         if names(formula) <= box.keys():
             try:
-                yield name, enclose(formula, box)
+                found = enclose(formula, box)
             except UndefinedError:
                 continue
+            yield name, found.a, found.b
 
 
 def impossibility(of: Contradiction) -> str:
@@ -384,7 +356,7 @@ def impossibility(of: Contradiction) -> str:
     else:
         by = f"there are none either if each bound is moved outwards by {of.missing!r} of its width"
     return (
-        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {bounds_text(of)} at all steps "
+        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {bounds_text(*of.sides)} at all steps "
         f"k = 0 … {of.steps - 1}{' and have ' if values else ''}{values}; {by}. Step k is the time {of.start!r} s + "
         f"k T (T = {T!r} s)."
     )

@@ -34,12 +34,10 @@ from functools import cached_property
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import exact_dot, in_whole_numbers
-from trackably.checker.model_error import Matrix, Vertex, of_model_error
+from trackably.checker.model_error import Vector, of_model_error
 from trackably.checker.moving import room
-from trackably.checker.subject import LinearSystem, Polytope, Subject
+from trackably.checker.subject import LinearSystem, Matrix, Polytope, Subject, Vertex
 from trackably.checker.watch import tick
-
-Vector = tuple[Fraction, ...]
 
 
 @dataclass(frozen=True)
@@ -141,7 +139,7 @@ def check_robust(subject: Subject, robust: Robust | None) -> None:
     assert isinstance(system, LinearSystem), "no other certificate is read that speaks of disturbances"
     _check_dimensions(robust, len(system.states), len(system.inputs))
     errors = _errors_of(system, robust)
-    if (robust.head + robust.terms) * errors.closed[0].bit_length() > _MOST_BITS:
+    if (robust.head + robust.terms) * errors.whole[0][0].bit_length() > _MOST_BITS:
         raise FailedStepError(
             "disturbance: the check would take hours: powers of A + B K up to head + terms have too many digits"
         )
@@ -197,27 +195,18 @@ class Errors:
     box: Sequence[float]
 
     @cached_property
-    def closed(self) -> tuple[int, list[list[int]]]:
-        """A denominator q, and q A_K with A_K = A + B K."""
+    def whole(self) -> list[tuple[int, list[list[int]]]]:
+        """Integers over common denominators: q and q (A + B K), d and d W, b and b p.
+
+        W stands for the vectors of the `disturbance`, and p is the only row, the sizes of P.
+        """
         A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (self.A, self.B, self.K))
         columns = list(zip(*K, strict=True))
-        return in_whole_numbers(
-            [
-                [a + exact_dot(inputs, column) for a, column in zip(row, columns, strict=True)]
-                for row, inputs in zip(A, B, strict=True)
-            ]
-        )
-
-    @cached_property
-    def vectors(self) -> tuple[int, list[list[int]]]:
-        """A denominator d, and d times the vectors of the `disturbance`."""
-        return in_whole_numbers(self.disturbance.vectors)
-
-    @cached_property
-    def sizes(self) -> tuple[int, list[int]]:
-        """A denominator b, and b times the sizes p_i of P."""
-        b, (sizes,) = in_whole_numbers([[Fraction(p) for p in self.box]])
-        return b, sizes
+        closed = [
+            [a + exact_dot(inputs, column) for a, column in zip(row, columns, strict=True)]
+            for row, inputs in zip(A, B, strict=True)
+        ]
+        return [*map(in_whole_numbers, (closed, self.disturbance.vectors, [[*map(Fraction, self.box)]]))]
 
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
         """Return the support function h_Z(row) = max {row · e : e ∈ Z}, as numerator and denominator.
@@ -227,7 +216,7 @@ class Errors:
         everything else: the sums have as many digits as the last power.
         """
         N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
-        (q, _), (d, vectors), (b, sizes), (r, (moved,)) = self.closed, self.vectors, self.sizes, in_whole_numbers([row])
+        ((q, _), (d, vectors), (b, (sizes,))), (r, (moved,)) = self.whole, in_whole_numbers([row])
         of_W = of_P = 0
         for i in range(N + s):
             tick()
@@ -247,7 +236,7 @@ class Errors:
 
     def moved(self, row: Sequence[int]) -> list[int]:
         """Return row · q (A + B K), a row vector of integers."""
-        return [product(row, column) for column in zip(*self.closed[1], strict=True)]
+        return [product(row, column) for column in zip(*self.whole[0][1], strict=True)]
 
 
 def _check_dimensions(robust: Robust, n: int, m: int) -> None:
@@ -262,17 +251,16 @@ def _check_dimensions(robust: Robust, n: int, m: int) -> None:
         raise FailedStepError(
             f"disturbance: X (`state_set`) and U (`input_set`) must have the dimensions of state and input, {n} and {m}"
         )
-    if not 0 <= robust.contraction < 1:
+    if not 0 <= robust.contraction < 1 or min(robust.box) < 0:
         raise FailedStepError(
-            f"disturbance: the contraction must be at least 0 and less than 1, got {robust.contraction!r}"
+            "disturbance: the contraction must be at least 0 and less than 1, and P (`box`) must have sizes of "
+            f"at least 0, got {robust.contraction!r} and {min(robust.box)!r}"
         )
-    if (least := min(robust.box)) < 0:
-        raise FailedStepError(f"disturbance: P (`box`) must have sizes of at least 0, got {least!r}")
 
 
 def _check_invariant(robust: Robust, errors: Errors) -> None:
     """Raise FailedStepError unless W ⊆ P and A_Kˢ P ⊆ α P (`Robust`), so that errors stay in Z."""
-    (q, _), (d, vectors), (b, sizes) = errors.closed, errors.vectors, errors.sizes
+    (q, _), (d, vectors), (b, (sizes,)) = errors.whole
     for i, size in enumerate(robust.box):
         axis = [int(i == j) for j in range(len(sizes))]
         supports = (errors.disturbance.largest(vectors, side) for side in (axis, [-a for a in axis]))

@@ -21,6 +21,7 @@ that the signals have there.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.formulas import (
@@ -42,9 +43,9 @@ from trackably.checker.intervals import is_multiplied
 from trackably.checker.subject import FlatForm, NonlinearSystem, indices, shifted_name
 
 
-def substitute(formulas: Sequence[Formula], by: Mapping[str, Formula]) -> list[Formula]:
-    """Return the formulas, in which the formula by[name] takes the place of each name in `by`."""
-    return rewritten(formulas, lambda node, _: by.get(node.name) if isinstance(node, Name) else None)
+def substitute(formulas: Sequence[Formula], by: Mapping[Any, Formula]) -> list[Formula]:
+    """Return the formulas, in which by[name] takes the place of a name, and by[part] that of any other part."""
+    return rewritten(formulas, lambda node, _: by.get(node.name if isinstance(node, Name) else node))
 
 
 @dataclass(frozen=True)
@@ -93,11 +94,6 @@ def _values(flat: FlatForm, later: Sequence[Formula]) -> Values:
     return values
 
 
-def _with_names(formulas: Sequence[Formula], by: Mapping[Formula, Name]) -> list[Formula]:
-    """Return the formulas, in which the name by[part] takes the place of each part in `by`."""
-    return rewritten(formulas, lambda node, _: by.get(node))
-
-
 def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formula, b: Formula) -> bool:
     """Return whether a = b is shown with new names in place of the formulas of all states and inputs but one.
 
@@ -112,7 +108,7 @@ def _equal_whatever_parts_are(flat: FlatForm, later: Sequence[Formula], a: Formu
     own: list[Formula | None] = [x for x in every[first : len(every) - len(later)] if x in hidden]
     for shown in own or [None]:
         by, values = {x: name for x, name in hidden.items() if x is not shown}, Values()
-        p, q, *positive = _with_names(every[:first], by)
+        p, q, *positive = substitute(every[:first], by)
         try:
             values.positive = [values.of(formula) for formula in positive]
             if values.is_zero(values.of(p) - values.of(q)):

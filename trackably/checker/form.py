@@ -66,7 +66,6 @@ from trackably.checker.limits import (
     TERMS,
     TEXTS,
 )
-from trackably.checker.model_error import Vertex
 from trackably.checker.subject import (
     Beyond,
     End,
@@ -82,6 +81,7 @@ from trackably.checker.subject import (
     Subject,
     System,
     Trajectories,
+    Vertex,
 )
 from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick
@@ -225,13 +225,13 @@ def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
     return read
 
 
-def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
-    """Return a reader of objects with any keys, which `a_name` reads, and values, which `reader` reads."""
+def by_bound(reader: Reader[T]) -> Reader[dict[str, T]]:
+    """Return a reader of objects whose keys are names of bounds, and whose values `reader` reads."""
 
     def read(value: object, where: str) -> dict[str, T]:
         if not isinstance(value, dict):
             raise UnreadableError(f"{where} must be an object, got {short(value)}")
-        return {a_name(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
+        return {a_bound(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
 
     return read
 
@@ -252,11 +252,6 @@ def one_of(known: Iterable[T]) -> Reader[T]:
 def located(value: object, where: str) -> tuple[object, str]:
     """Return a value unchanged, to be read later, and its place in the file."""
     return value, where
-
-
-def itself(value: object, where: str) -> object:
-    """Return a value unchanged, to be read later."""
-    return value
 
 
 def file_of(kind: str, version: int, reader: Reader[T], hint: str = "") -> Callable[[Mapping[Any, object]], T]:
@@ -577,25 +572,27 @@ def fingerprint(signals: object, system: object, trajectories: Trajectories | No
 
 
 def _exact(functionals: tuple[Functional, ...]) -> list[object]:
-    return [{"offset": _hex(of.offset), "weights": [*map(_without_last_zeros, of.weights)]} for of in functionals]
+    def digits(number: Fraction) -> str:
+        return f"{number.numerator:x}/{number.denominator:x}"
 
-
-def _without_last_zeros(weights: tuple[Fraction, ...]) -> list[str]:
-    used = max((j + 1 for j, w in enumerate(weights) if w), default=0)
-    return [*map(_hex, weights[:used])]
-
-
-def _hex(number: Fraction) -> str:
-    return f"{number.numerator:x}/{number.denominator:x}"
+    return [
+        {
+            "offset": digits(of.offset),
+            "weights": [[digits(w) for j, w in enumerate(weights) if any(weights[j:])] for weights in of.weights],
+        }
+        for of in functionals
+    ]
 
 
 # Readers of certificates.
 
-_of_set: dict[str, Reader[Zonotope | Hull]] = {
-    "zonotope": record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True)),
-    "hull": record(Hull, vertices=many(_exact_vector, ROWS)),
-}
-_vector_set = by_tag("kind", _of_set)
+_vector_set: Reader[Zonotope | Hull] = by_tag(
+    "kind",
+    {
+        "zonotope": record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True)),
+        "hull": record(Hull, vertices=many(_exact_vector, ROWS)),
+    },
+)
 
 
 def _robust(**found: Any) -> Robust:
@@ -618,7 +615,7 @@ _disturbance = record(
     box=_vector,
 )
 _cover: dict[str, Reader[Any]] = {
-    "covers": by_name(a_bound, record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
+    "covers": by_bound(record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
     "terms": whole_number(TERMS),
 }
 
@@ -704,7 +701,7 @@ read_certificate = file_of(
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=_claim,
         reference=located,
-        evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
+        evaluation=record(dict, until=positive_number, errors=by_bound(positive_number)),
     ),
     ": prove the reference again to get one",
 )
@@ -713,9 +710,11 @@ read_certificate = file_of(
 # Readers of counterexamples and tables.
 
 
-def _counterexample(claim: Claim, at: object, quantity: str, violation: float, **about: Any) -> Counterexample:
+def _counterexample(
+    claim: Claim, at: tuple[object, str], quantity: str, violation: float, **about: Any
+) -> Counterexample:
     field, read = ("step", whole_number(_LATEST_STEP, 0)) if isinstance(claim, Instants) else ("time", real_number)
-    found: dict[str, float] = record(dict, **{field: read})(at, "counterexample.at")
+    found: dict[str, float] = record(dict, **{field: read})(*at)
     return Counterexample(_subject(**about), claim, found[field], quantity, violation)
 
 
@@ -731,7 +730,7 @@ read_counterexample = file_of(
         claim=_claimed_times,
         reference=located,
         quantity=a_bound,
-        at=itself,
+        at=located,
         violation=positive_number,
     ),
 )

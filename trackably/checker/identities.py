@@ -61,16 +61,6 @@ def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
     return {m: c for m, c in found.items() if c}
 
 
-def powers_of(i: int, p: Polynomial) -> dict[int, Polynomial]:
-    """Return the coefficients of the powers of variable i, as polynomials in the other variables."""
-    found: dict[int, dict[Monomial, Fraction]] = {}
-    for m, c in p.items():
-        tick()
-        others = tuple((j, power) for j, power in m if j != -i)
-        found.setdefault(dict(m).get(-i, 0), {})[others] = c
-    return dict(found)
-
-
 def _together(m: Monomial, n: Monomial) -> Monomial:
     both = dict(m)
     for i, power in n:
@@ -304,12 +294,15 @@ def _without_squares(p: Polynomial, i: int, square: Quotient) -> Quotient | None
 
     Return None if p is already linear in variable i.
     """
-    powers = powers_of(i, p)
-    if max(powers, default=0) < 2:
+    of_squares: dict[int, dict[Monomial, Fraction]] = {}  # the coefficients of the powers of the square
+    for m, c in p.items():
+        tick()
+        squares, power = divmod(dict(m).get(-i, 0), 2)
+        of_squares.setdefault(squares, {})[_sort({**dict(m), -i: power})] = c
+    if max(of_squares, default=0) < 1:
         return None
-    found, factor, variable = _ZERO, _ONE, Quotient.variable(i)
-    for power in range(max(powers) + 1):
-        term = Quotient(powers.get(power, {}), _ONE.below) * factor
-        found = found + (term * variable if power % 2 else term)
-        factor = factor * square if power % 2 else factor
+    found, factor = _ZERO, _ONE
+    for squares in range(max(of_squares) + 1):
+        found = found + Quotient(of_squares.get(squares, {}), _UNIT) * factor
+        factor = factor * square
     return found

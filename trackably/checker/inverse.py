@@ -22,7 +22,7 @@ Rounding errors are propagated from operation to operation for the values that t
 flat forms. Nothing is demanded of f for other values in the state set. In the code, None stands for a zero formula.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from trackably.checker.flatness import substitute
 from trackably.checker.formulas import Formula, Name, Number, Operation, operands, parts, text
@@ -34,8 +34,9 @@ _MOST_PARTS = 10_000
 """Largest number of different parts of the formula of an input."""
 Term = Formula | None
 """A formula, or None for zero, so that terms and products that vanish are left out."""
-_Parts = tuple[Term, dict[str, Term]]
-"""The drift f0_i of a formula, and its gains G_ij by the names of the inputs u_j."""
+_Parts = dict[str, Term]
+"""The gains G_ij of a formula by the names of the inputs u_j, and its drift f0_i by the name `_DRIFT`."""
+_DRIFT = ""
 
 
 class UnsolvableError(ValueError):
@@ -48,8 +49,8 @@ def inputs_of(f: Sequence[Formula], successors: Sequence[str], inputs: Sequence[
     Raise UnsolvableError if f is not affine in u, or no such formulas are found.
     """
     split = [_split(formula, set(inputs)) for formula in f]
-    rests = [minus(Name(successor), drift) for successor, (drift, _) in zip(successors, split, strict=True)]
-    rows = [{name: gain for name, gain in gains.items() if not is_number(gain, 0.0)} for _, gains in split]
+    rests = [minus(Name(successor), of.pop(_DRIFT, None)) for successor, of in zip(successors, split, strict=True)]
+    rows = [{name: gain for name, gain in gains.items() if not is_number(gain, 0.0)} for gains in split]
     found: dict[str, Formula] = {}
     left = list(range(len(f)))
     while alone := [i for i in left if len(rows[i]) == 1]:
@@ -83,31 +84,22 @@ def solved(system: NonlinearSystem) -> FlatForm:
 
 def _split(formula: Formula, inputs: set[str]) -> _Parts:
     if isinstance(formula, Name) and formula.name in inputs:
-        return None, {formula.name: Number(1.0)}
+        return {formula.name: Number(1.0)}
     tick()
     split = [_split(part, inputs) for part in operands(formula)]
-    contain = [bool(gains) for _, gains in split]
+    contain = [any(name != _DRIFT for name in of) for of in split]
     if not any(contain):
-        return formula, {}
+        return {_DRIFT: formula}
     match formula:
-        case Operation("+"):
-            return _merge(split[0], split[1], plus)
-        case Operation("-"):
-            return _merge(split[0], split[1], minus)
+        case Operation("+" | "-" as symbol):
+            combine = plus if symbol == "+" else minus
+            return {name: combine(split[0].get(name), split[1].get(name)) for name in {**split[0], **split[1]}}
         case Operation("*", left, right) if not all(contain):
             factor, of = (left, split[1]) if contain[1] else (right, split[0])
-            return _each(of, lambda part: times(factor, part) if contain[1] else times(part, factor))
+            return {name: times(factor, part) if contain[1] else times(part, factor) for name, part in of.items()}
         case Operation("/", _, denominator) if not contain[1]:
-            return _each(split[0], lambda part: None if part is None else Operation("/", part, denominator))
+            return {name: part and Operation("/", part, denominator) for name, part in split[0].items()}
     raise UnsolvableError(f"f is not affine in {', '.join(sorted(inputs))}: it holds {text(formula)}")
-
-
-def _merge(a: _Parts, b: _Parts, combine: Callable[[Term, Term], Term]) -> _Parts:
-    return combine(a[0], b[0]), {name: combine(a[1].get(name), b[1].get(name)) for name in {**a[1], **b[1]}}
-
-
-def _each(parts: _Parts, change: Callable[[Term], Term]) -> _Parts:
-    return change(parts[0]), {name: change(gain) for name, gain in parts[1].items()}
 
 
 def _cramer(rows: list[dict[str, Term]], rests: list[Term], inputs: list[str]) -> dict[str, Formula]:

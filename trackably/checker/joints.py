@@ -84,27 +84,20 @@ class JointTrajectory:
     rests: bool
     jumps: tuple[float, ...]
 
-    def polynomial(self, joint: int, piece: int, order: int) -> list[Fraction]:
-        """Return a derivative on a piece, as coefficients of a polynomial in the time since the piece's start [s].
+    def polynomial(self, joint: int, piece: int, order: int) -> tuple[list[Fraction], Fraction]:
+        """Return a derivative on a piece, as coefficients in the time since the piece's start, and its length [s].
 
-        An index `piece` after the last piece stands for the rest after the last breakpoint.
+        An index `piece` after the last piece stands for the rest after the last breakpoint, with the length 0.
         """
         tick()
         if piece == len(self.breakpoints) - 1:
-            last = piece - 1
-            return [value(self.polynomial(joint, last, 0), self.width(last)) if not order else Fraction(0)]
-        c = self.coefficients[joint][piece]
-        return [Fraction(c[k]) * perm(k, order) for k in range(order, len(c))] or [Fraction(0)]
-
-    def width(self, piece: int) -> Fraction:
-        """Return the length of a piece [s]; 0 for the rest after the last piece."""
-        if piece == len(self.breakpoints) - 1:
-            return Fraction(0)
-        return Fraction(self.breakpoints[piece + 1]) - Fraction(self.breakpoints[piece])
+            return [Fraction(0) if order else value(*self.polynomial(joint, piece - 1, 0))], Fraction(0)
+        c, (start, end) = self.coefficients[joint][piece], map(Fraction, self.breakpoints[piece : piece + 2])
+        return [Fraction(c[k]) * perm(k, order) for k in range(order, len(c))] or [Fraction(0)], end - start
 
     def jump(self, joint: int, order: int, at: int) -> Fraction:
         """Return the jump of a derivative at breakpoint `at` ≥ 1; at the last breakpoint, it is the jump to rest."""
-        return self.polynomial(joint, at, order)[0] - value(self.polynomial(joint, at - 1, order), self.width(at - 1))
+        return self.polynomial(joint, at, order)[0][0] - value(*self.polynomial(joint, at - 1, order))
 
     @property
     def pieces(self) -> int:
@@ -179,9 +172,10 @@ def check_joints(
     limits, jumps = undecided(trajectory)
     for j, r, i in limits:
         progress(j, len(trajectory.joints))
-        joint = trajectory.joints[j]
-        limit = joint.limits[r]
-        if limit and not _stays_inside(trajectory.polynomial(j, i, r), trajectory.width(i), limit):
+        joint, (polynomial, width) = trajectory.joints[j], trajectory.polynomial(j, i, r)
+        require_room(len(polynomial), len(polynomial) * width.denominator.bit_length())
+        limit, scaled = joint.limits[r], [c * width**k for k, c in enumerate(polynomial)]
+        if limit and not stays_between(scaled, *map(Fraction, limit)):
             start, *end = trajectory.breakpoints[i : i + 2]  # rest at the end is a piece without an end
             kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {f'to {end[0]:.9g} s' if end else 'on'}"
             raise FailedStepError(f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}')
@@ -191,41 +185,23 @@ def check_joints(
             raise FailedStepError(f'jump: the {ORDERS[r]} of "{of}" jumps by more than {most!r} at {at!r} s')
 
 
-def _stays_inside(polynomial: Sequence[Fraction], width: Fraction, limit: tuple[float, float]) -> bool:
-    require_room(len(polynomial), len(polynomial) * width.denominator.bit_length())
-    return stays_between([c * width**k for k, c in enumerate(polynomial)], *map(Fraction, limit))
-
-
 def check_broken(found: BrokenTrajectory) -> None:
     """Raise FailedStepError at the first of the claimed violations that is not shown."""
-    trajectory = found.trajectory
-    pieces, orders = trajectory.pieces, len(trajectory.jumps)
+    of = found.trajectory
     for n, broken in enumerate(found.broken):
-        by, where = Fraction(broken.violation), f"broken[{n}]"
-        if broken.joint >= len(trajectory.joints) or broken.order > orders:
-            known = f"a joint up to {len(trajectory.joints) - 1} and an order up to {orders}"
-            raise FailedStepError(f"{where}: expected {known}, got joint {broken.joint} and order {broken.order}")
-        if broken.jump >= 0:
-            if broken.jump not in trajectory.inner or broken.order >= trajectory.joints[broken.joint].order:
-                raise FailedStepError(
-                    f"{where}: jumps of order {broken.order} are not limited at breakpoint {broken.jump}"
-                )
-            size = abs(trajectory.jump(broken.joint, broken.order, broken.jump))
-            if not size >= by > Fraction(trajectory.jumps[broken.order]):
-                most = trajectory.jumps[broken.order]
-                raise FailedStepError(
-                    f"{where}: no jump by {broken.violation!r} is shown there, or it is allowed (up to {most!r})"
-                )
-            continue
-        limit, since = trajectory.joints[broken.joint].limits[broken.order], Fraction(broken.since)
-        if broken.piece >= pieces or not 0 <= since <= trajectory.width(broken.piece) or limit is None:
+        by, j, r, i = Fraction(broken.violation), broken.joint, broken.order, broken.piece
+        joint, shown = of.joints[j] if j < len(of.joints) else None, False
+        limit = joint.limits[r] if joint and r < len(joint.limits) else None
+        if joint and broken.jump in of.inner and r < joint.order:
+            shown = abs(of.jump(j, r, broken.jump)) >= by > Fraction(of.jumps[r])
+        elif broken.jump < 0 and limit and i < of.pieces:
+            polynomial, width = of.polynomial(j, i, r)
+            x, (low, high) = value(polynomial, Fraction(broken.since)), map(Fraction, limit)
+            shown = 0 <= broken.since <= width and max(low - x, x - high) >= by
+        if not shown:
             raise FailedStepError(
-                f"{where}: there is no piece {broken.piece}, no time {broken.since!r} s in it, or no such limit"
-            )
-        x = value(trajectory.polynomial(broken.joint, broken.piece, broken.order), since)
-        if not max(Fraction(limit[0]) - x, x - Fraction(limit[1])) >= by:
-            raise FailedStepError(
-                f"{where}: the limits {[*limit]} are not shown to be broken by {broken.violation!r} there"
+                f"broken[{n}]: there is no such limit of joint {j} and order {r} at the stated time, or it is not "
+                f"shown to be broken by {broken.violation!r}"
             )
 
 

@@ -18,38 +18,26 @@ sum is at most b_j max_i |r_il| in size. So D has, for each column j, the genera
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from trackably.checker.answers import FailedStepError
-from trackably.checker.subject import LinearSystem, Polytope, single_bounds
+from trackably.checker.subject import Polytope, Vertex, single_bounds
 from trackably.checker.watch import tick
 
 Vector = tuple[Fraction, ...]
-Matrix = Sequence[Sequence[float]]
-
-
-@dataclass(frozen=True)
-class Vertex:
-    """x⁺ = A x + B u + c, a vertex of the convex hull of systems."""
-
-    A: Matrix
-    B: Matrix
-    c: Sequence[float]
 
 
 def of_model_error(
-    system: LinearSystem | Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
+    system: Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
 ) -> list[Vector]:
     """Return the generators of the set D (see the module). Raise FailedStepError if there is no such set."""
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
-    if any([[len(row) for row in M] for M in (v.A, v.B, [v.c])] != [[n] * n, [m] * n, [n]] for v in vertices):
+    if not all(vertex.fits(n, m) for vertex in vertices):
         raise FailedStepError("model: each vertex must have A, B and c of the shapes that the system has")
     reach = [*_reach(state_set, n), *_reach(input_set, m), Fraction(1)]
-    nominal = list(_columns(system))
-    for j, columns in enumerate(zip(*(_columns(vertex) for vertex in vertices), strict=True)):
-        apart = [[a - b for a, b in zip(column, nominal[j], strict=True)] for column in columns]
+    for j, (nominal, *columns) in enumerate(zip(*(each.columns for each in (system, *vertices)), strict=True)):
+        apart = [[a - b for a, b in zip(column, nominal, strict=True)] for column in columns]
         if not any(map(any, apart)):
             continue
         size = reach[j]
@@ -60,12 +48,6 @@ def of_model_error(
             )
         found += _around(apart, size)
     return found
-
-
-def _columns(system: LinearSystem | Vertex) -> Iterator[list[Fraction]]:
-    for matrix in (system.A, system.B):
-        yield from ([Fraction(v) for v in column] for column in zip(*matrix, strict=True))
-    yield [Fraction(v) for v in system.c]
 
 
 def _reach(bounded: Polytope, dimension: int) -> list[Fraction | None]:

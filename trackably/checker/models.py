@@ -95,10 +95,12 @@ class Model:
         return Model([factor * c for c in self.coefficients], abs(factor) * self.missed)
 
     def __add__(self, other: "Model") -> "Model":
-        return Model([a + b for a, b in self._beside(other)], self.missed + other.missed)
+        pairs = zip(self.coefficients, other.coefficients, strict=True)
+        return Model([a + b for a, b in pairs], self.missed + other.missed)
 
     def __sub__(self, other: "Model") -> "Model":
-        return Model([a - b for a, b in self._beside(other)], self.missed + other.missed)
+        pairs = zip(self.coefficients, other.coefficients, strict=True)
+        return Model([a - b for a, b in pairs], self.missed + other.missed)
 
     @property
     def is_number(self) -> bool:
@@ -119,9 +121,6 @@ class Model:
             left_out += abs(a[j]) * beyond
         crossed = self.size * other.missed + self.missed * (other.size + other.missed)
         return Model(kept, left_out + crossed)
-
-    def _beside(self, other: "Model") -> list[tuple[Real, Real]]:
-        return list(zip(self.coefficients, other.coefficients, strict=True))
 
     def __truediv__(self, other: "Model") -> "Model":
         require_nonzero(other.span)

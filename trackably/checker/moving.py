@@ -113,7 +113,7 @@ class Limit:
             return exactly(self.end) + self.by
         last = self.end.ends[-1]
         is_at_rest = self.end.beyond == "rest" and at_most(ratio(last), start)
-        return ratio(polynomials(self.end, last, last + 1)[0][0]) + self.by if is_at_rest else None
+        return ratio(value_of_signal(self.end, last)) + self.by if is_at_rest else None
 
 
 def limits(bound: Bound, error: float) -> tuple[Limit, Limit]:

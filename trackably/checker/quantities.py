@@ -100,8 +100,7 @@ def quantities(subject: Subject, errors: Mapping[str, float]) -> list[Quantity]:
 
     found: list[Quantity] = []
     for bound in subject.bounds:
-        named = zip(bound.row, system.states if bound.of == "state" else system.inputs, strict=True)
-        used = [(r, formulas[name]) for r, name in named if r]
+        used = [(r, formulas[name]) for r, name in zip(bound.row, bound.names, strict=True) if r]
         single = [(r, shifted[formula.name]) for r, formula in used if isinstance(formula, Name)]
         if len(single) == len(used):
             row, parts = zip(*single, strict=True)

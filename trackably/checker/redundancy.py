@@ -39,7 +39,7 @@ def check_input_set(subject: Subject) -> None:
         if not any(demand.row) and not demand.low <= 0 <= demand.high:
             raise FailedStepError(f"input_set: no input keeps all of its rows {demand.numbers} (counted from 0)")
         if any(demand.row) and not any(
-            ends[0] <= Fraction(bound.lower) and Fraction(bound.upper) <= ends[1]
+            ends[0] <= bound.ends[0] and bound.ends[1] <= ends[1]
             for bound in subject.attainable
             if (ends := _scale(demand, bound.row))
         ):
@@ -60,7 +60,7 @@ def demand_of(system: LinearSystem, rows: tuple[Row, ...], bound: Bound) -> tupl
     if not found:
         return None
     lows, highs = zip(*found, strict=True)
-    return min(Fraction(bound.lower), max(lows)), max(Fraction(bound.upper), min(highs))
+    return min(bound.ends[0], max(lows)), max(bound.ends[1], min(highs))
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,8 @@ class Demand:
 
 
 def _check_enumerable(system: LinearSystem, rows: tuple[Row, ...]) -> None:
-    m = len(system.inputs)
-    if any(len(side.row) != m or not side.lower <= side.upper for side in rows):
-        raise FailedStepError("input_set: every row needs a number for each input, and lower ≤ upper")
+    if any(side.ends[0] > side.ends[1] for side in rows):
+        raise FailedStepError("input_set: every row needs lower ≤ upper")
     idle = idle_inputs(system)
     if sum(comb(len(rows), size) for size in range(1, len(idle) + 2)) > _MOST:
         raise FailedStepError(
@@ -96,8 +95,8 @@ def demands(idle: list[list[Fraction]], rows: Sequence[Row]) -> Iterator[Demand]
     moved = [[exact_dot(side.row, v) for v in idle] for side in rows]
     for circuit in _circuits(moved, len(idle)):
         row = [exact_sum(factor * rows[i].row[j] for i, factor in circuit) for j in range(m)]
-        low = exact_sum(factor * Fraction(rows[i].lower if factor > 0 else rows[i].upper) for i, factor in circuit)
-        high = exact_sum(factor * Fraction(rows[i].upper if factor > 0 else rows[i].lower) for i, factor in circuit)
+        low = exact_sum(factor * rows[i].ends[factor < 0] for i, factor in circuit)
+        high = exact_sum(factor * rows[i].ends[factor > 0] for i, factor in circuit)
         yield Demand(row, low, high, ", ".join(str(i) for i, _ in circuit))
 
 

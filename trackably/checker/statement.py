@@ -6,14 +6,14 @@ from fractions import Fraction
 from trackably.checker.boxes import NO_FIRST_PASS, Box, FirstPass
 from trackably.checker.certificate import AllPhases, Certificate, Instants, SignalClass, TrueSignal
 from trackably.checker.counterexample import Counterexample
-from trackably.checker.disturbances import Hull, Robust, Vector, Zonotope
+from trackably.checker.disturbances import Hull, Robust, Zonotope
 from trackably.checker.formulas import text
 from trackably.checker.intervals import ZERO, Real
+from trackably.checker.model_error import Vector
 from trackably.checker.moving import end_text
 from trackably.checker.piecewise import values_at
 from trackably.checker.quantities import Shifted, combination_at, functionals, shifts_of, states_of
 from trackably.checker.subject import (
-    Bound,
     LinearSystem,
     NonlinearSystem,
     Plant,
@@ -33,11 +33,10 @@ _RADIUS = 1e-30
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
     """Return the statement that a certificate proves, with the identity of its reference."""
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
-    kept = ", ".join(bound_text(bound, _names(subject.system, bound)) for bound in subject.bounds)
+    kept = ", ".join(bound_text(bound, bound.names) for bound in subject.bounds)
     inputs = "these inputs"
     if subject.attainable is not None:
-        rows = _set_text(subject.input_set, subject.system.inputs)
-        inputs = f"inputs of the same effect (they differ by v with B v = 0) and keep {rows}"
+        inputs = f"inputs of the same effect (they differ by v with B v = 0) and keep {bounds_text(subject.sides[1])}"
     how = "float64 evaluation, by sums of products"
     if subject.pieces:
         how = "evaluation in double-double arithmetic, rounded to float64"
@@ -58,7 +57,7 @@ def refutation(counterexample: Counterexample) -> str:
     if isinstance(counterexample.claim, Instants):
         at = f"t = {counterexample.at} T (T = {subject.system.sampling_time!r} s)"
     return (
-        f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, _names(subject.system, bound))} by at least "
+        f"NOT TRACKABLE: at {at} the reference breaks {bound_text(bound, bound.names)} by at least "
         f"{counterexample.violation!r}, so it does not keep its bounds for {counterexample.claim}; the system "
         f"{_dynamics_text(subject.system)}. {identity(subject, NO_FIRST_PASS)}"
     )
@@ -68,9 +67,9 @@ def table_statement(table: Table) -> str:
     """Return the statement that a table of states and inputs at steps proves."""
     system, last = table.system, table.first_step + len(table.states) - 1
     return (
-        f"For the steps k = {table.first_step} … {last} the table keeps {bounds_text(table)}, and each of its states "
-        f"after the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the state and "
-        f"the input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
+        f"For the steps k = {table.first_step} … {last} the table keeps {bounds_text(*table.sides)}, and each of its "
+        f"states after the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the "
+        f"state and the input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
     )
 
 
@@ -79,8 +78,7 @@ def table_refutation(refuted: RefutedTable) -> str:
     table, system = refuted.table, refuted.table.system
     match refuted.part:
         case "states" | "inputs":
-            bounded = table.state_set if refuted.part == "states" else table.input_set
-            names = system.states if refuted.part == "states" else system.inputs
+            names, bounded = table.sides[refuted.part == "inputs"]
             broken = f"breaks {bound_text(bounded.rows[refuted.index], names)}"
         case "dynamics":
             broken = (
@@ -94,25 +92,34 @@ def table_refutation(refuted: RefutedTable) -> str:
 
 
 def identity(subject: Subject, first_pass: FirstPass) -> str:
-    """Return the reference's identity: its fingerprint, the number of its kernels, its first and last centre, and its
-    states at time zero (signals for a flat form).
+    """Return the reference's identity: its fingerprint, where its kernels or pieces are, and its states at a time.
 
-    For polynomial pieces, `where_pieces_are` says where they are and what the states are. States are printed with six
-    digits, which are computed in mpmath if the `first_pass` does not determine them.
+    The time is zero, or for polynomial pieces a time when all signals have begun. For a flat form, signals take the
+    place of states. They are printed with six digits.
     """
+    names, at = subject.system.states, "0"
     if subject.pieces:
-        return f"The reference has the SHA-256 {subject.fingerprint}, {where_pieces_are(subject)}."
-    used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
-    span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
-    is_flat = isinstance(subject.system, NonlinearSystem) and subject.system.flat is not None
-    names = [f"z{s + 1}" for s in range(len(subject.signals))] if is_flat else subject.system.states
-    states = zip(names, _at_zero(subject, first_pass), strict=True)
-    values = ", ".join(f'"{name}" = {digits}' for name, digits in states)
-    return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = 0 s."
+        ends = [t for z in subject.pieces for t in z.breakpoints]
+        count = sum(len(z.coefficients) for z in subject.pieces)
+        span = f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s"
+        begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
+        exact = values_at(subject, functionals(subject, "state"), Fraction(begun))
+        digits, at = [f"{as_float(v):.6g}" for v in exact], repr(begun)
+    else:
+        used = [t for signal in subject.signals for t, c in zip(signal.centres, signal.weights, strict=True) if c]
+        span = f"{len(used)} kernels centred from {min(used)!r} s to {max(used)!r} s" if used else "no kernel at all"
+        digits = [*_at_zero(subject, first_pass)]
+        if isinstance(subject.system, NonlinearSystem) and subject.system.flat:
+            names = tuple(f"z{s + 1}" for s in range(len(digits)))
+    values = ", ".join(f'"{name}" = {value}' for name, value in zip(names, digits, strict=True))
+    return f"The reference has the SHA-256 {subject.fingerprint}, {span}, and {values} at t = {at} s."
 
 
 def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
-    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system."""
+    """Yield six digits of each state at t = 0, or of each signal of a nonlinear system.
+
+    They are computed in mpmath if the `first_pass` does not determine them.
+    """
     states = states_of(subject)
     wanted = {shifted for state in states for shifted in shifts_of(state)}
     (models,) = first_pass.models(subject, sorted(wanted), [Box(0.0, 0.0, _RADIUS)], 1)
@@ -123,11 +130,7 @@ def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
         yield digits if digits == others else f"{float(combination_at(subject, state, ZERO, exact).mid):.6g}"
 
 
-def _names(system: System, bound: Bound) -> tuple[str, ...]:
-    return system.states if bound.of == "state" else system.inputs
-
-
-def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
+def bound_text(bound: Row, names: tuple[str, ...]) -> str:
     """Return a bound as text, such as -1.0 ≤ "x" ≤ 1.0; in ends that move, τ is the time since a breakpoint."""
     weighted = [
         f'"{name}"' if r == 1 else f'{_number(r)} "{name}"' for r, name in zip(bound.row, names, strict=True) if r
@@ -135,14 +138,9 @@ def bound_text(bound: Bound | Row, names: tuple[str, ...]) -> str:
     return f"{end_text(bound.low)} ≤ {' + '.join(weighted)} ≤ {end_text(bound.high)}"
 
 
-def bounds_text(plant: Plant) -> str:
-    """Return all bounds of states and inputs as text, separated by commas; "no bounds" if there are none."""
-    sides = _set_text(plant.state_set, plant.system.states), _set_text(plant.input_set, plant.system.inputs)
-    return ", ".join(filter(None, sides)) or "no bounds"
-
-
-def _set_text(bounded: Polytope, names: tuple[str, ...]) -> str:
-    return ", ".join(bound_text(row, names) for row in bounded.rows)
+def bounds_text(*sides: tuple[tuple[str, ...], Polytope]) -> str:
+    """Return all bounds of some sets, each with its names, as text, separated by commas; "no bounds" without any."""
+    return ", ".join(bound_text(row, names) for names, bounded in sides for row in bounded.rows) or "no bounds"
 
 
 def _number(r: Fraction) -> str:
@@ -173,8 +171,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
     if robust is None:
         return ""
     system = subject.system
-    states = _set_text(robust.state_set, system.states) or "no bounds"
-    inputs = _set_text(robust.input_set, system.inputs) or "no bounds"
+    states, inputs = map(bounds_text, Plant(system, robust.state_set, robust.input_set).sides)
     wrong = ""
     if robust.model:
         hull = "; ".join(f"A = {_lists(v.A)}, B = {_lists(v.B)}, c = {list(v.c)!r}" for v in robust.model)
@@ -267,13 +264,3 @@ def _vectors(vectors: Sequence[Vector]) -> str:
 
 def _vector(vector: Vector) -> str:
     return f"({', '.join(map(_number, vector))})"
-
-
-def where_pieces_are(subject: Subject) -> str:
-    """Return the number of pieces, their first and last time, and the states at a time when all signals have begun."""
-    ends = [t for z in subject.pieces for t in z.breakpoints]
-    count = sum(len(z.coefficients) for z in subject.pieces)
-    begun = max((z.breakpoints[0] for z in subject.pieces if z.beyond == "end"), default=0.0)
-    values = values_at(subject, functionals(subject, "state"), Fraction(begun))
-    said = ", ".join(f'"{name}" = {as_float(v):.6g}' for name, v in zip(subject.system.states, values, strict=True))
-    return f"{count} polynomial pieces from {min(ends)!r} s to {max(ends)!r} s, and {said} at t = {begun!r} s"

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -91,22 +91,41 @@ class Signal:
         return Decay(self.weight * size, self.weight * slope)
 
 
-@dataclass(frozen=True)
-class LinearSystem:
-    """x⁺ = A x + B u + c, one `sampling_time` [s] later; A and B are given row by row."""
+Matrix = Sequence[Sequence[float]]
 
-    A: tuple[tuple[float, ...], ...]
-    B: tuple[tuple[float, ...], ...]
-    c: tuple[float, ...]
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    sampling_time: float
+
+@dataclass(frozen=True)
+class Vertex:
+    """x⁺ = A x + B u + c, with A and B row by row: a linear system, or a vertex of the convex hull of systems."""
+
+    A: Matrix
+    B: Matrix
+    c: Sequence[float]
 
     @cached_property
     def exact(self) -> tuple[list[list[Fraction]], list[list[Fraction]], list[Fraction]]:
         """A, B and c in rational numbers."""
         A, B = ([[*map(Fraction, row)] for row in matrix] for matrix in (self.A, self.B))
         return A, B, [*map(Fraction, self.c)]
+
+    @cached_property
+    def columns(self) -> list[Sequence[Fraction]]:
+        """The columns of A and of B, and c, in rational numbers."""
+        A, B, c = self.exact
+        return [*zip(*A, strict=True), *zip(*B, strict=True), c]
+
+    def fits(self, n: int, m: int) -> bool:
+        """Whether A, B and c have the shapes that n states and m inputs need."""
+        return [[len(row) for row in matrix] for matrix in (self.A, self.B, [self.c])] == [[n] * n, [m] * n, [n]]
+
+
+@dataclass(frozen=True)
+class LinearSystem(Vertex):
+    """x⁺ = A x + B u + c, one `sampling_time` [s] later, with names of states and inputs."""
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    sampling_time: float
 
 
 @dataclass(frozen=True)
@@ -187,23 +206,14 @@ class Row:
         """Whether the lower or the upper end moves in time."""
         return isinstance(self.low, Pieces) or isinstance(self.high, Pieces)
 
-    @property
-    def lower(self) -> float:
-        """The lower end if it is constant. Raise UndecidedError if it moves."""
-        return _constant(self.low)
-
-    @property
-    def upper(self) -> float:
-        """The upper end if it is constant. Raise UndecidedError if it moves."""
-        return _constant(self.high)
-
-
-def _constant(end: End) -> float:
-    if isinstance(end, Pieces):
-        raise UndecidedError(
-            "not decided: a bound moves in time, but tables and redundant inputs take constant bounds only"
-        )
-    return end
+    @cached_property
+    def ends(self) -> tuple[Fraction, Fraction]:
+        """The lower and the upper end if both are constant. Raise UndecidedError if one of them moves."""
+        if isinstance(self.low, Pieces) or isinstance(self.high, Pieces):
+            raise UndecidedError(
+                "not decided: a bound moves in time, but tables and redundant inputs take constant bounds only"
+            )
+        return Fraction(self.low), Fraction(self.high)
 
 
 @dataclass(frozen=True)
@@ -221,8 +231,8 @@ def single_bounds(bounded: Polytope) -> Iterator[tuple[int, Fraction, Fraction]]
         used = [(j, r) for j, r in enumerate(row.row) if r]
         if len(used) == 1 and not row.moves:
             ((j, r),) = used
-            ends = Fraction(row.lower) / r, Fraction(row.upper) / r
-            yield (j, *ends) if r > 0 else (j, *ends[::-1])
+            low, high = sorted(end / r for end in row.ends)
+            yield j, low, high
 
 
 @dataclass(frozen=True)
@@ -232,6 +242,11 @@ class Plant:
     system: System
     state_set: Polytope
     input_set: Polytope
+
+    @property
+    def sides(self) -> tuple[tuple[tuple[str, ...], Polytope], ...]:
+        """The names of the states and the state set, then the names of the inputs and the input set."""
+        return (self.system.states, self.state_set), (self.system.inputs, self.input_set)
 
 
 @dataclass(frozen=True)
@@ -252,10 +267,11 @@ class Trajectories:
 
 @dataclass(frozen=True)
 class Bound(Row):
-    """A row of states or of inputs (`of` says which) that is proved to stay between its ends."""
+    """A row of states or of inputs (`of` says which) that is proved to stay between its ends; `names` are theirs."""
 
     name: str
     of: Side
+    names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -301,11 +317,13 @@ class Subject(Plant):
             ("state", self.system.states, self.state_set.rows),
             ("input", self.system.inputs, inputs),
         )
-        every = [(row, of, sum_name(row.row, names)) for of, names, rows in sides for row in rows]
-        called = numbered(name for _, _, name in every)
-        return tuple(
-            Bound(row.row, row.low, row.high, name, of) for (row, of, _), name in zip(every, called, strict=True)
-        )
+        every = [
+            Bound(row.row, row.low, row.high, sum_name(row.row, names), of, names)
+            for of, names, rows in sides
+            for row in rows
+        ]
+        called = numbered(bound.name for bound in every)
+        return tuple(replace(bound, name=name) for bound, name in zip(every, called, strict=True))
 
 
 def sum_name(row: Sequence[Fraction], names: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ Both are verified number by number, in rational arithmetic for linear systems, o
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Literal
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import Real, UndefinedError, at_most, exact_dot, exactly
@@ -59,11 +59,7 @@ def check_table(table: Table) -> None:
         progress(k, 3)
         for row in range(rows):
             step = table.first_step + row
-            try:
-                found = excesses(table, part, row)
-            except UndefinedError as undefined:
-                raise FailedStepError(str(undefined)) from None
-            for i, excess in enumerate(found):
+            for i, excess in enumerate(excesses(table, part, row)):
                 tick()
                 if at_most(excess, Fraction(0)):
                     continue
@@ -97,10 +93,7 @@ def check_refuted_table(refuted: RefutedTable) -> None:
     """Raise FailedStepError unless the named violation is shown."""
     table, row = refuted.table, refuted.step - refuted.table.first_step
     _check_lengths(table)
-    try:
-        found = excesses(table, refuted.part, row) if 0 <= row < _rows(table)[refuted.part] else []
-    except UndefinedError as undefined:
-        raise FailedStepError(str(undefined)) from None
+    found = excesses(table, refuted.part, row) if 0 <= row < _rows(table)[refuted.part] else []
     if not 0 <= refuted.index < len(found):
         raise FailedStepError(
             f"at: the table has no step {refuted.step}, or no index {refuted.index} of the {refuted.part}"
@@ -114,33 +107,21 @@ def excesses(table: Table, part: Part, row: int) -> Sequence[Fraction | Real]:
     """Return by how much each bound of a part, or each state's tolerance, is exceeded in a row; ≤ 0 where it is kept.
 
     The numbers are exact, except for the dynamics of nonlinear systems, for which they are intervals. Raise
-    UndefinedError if f may be undefined.
+    FailedStepError if f may be undefined.
     """
-    if part == "dynamics":
-        tolerance: Any = (Fraction if isinstance(table.system, LinearSystem) else exactly)(table.tolerance)
-        return [apart - tolerance for apart in differences(table, row)]
-    values, bounded = (table.states, table.state_set) if part == "states" else (table.inputs, table.input_set)
-    return [
-        max(Fraction(bound.lower) - value, value - Fraction(bound.upper))
-        for bound in bounded.rows
-        for value in [exact_dot(bound.row, map(Fraction, values[row]))]
-    ]
-
-
-def differences(table: Table, row: int) -> Sequence[Fraction | Real]:
-    """Return |x(k + 1) − f(x(k), u(k))| for each state: exactly for a linear system, otherwise as intervals.
-
-    Raise UndefinedError if f may be undefined.
-    """
-    system, x, u, successor = table.system, table.states[row], table.inputs[row], table.states[row + 1]
+    if part != "dynamics":
+        values, bounded = (table.states, table.state_set) if part == "states" else (table.inputs, table.input_set)
+        pairs = [(exact_dot(bound.row, map(Fraction, values[row])), bound.ends) for bound in bounded.rows]
+        return [max(low - value, value - high) for value, (low, high) in pairs]
+    system, both, successor = table.system, (*table.states[row], *table.inputs[row]), table.states[row + 1]
     if isinstance(system, LinearSystem):
-        values = [*map(Fraction, (*x, *u))]
+        exact, tolerance = [*map(Fraction, both)], Fraction(table.tolerance)
         rows = zip(*system.exact, map(Fraction, successor), strict=True)
-        return [abs(exact_dot((*A, *B), values) + c - s) for A, B, c, s in rows]
-    known = dict(zip((*system.states, *system.inputs), map(exactly, (*x, *u)), strict=True))
+        return [abs(exact_dot((*A, *B), exact) + c - s) - tolerance for A, B, c, s in rows]
+    known = dict(zip((*system.states, *system.inputs), map(exactly, both), strict=True))
     try:
         made = [enclose(formula, known) for formula in system.f]
     except UndefinedError as undefined:
         where = f"step {table.first_step + row}"
-        raise UndefinedError(f"table: f is not shown to be defined at {where}: {undefined}") from undefined
-    return [abs(value - exactly(s)) for value, s in zip(made, successor, strict=True)]
+        raise FailedStepError(f"table: f is not shown to be defined at {where}: {undefined}") from None
+    return [abs(value - exactly(s)) - table.tolerance for value, s in zip(made, successor, strict=True)]

@@ -47,7 +47,7 @@ def _check_system(system: System) -> None:
     if len(known) != n + m:
         raise FailedStepError("names: states and inputs must all have different names")
     if isinstance(system, LinearSystem):
-        if [[len(row) for row in matrix] for matrix in (system.A, system.B, (system.c,))] != [[n] * n, [m] * n, [n]]:
+        if not system.fits(n, m):
             raise FailedStepError(f"shapes: A, B and c do not fit {n} states and {m} inputs")
         return
     flat = system.flat

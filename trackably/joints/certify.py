@@ -301,9 +301,9 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     It is looked for at the ends of the piece, at extremes and where limits are reached. It begins at the first of these
     times after which the derivative is outside; if rounding hides this time, at the time of the largest excess.
     """
-    limit, width, t = subject.joints[j].limits[r], subject.width(i), subject.breakpoints[i]
+    limit, t = subject.joints[j].limits[r], subject.breakpoints[i]
     assert limit is not None, "only derivatives with limits are undecided"
-    exact, (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
+    (exact, width), (low, high) = subject.polynomial(j, i, r), map(Fraction, limit)
     h = float(width)
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
     curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # h = 0: rest after the last piece

@@ -18,6 +18,7 @@ from trackably.arguments import array, instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import disturbances as checker
 from trackably.checker import model_error as checked
+from trackably.checker import subject
 from trackably.checker.answers import FailedStepError
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import ends_within
@@ -375,7 +376,7 @@ class ModelError:
         ValueError: shapes do not fit, or a state or input without bounds has an uncertain coefficient.
         """
         every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
-        nominal, *vertices = (checked.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
+        nominal, *vertices = (subject.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
         try:
             D = checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
         except FailedStepError as error:

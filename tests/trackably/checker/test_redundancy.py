@@ -123,7 +123,7 @@ def test_both_implementations_find_the_same_rows(case):
     require(attainable)
     for i, bound in enumerate(attainable):
         others = attainable[:i] + attainable[i + 1 :]
-        higher = replace(bound, high=bound.upper * (1 + 1e-15) + 1e-15)
-        for instead in ((higher,), (replace(bound, low=bound.lower - 1e-12),), ()):
+        higher = replace(bound, high=bound.high * (1 + 1e-15) + 1e-15)
+        for instead in ((higher,), (replace(bound, low=bound.low - 1e-12),), ()):
             with pytest.raises(FailedStepError):
                 require((*others, *instead))
