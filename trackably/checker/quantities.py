@@ -174,10 +174,9 @@ def gross_of(row: Sequence[Fraction], parts: Sequence[Functional]) -> tuple[list
 
     They are sums of |row_i| times absolute values in part_i, before any terms cancel.
     """
-    used = [(abs(r), part) for r, part in zip(row, parts, strict=True) if r]
-    by_signal = zip(*(part.weights for _, part in used), strict=True)
-    weights = [exact_sum(r * abs(w) for (r, _), ws in zip(used, of, strict=True) for w in ws if w) for of in by_signal]
-    return weights, exact_sum(r * abs(part.offset) for r, part in used)
+    sizes = [Functional(abs(part.offset), tuple(tuple(map(abs, w)) for w in part.weights)) for part in parts]
+    found = weighted_sum([*map(abs, row)], sizes)
+    return [*map(exact_sum, found.weights)], found.offset
 
 
 def value_at(subject: Subject, q: Quantity, t: Real) -> Real:
