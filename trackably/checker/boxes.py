@@ -18,7 +18,7 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
-from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, combine
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Signal, Subject
 from trackably.checker.watch import UndecidedError, progress, tick
@@ -47,13 +47,14 @@ class Enclosures:
 
     def combination(self, argument: LinearCombination) -> Model:
         """Return a Taylor model of a linear combination of shifted signals."""
-        found = Model.constant(argument.offset, self.terms)
-        for (s, j), w in terms_of(argument):
-            if (s, j) not in self.known:
-                shift = j * self.subject.step
-                self.known[s, j] = enclose_signal(self.subject.signals[s], shift, self.box, self.terms)
-            found += self.known[s, j].times(w)
-        return found
+        return combine(argument, self.shifted, self.terms)
+
+    def shifted(self, of: Shifted) -> Model:
+        """Return a Taylor model of a shifted signal without its mean."""
+        if of not in self.known:
+            s, j = of
+            self.known[of] = enclose_signal(self.subject.signals[s], j * self.subject.step, self.box, self.terms)
+        return self.known[of]
 
 
 def enclose_signal(signal: Signal, shift: Real, box: Box, n: int) -> Model:

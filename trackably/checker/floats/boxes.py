@@ -5,20 +5,20 @@ A box is an interval of time. An instant is checked as a narrow box around it.
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import compress
+from itertools import zip_longest
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from trackably.checker.boxes import Box, FirstPass
-from trackably.checker.floats.intervals import Floats, join, nowhere_negative, stack, sums
+from trackably.checker.boxes import Box, FirstPass, is_never_negative
+from trackably.checker.floats.intervals import Floats, Mask, bernstein_of, stack, sums
 from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Indices, ManyCentres
 from trackably.checker.intervals import ZERO, Real, UndefinedError, around, between, exactly, total
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
-from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, combine, shifts_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Signal, Subject
 
@@ -36,36 +36,48 @@ def boxes_left(
     every = {q.name: q for h in held.values() for q in h}.values()
     wanted = {shifted for q in every for a in q.arguments.values() for shifted in shifts_of(a)}
     for some, known in _enclosed(subject, wanted, list(held), terms, 2 * len(every)):
-        claims, margins = list[tuple[str, int]](), [Floats.exact(np.empty((terms, 0)))]
+        shown = set[tuple[str, int]]()
         with np.errstate(all="ignore"):  # results that are not finite prove nothing
             for q in every:
                 where = np.array([b for b, box in enumerate(some) if q in held[box]], dtype=np.intp)
                 where, found = _polynomials_of(needs, q, known, where, terms)
-                for at, margin in _margins(q, [some[b] for b in where], found):
-                    margins.append(margin)
-                    claims += [(q.name, b) for b in where[at].tolist()]
-            proved = {*claims} - {*compress(claims, ~nowhere_negative(join(margins)))}
+                inside = stay_inside(found, q, [some[b] for b in where])
+                shown |= {(q.name, b) for b in where[inside].tolist()}
         for b, box in enumerate(some):
-            yield box, [q for q in held[box] if (q.name, b) not in proved]
+            yield box, [q for q in held[box] if (q.name, b) not in shown]
 
 
-def _margins(q: Quantity, boxes: Sequence[Box], found: Floats) -> Iterator[tuple[Indices, Floats]]:
-    """Yield polynomials on [−1, 1] that are nowhere negative if q stays inside its bounds, with indices of their boxes.
+def stay_inside(found: Floats, q: Quantity, boxes: Sequence[Box]) -> Mask:
+    """Return in which of B boxes the polynomials `found` of q on [−1, 1], (n, B), certainly stay inside its bounds.
 
-    `found` are the polynomials of q in all boxes, (n, B). An end of a bound that moves is compared with q box by box,
-    with each polynomial that it has in the box.
+    They are compared with each polynomial that an end of a bound has in a box.
     """
-    n, start = len(found.low), exactly(min((box.start for box in boxes), default=0.0))
+    n, shown = len(found.low), np.ones(len(boxes), dtype=bool)
     for limit, is_lower in ((q.lower, True), (q.upper, False)):
-        ends = (
-            [(np.arange(len(boxes)), [rest])]
-            if (rest := limit.after(start)) is not None
-            else [(np.array([b]), p) for b, box in enumerate(boxes) for p in limit.over(box.start, box.end)]
-        )
-        for at, p in ends:
-            end = stack([around(p[0], total(map(abs, p[n:]))), *p[1:n], *[ZERO] * (n - len(p))], at.shape)
-            of = found.at((slice(None), at))
-            yield at, of - end if is_lower else end - of
+        ends = [(b, p) for b, box in enumerate(boxes) for p in limit.over(box.start, box.end)]
+        rows = zip_longest(*([around(p[0], total(map(abs, p[n:]))), *p[1:n]] for _, p in ends), fillvalue=ZERO)
+        columns, at = [stack(row, ()) for row in rows], np.array([b for b, _ in ends], dtype=np.intp)
+        end, of = stack([*columns, *[ZERO] * (n - len(columns))], at.shape), found.at((slice(None), at))
+        shown[at[~nowhere_negative(of - end if is_lower else end - of)]] = False
+    return shown
+
+
+def nowhere_negative(polynomials: Floats) -> Mask:
+    """Return which of B polynomials Σ_k a_k x^k, (n, B), are certainly ≥ 0 for all x ∈ [−1, 1].
+
+    A polynomial is nowhere negative if its Bernstein coefficients are all ≥ 0. The first and the last one are its
+    values at the ends: if one may be negative, the claim is not shown. Otherwise, which is rare, integers decide.
+    """
+    bernstein = bernstein_of(polynomials).low
+    shown: Mask = np.all(bernstein >= 0, axis=0)
+    for b in np.flatnonzero(~shown & np.all(bernstein[[0, -1]] >= 0, axis=0)).tolist():
+        shown[b] = is_never_negative(Model(_intervals(polynomials.at((..., b))), ZERO))
+    return shown
+
+
+def _intervals(of: Floats) -> list[Real]:
+    """Return finite intervals, (n,), in the arithmetic of mpmath."""
+    return [*map(between, of.low.tolist(), of.high.tolist())]
 
 
 def models(
@@ -118,12 +130,13 @@ def _polynomials_of(
 
 def _combination(argument: LinearCombination, known: Mapping[Shifted, Floats], where: Indices, n: int) -> Model:
     """Return models of a linear combination of shifted signals in the boxes `where`."""
-    rows: Any = stack([argument.offset, *[ZERO] * (n - 1)], where.shape)
-    missed: Any = ZERO
-    for shifted, w in terms_of(argument):
-        of = known[shifted].at((slice(None), where))
-        rows, missed = rows + of.at(slice(-1)) * w, missed + of.at(-1) * abs(w)
-    return Model([rows.at(k) for k in range(n)], missed)
+
+    def model(shifted: Shifted) -> Model:
+        rows = known[shifted].at((slice(None), where))
+        every: list[Any] = [rows.at(k) for k in range(n + 1)]
+        return Model(every[:n], every[n])
+
+    return combine(argument, model, n)
 
 
 def _model(of_box: Floats) -> Model | None:
@@ -133,7 +146,7 @@ def _model(of_box: Floats) -> Model | None:
     """
     if not np.isfinite([of_box.low, of_box.high]).all():
         return None
-    *coefficients, missed = map(between, of_box.low.tolist(), of_box.high.tolist())
+    *coefficients, missed = _intervals(of_box)
     return Model(coefficients, missed.b)
 
 

@@ -5,8 +5,6 @@ and NumPy's exp, log, sqrt, cos, arctan and arctan2 within 4 units in the last p
 in float64 and moved outwards by more than its error: the error of one operation is at most 2⁻⁵³ of the computed number,
 or 2⁻¹⁰⁷⁵; that of a function at most 2⁻⁵⁰ of the computed number, or 2⁻¹⁰⁷². An end that is NaN bounds nothing, and
 every comparison with it is False; all operations, also minima and maxima, give NaN again.
-
-A polynomial lies in the convex hull of its Bernstein coefficients: `nowhere_negative` tests many polynomials at once.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,13 +20,11 @@ import numpy.typing as npt
 
 from trackably.checker.intervals import ONE, ZERO, Many, Real, exact_sum, exactly, pi
 from trackably.checker.polynomials import compose
-from trackably.checker.watch import tick
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _MOST_SUMMED = 16
-_HALVINGS, _PIECES = 40, 1000  # `nowhere_negative` gives up after this many halvings, or with many more pieces
 _OPERATION, _FUNCTION, _TINY = 2.0**-51, 2.0**-48, 2.0**-1000
 """By how much ends are moved outwards: relative to results of + − · /, relative to values of functions, and absolutely.
 
@@ -232,11 +228,6 @@ def _float(number: Real, towards: float) -> float:
     return nearest if exactly(nearest) == number else float(np.nextafter(nearest, towards))
 
 
-def join(parts: Sequence[Floats], axis: int = -1) -> Floats:
-    """Join arrays of intervals along an axis."""
-    return Floats(*(np.concatenate(ends, axis=axis) for ends in ([p.low for p in parts], [p.high for p in parts])))
-
-
 def stack(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats:
     """Return numbers and arrays of intervals along a new first axis, each as an array of the same `shape`."""
     low, high = np.empty((2, len(rows), *shape))
@@ -255,17 +246,13 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp]) -> Floats:
 
 
 def bernstein_of(polynomials: Floats, start: int = -1, width: int = 2) -> Floats:
-    """Return Bernstein coefficients on [start, start + width], (n, B), of B polynomials Σ_k a_k x^k, (n, B)."""
-    return _product(bernstein(len(polynomials.low), start, width), polynomials)
+    """Return Bernstein coefficients on [start, start + width], (n, B), of B polynomials Σ_k a_k x^k, (n, B).
 
-
-def _product(nearest: Array, columns: Floats) -> Floats:
-    """Return the product of a matrix (m, n), whose entries were rounded to the `nearest` float64, and B columns (n, B).
-
-    With |x_k − m_k| ≤ r_k and |x_k| ≤ b_k for the entries of a column, the sum Σ a_k x_k is within Σ |a_k| r_k of
-    Σ a_k m_k. Rounding of the a_k, of this sum in any order, and of each end adds less than (n + 8) 2⁻⁵² Σ |a_k| b_k.
+    They are the product of the matrix `nearest`, whose entries b_k were rounded to float64, and of columns of a_k. With
+    |a_k − m_k| ≤ r_k and |a_k| ≤ c_k, the sum Σ b_k a_k is within Σ |b_k| r_k of Σ b_k m_k. Rounding of the b_k, of
+    this sum in any order, and of each end adds less than (n + 8) 2⁻⁵² Σ |b_k| c_k.
     """
-    middle, _, radius, largest, _ = columns._around
+    nearest, (middle, _, radius, largest, _) = bernstein(len(polynomials.low), start, width), polynomials._around
     off = np.abs(nearest) @ (radius + (len(middle) + 8) * 2.0**-52 * largest)
     # An implementation may leave out products with zeros, but an entry that bounds nothing makes its column NaN.
     return _within(nearest @ middle + 0 * np.sum(largest, axis=0), off)
@@ -283,33 +270,3 @@ def bernstein(n: int, start: int = 0, width: int = 1) -> Array:
         return exact_sum(Fraction(comb(i, j) * c, comb(n - 1, j)) for j, c in enumerate(p) if c)
 
     return np.array([[float(coefficient(i, p)) for p in powers] for i in range(n)])
-
-
-@cache
-def _halves(n: int) -> Array:
-    """Return the matrix that maps n Bernstein coefficients on an interval to those on its halves, by de Casteljau."""
-    left = np.array([[comb(i, j) / 2**i for j in range(n)] for i in range(n)])
-    return np.vstack([left, left[::-1, ::-1]])
-
-
-def nowhere_negative(polynomials: Floats) -> Mask:
-    """Return which of B polynomials Σ_k a_k x^k are certainly ≥ 0 for all x ∈ [−1, 1], shape (B,).
-
-    The coefficients have the shape (n, B). A polynomial is nowhere negative where its Bernstein coefficients are all
-    ≥ 0. Their first and last ones are its values at the ends: if one may be negative, the claim is not shown. Otherwise
-    the interval is halved.
-    """
-    pieces, n = bernstein_of(polynomials), len(polynomials.low)
-    owners = np.arange(polynomials.low.shape[1])
-    shown = np.ones(len(owners), dtype=bool)
-    for _ in range(_HALVINGS):
-        tick()
-        shown[owners[~(np.minimum(pieces.low[0], pieces.low[-1]) >= 0)]] = False
-        left = np.flatnonzero(~(np.min(pieces.low, axis=0) >= 0) & shown[owners])
-        owners = owners[left]
-        if not 0 < len(left) <= _PIECES + len(shown):
-            break
-        both = _product(_halves(n), pieces.at((slice(None), left)))
-        pieces, owners = join([both.at(slice(n)), both.at(slice(n, None))]), np.tile(owners, 2)
-    shown[owners] = False
-    return shown

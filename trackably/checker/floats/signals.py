@@ -13,7 +13,7 @@ over centres: only c_i may be negative.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any
@@ -85,8 +85,8 @@ def _move(moments: list[Floats], d: Floats) -> list[Floats]:
     return [fall * total(m * powers[k - j] for j, m in enumerate(moments[: k + 1])) for k in range(len(moments))]
 
 
-_PAIRS, _KEPT = 4096, 4096
-"""Pairs of a box and a centre that are enclosed at once, so that they fit the cache, and models of boxes to be kept."""
+_PAIRS = 4096
+"""Pairs of a box and a centre that are enclosed at once, so that they fit the cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,6 @@ class ManyCentres:
     weights: Array
     reach: float
     far: Real
-    kept: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @staticmethod
     @lru_cache(maxsize=8)
@@ -142,20 +141,14 @@ class ManyCentres:
         return ManyCentres(signal.kernel, centres[order], weights[order], reach, far)
 
     def models(self, boxes: Sequence[Box], shifts: Sequence[Fraction], n: int) -> Floats:
-        """Return Taylor models with n terms at S shifts in B boxes, (S, n + 1, B); the last rows bound the remainders.
-
-        Models of the last boxes are kept: a search for proofs asks about the boxes that it then writes into a file.
-        """
-        asked = [(n, *box, *shift.as_integer_ratio()) for shift in shifts for box in boxes]
-        if len(self.kept) > _KEPT:
-            self.kept.clear()
-        if new := [of for of in asked if of not in self.kept]:
-            _, *ends, up, down = zip(*new, strict=True)
-            found = self.enclose(Boxes(*map(np.array, ends), [*map(Fraction, up, down)]), n)  # type: ignore[call-arg, arg-type]
-            rows = stack([*found.coefficients, found.missed], (len(new),))
-            self.kept.update(zip(new, np.stack([rows.low.T, rows.high.T], axis=1), strict=True))
-        every = np.array([self.kept[of] for of in asked]).reshape(len(shifts), len(boxes), 2, n + 1)
-        return Floats(*every.transpose(2, 0, 3, 1))
+        """Return Taylor models with n terms at S shifts in B boxes, (S, n + 1, B); last rows bound the remainders."""
+        moved, (starts, ends, radii) = (
+            [shift for shift in shifts for _ in boxes],
+            np.tile(np.array(boxes).T, len(shifts)),
+        )
+        found = self.enclose(Boxes(starts, ends, radii, moved), n)
+        rows = stack([*found.coefficients, found.missed], (len(moved),))
+        return Floats(*(end.reshape(n + 1, len(shifts), -1).swapaxes(0, 1) for end in (rows.low, rows.high)))
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""

@@ -13,7 +13,7 @@ import pytest
 from mpmath import mp
 
 from trackably.checker import models
-from trackably.checker.floats.intervals import Floats, join
+from trackably.checker.floats.intervals import Floats, stack
 from trackably.checker.intervals import ZERO, UndefinedError, between, exactly, iv
 from trackably.checker.models import Model
 
@@ -72,11 +72,8 @@ def many(formed: Formed, a: list[Model], b: list[Model]) -> list[Model]:
 
 def together(of: list[Model]) -> Model:
     """The same models as one of arrays."""
-
-    def array(numbers: list) -> Floats:
-        return join([Floats.of(number).at(None) for number in numbers])
-
-    return Model([array([model.coefficients[k] for model in of]) for k in range(TERMS)], array([m.missed for m in of]))
+    rows = [stack(row, ()) for row in zip(*([*m.coefficients, m.missed] for m in of), strict=True)]
+    return Model(rows[:TERMS], rows[TERMS])
 
 
 def part(number: Any, box: int) -> Any:

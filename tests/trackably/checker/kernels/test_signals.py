@@ -4,9 +4,7 @@ Planted faults let it escape.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from fractions import Fraction
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,7 @@ from tests.trackably.gp.instances import KERNELS, formula, over, time_scale
 from trackably.checker import kernels, subject
 from trackably.checker.boxes import Box, enclose_signal
 from trackably.checker.floats import signals
-from trackably.checker.floats.intervals import Floats, join
+from trackably.checker.floats.intervals import Floats, stack
 from trackably.checker.floats.signals import Boxes, ManyCentres
 from trackably.checker.intervals import ZERO, ratio
 from trackably.checker.kernels import Decay, Matern, Reach
@@ -72,29 +70,14 @@ def many(of: ManyCentres, boxes: Boxes) -> Model:
         return of.enclose(boxes, TERMS)
 
 
-@over({"smooth": SquaredExponential(0.7, 0.22), "rough": Matern52(1.0, 1.0)}, "kernel")
-def test_models_that_were_kept_are_those_of_a_first_request_for_each_box(kernel, monkeypatch):
-    """Neither other shifts, radii or numbers of terms nor a full store confuse them."""
-    monkeypatch.setattr(signals, "_KEPT", 7)
-    of, moved = drawn(kernel, np.random.default_rng(0)), [Fraction(0), Fraction(1, 3)]
-    boxes = [Box(k / 4, (k + 1) / 4, radius) for k in range(3) for radius in (0.3, 0.4)]
-    few, turned, every = boxes[:2], (boxes[::-1], moved[::-1], 5), (boxes, moved, 5)
-    for some, shifts, n in (few, moved, 4), (few, moved, 5), (boxes, moved[:1], 5), turned, every, every:
-        found = of.models(some, shifts, n)
-        for (s, shift), (b, box) in product(enumerate(shifts), enumerate(some)):
-            first = replace(of, kept={}).models([box], [shift], n)
-            for ends, wanted in ((found.low, first.low), (found.high, first.high)):
-                np.testing.assert_allclose(ends[s, :, b], wanted[0, :, 0], rtol=1e-12, atol=1e-14)
-
-
 def single(of: ManyCentres, boxes: Boxes) -> Model:
     """In mpmath, one box after the other."""
     signal = Signal(of.kernel, 0.0, tuple(of.centres.tolist()), tuple(of.weights.tolist()))
     each = zip(boxes.starts.tolist(), boxes.ends.tolist(), boxes.radii.tolist(), map(ratio, boxes.shifts), strict=True)
     models = [enclose_signal(signal, shift, Box(*box), TERMS) for *box, shift in each]
     rows = zip(*([*m.coefficients, m.missed] for m in models), strict=True)
-    found = join([join([Floats.of(number).at(None) for number in row]).at(None) for row in rows], axis=0)
-    return Model([found.at(k) for k in range(TERMS)], found.at(TERMS))
+    *found, missed = (stack(row, ()) for row in rows)
+    return Model(found, missed)
 
 
 def escapes(kernel: Kernel, seed: int, enclosed: Enclosed) -> Iterator[bool]:
