@@ -241,8 +241,7 @@ def feasible_polygons(
 
 
 def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
-    ordered = sorted(feasible.items())
-    return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
+    return [*zip(sorted(feasible.items()), cycle(_EDGE_STYLES))][::-1]
 
 
 _EVERY: Final = 5

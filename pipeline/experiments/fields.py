@@ -33,6 +33,7 @@ from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
 from trackably.learning.space import MOST_STARTS
 from trackably.reference.condensed import Centres, checked_centres
+from trackably.systems.written import fields_of, read_part
 
 T = TypeVar("T")
 
@@ -42,19 +43,14 @@ def parse_kernel(written: object) -> Kernel:
 
     Raises ValueError, naming the field, for an unknown type, field or value.
     """
-    if not isinstance(written, dict) or not isinstance(written.get("type"), str):
+    if not isinstance(written, dict) or "type" not in written:
         raise ValueError(f"expected a mapping with a `type`, got {written!r}")
-    if written["type"] not in KERNELS:
+    if (kernel := KERNELS.get(str(written["type"]))) is None:
         raise ValueError(f"type: expected one of {', '.join(KERNELS)}, got {written['type']!r}")
-    kernel = KERNELS[written["type"]]
-    names = [field.name for field in dataclasses.fields(kernel)]
-    if unknown := [name for name in written if name not in {"type", *names}]:
-        raise ValueError(f"{unknown[0]}: not a field of this kernel; it has {', '.join(names)}")
-    if issubclass(kernel, Elementary):
-        return kernel(
-            **{name: _part(name, parse_hyperparameter, value) for name, value in written.items() if name != "type"}
-        )
-    return kernel(**{name: _part(name, parse_kernel, written.get(name)) for name in names})
+    names, elementary = [field.name for field in dataclasses.fields(kernel)], issubclass(kernel, Elementary)
+    given = fields_of(written, ["type", *names], [] if elementary else names)
+    parse = parse_hyperparameter if elementary else parse_kernel
+    return kernel(**{name: read_part(given, name, parse) for name in names if name in given})
 
 
 def parse_hyperparameter(written: object) -> float:
@@ -63,14 +59,6 @@ def parse_hyperparameter(written: object) -> float:
         return hyperparameter("nothing" if written is None else written)
     except ValueError as error:
         raise ValueError(f"expected {error}, got {written!r}") from None
-
-
-def _part(name: str, parse: Callable[[object], T], written: object) -> T:
-    try:
-        return parse(written)
-    except ValueError as error:
-        of_field = str(error).partition(":")[0].replace(".", "").isidentifier()
-        raise ValueError(f"{name}{'.' if of_field else ': '}{error}") from None
 
 
 def read_by(read: Callable[[Any], T]) -> Callable[[Any], T]:
