@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from matplotlib.colors import to_rgba
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
@@ -104,8 +105,7 @@ def vehicle(size: float, color: str) -> Json:
 
 def color_of(code: str, opacity: float = 1.0) -> Json:
     """Return a colour written as #rrggbb."""
-    red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": opacity}
+    return {name: round(part, 3) for name, part in zip("rgba", to_rgba(code, opacity), strict=True)}
 
 
 _AT_REST = 1e-9  # a step shorter than this part of the scene's size counts as a rest
