@@ -32,13 +32,13 @@ from trackably.exports.figures import (
     NAVY,
     ORANGE,
     OUTSIDE,
-    PURPLE,
     Units,
     axis_label,
     bounds_of,
     legend_above,
     pad_limits,
     panels_of,
+    reference_styles,
     shade_outside,
     with_style,
 )
@@ -188,14 +188,6 @@ def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: 
     return legend_above(figure)
 
 
-# Styles from the shortest horizon to the longest. Wider bands lie below, and the dashes of their edges differ, too.
-_EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
-    {"color": NAVY, "linestyle": "-"},
-    {"color": ORANGE, "linestyle": (0, (5, 1.4))},
-    {"color": GREEN, "linestyle": (0, (5, 1.4, 1.2, 1.4))},
-    {"color": PURPLE, "linestyle": (0, (1.4, 1))},
-    {"color": BLUE, "linestyle": (0, (3, 1, 1, 1, 1, 1))},
-)
 _FILL: Final = 0.12
 
 
@@ -205,11 +197,9 @@ def feasible_intervals(
 ) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure, [[axes]] = panels_of(2.9)
-    for (horizon, ends), style in _widest_first(feasible):
-        k, low, high = ends.steps, ends["lower"], ends["upper"]
-        axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, zorder=1)
-        axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
-        axes.plot(k, high, **style, zorder=3)
+    for ends, style in _widest_first(feasible):
+        axes.fill_between(ends.steps, ends["lower"], ends["upper"], facecolor=style["color"], alpha=_FILL, zorder=1)
+        axes.plot(ends.steps, ends.together(["lower", "upper"]), **style)
     last, name = max(ends.steps[-1] for ends in feasible.values()), plant.system.states[0]
     part = loops[ON].until(int(last))
     axes.plot(part.steps, part[f"{name}_reference"], color=INK, linewidth=0.7, zorder=4, label="reference")
@@ -226,10 +216,10 @@ def feasible_polygons(
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     states = plant.system.states
     figure, [[axes]] = panels_of(3.6, width=1.4 * COLUMN)
-    for (horizon, of), style in _widest_first(feasible):
+    for of, style in _widest_first(feasible):
         corners = of.together(states)
         axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, zorder=1)
-        axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
+        axes.plot(*np.vstack([corners, corners[:1]]).T, **style)
     axes.margins(0.06)  # around the sets, and not the loops
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     for initial_state, course in loops.items():
@@ -240,8 +230,10 @@ def feasible_polygons(
     return legend_above(figure, columns=3)
 
 
-def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
-    return [*zip(sorted(feasible.items()), cycle(_EDGE_STYLES))][::-1]
+def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[Course, dict[str, Any]]]:
+    """Return the sets with their styles, those of long horizons first: wider sets lie below."""
+    styles = reference_styles(f"$N$ = {horizon}" for horizon in sorted(feasible))
+    return [*zip((of for _, of in sorted(feasible.items())), styles.values(), strict=True)][::-1]
 
 
 _EVERY: Final = 5
