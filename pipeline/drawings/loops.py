@@ -10,15 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pipeline.drawings.references import label_plane
-from pipeline.drawings.style import (
-    CLOSED_LOOP,
-    INITIAL_STATE_STYLES,
-    direct_label,
-    draw_coordinate,
-    shade_no_plan,
-    step_label,
-)
-from pipeline.loops.trajectory import ON, Course
+from pipeline.drawings.style import direct_label, step_label
+from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
 from trackably.control.bounds import Inequalities
 from trackably.exports.figures import (
@@ -32,6 +25,7 @@ from trackably.exports.figures import (
     NAVY,
     ORANGE,
     OUTSIDE,
+    PALE,
     Units,
     axis_label,
     bounds_of,
@@ -47,6 +41,20 @@ from trackably.systems.intervals import Interval
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, Course]
+INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
+    "on": {"color": GREEN, "linestyle": "-", "linewidth": 2.2, "zorder": 3.0, "label": "from the reference"},
+    "above": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "from above it"},
+    "below": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "from below it"},
+}
+"""Styles of loops by the names of initial states that `pipeline.loops.trajectory` gives."""
+CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
+_REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
+_NO_PLAN: Final[dict[str, Any]] = {
+    "facecolor": PALE,
+    "alpha": 0.6,
+    "zorder": 1,
+    "label": "no plan",
+}
 _ROUNDING: Final = 1e-16
 
 
@@ -83,7 +91,9 @@ def _over_steps(
     for name, row in zip(plant.names, panels, strict=True):
         for axes, by_name in zip(row, parts, strict=True):
             for loop, course in by_name.items():
-                draw_coordinate(axes, course, name, plant, styles[loop])
+                drawstyle = "steps-post" if name in plant.system.inputs else "default"  # inputs are held between steps
+                axes.plot(course.steps, course[name], drawstyle=drawstyle, **styles[loop])
+                axes.plot(course.steps, course[f"{name}_reference"], drawstyle=drawstyle, **_REFERENCE)
         curves = (name, f"{name}_reference") if zoomed else (name,)
         every = [of for by_name in parts for of in by_name.values()]
         seen = np.concatenate([of[curve][of.steps >= shown[0]] for of in every for curve in curves])
@@ -129,11 +139,17 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
     return legend_above(figure)
 
 
+def _shade_no_plan(axes: Axes, steps: Array) -> None:
+    """Shade the steps without a plan: each run of consecutive `steps`, up to the step after it."""
+    for first, last in runs_of(steps):
+        axes.axvspan(first, last + 1, **_NO_PLAN)
+
+
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
     """Shade the steps at which no running loop has a plan, and mark the step at which the last loop ended."""
     ended = float(max(course.steps[-1] for course in by_state.values()))
     lost = ({*course.infeasible.tolist(), *np.arange(course.steps[-1], ended)} for course in by_state.values())
-    shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
+    _shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
     if ended < last_step:
         axes.axvline(ended, color=GREY, **DOTTED)
         if named:
@@ -160,7 +176,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
     figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units, zoomed=True)
     panels = panels[:, 0]
     for axes in panels:
-        shade_no_plan(axes, course.until(int(shown[1])).infeasible)
+        _shade_no_plan(axes, course.until(int(shown[1])).infeasible)
         for step in (first, first + horizon):
             axes.axvline(step, color=INK, **DOTTED, zorder=2.8)
     panels[0].annotate(
@@ -276,7 +292,7 @@ _KINDS: Final[dict[str, dict[str, Any]]] = {
 }
 _TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "zorder": 1.5, "label": "tube"}
 _RANGE: Final = _TUBE | {"alpha": 0.34, "zorder": 1.6}
-_REFERENCE: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
+_FOLLOWED: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
 _NAMED: Final = ((ORANGE, "D"), (NAVY, "s"))
 _SHOWN: Final = (-0.03, 0.12)
@@ -310,7 +326,7 @@ def tube_runs(
             axes.fill_between(runs.steps, around - below[i], around + above[i], step=step, **_TUBE)
             ends = runs[f"{name}_lowest"] - off, runs[f"{name}_highest"] - off
             axes.fill_between(runs.steps, *ends, step=step, **_RANGE | {"label": f"range of {count} runs"})
-            axes.plot(runs.steps, around, drawstyle=drawstyle, **_REFERENCE)
+            axes.plot(runs.steps, around, drawstyle=drawstyle, **_FOLLOWED)
         for r, run in enumerate(single):
             label = "" if r else "single runs"
             right.plot(runs.steps, run[name] - reference, drawstyle=drawstyle, label=label, **_SINGLE)
@@ -345,7 +361,7 @@ def disturbed_loops(
             for axes, values in zip(column, every[-1], strict=True):
                 axes.plot(course.steps, values, **_KINDS[kind])
         for axes in column:
-            shade_no_plan(axes, np.array(sorted(lost)))
+            _shade_no_plan(axes, np.array(sorted(lost)))
             axes.axhspan(_SHOWN[0], 0, **OUTSIDE)
             axes.axhline(0, **BOUND)
             if first is not None:

@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from pipeline.published.ground_truth import GROUND_TRUTHS
+from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth, draw
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.arrays import Array
@@ -31,6 +31,7 @@ from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
 from trackably.learning.space import MOST_STARTS
 from trackably.reference.condensed import Centres, checked_centres
 from trackably.systems.written import fields_of, read_part
@@ -200,12 +201,16 @@ class Published(Fields):
     growth_rates: ProjectPath | None = None
 
 
-class Stream(Fields):
-    """Samples of the ground truth at later `steps`, which arrive while the loop runs; they are drawn as in `Drawn`."""
+class NoisySteps(Fields):
+    """Samples of a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
 
     steps: Steps
     noise_std: PositiveFloat
     seed: NonNegativeInt
+
+    def samples(self, truth: GroundTruth, sampling_time: float) -> Samples:
+        """Return the samples of a ground truth."""
+        return draw(truth, self.steps.times(sampling_time), self.noise_std, self.seed)
 
 
 class Relearning(Fields):
@@ -219,7 +224,7 @@ class Relearning(Fields):
     first: PositiveInt | None = None
     window: PositiveInt
     every: PositiveInt
-    stream: Stream | None = None
+    stream: NoisySteps | None = None
 
 
 class Control(Fields):

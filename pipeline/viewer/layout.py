@@ -153,7 +153,7 @@ def lines_of(topics: Topics, field: str) -> list[Line]:
 
 def by_field(plant: ConstrainedSystem, topics: Topics, left_out: Collection[str] = ()) -> Iterator[Panel]:
     """Yield a plot of each field with its bounds, a line for each topic that has it, and its reference in grey."""
-    fields = fields_of(topics.values())
+    fields = dict.fromkeys(field for topic in topics.values() for field in topic.fields)
     references = {f"{field}_reference" for field in fields}
     for field in fields:
         if field not in references and field not in left_out:
@@ -177,11 +177,6 @@ def observed(topics: Topics, name: str) -> Iterator[Line]:
     for kind, (color, joined) in OBSERVED.items():
         if topic := group(topics, kind).get(name):
             yield line(topic.topic, "value", _spoken(kind), color, joined)
-
-
-def fields_of(topics: Iterable[Documents]) -> list[str]:
-    """Return the fields of all given topics, each once."""
-    return list(dict.fromkeys(field for topic in topics for field in topic.fields))
 
 
 def _spoken(name: str) -> str:
