@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
 from itertools import islice
 from pathlib import Path
 
@@ -17,16 +16,14 @@ import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import KINDS, disturbed_plant, noise, start
+from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, start, violations
 from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
-from trackably.control.controller import scaled_controller, shortest_horizon
-from trackably.control.simulation import simulate
-from trackably.control.tube import TubeController
+from trackably.control.controller import shortest_horizon
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
@@ -48,12 +45,6 @@ class Case:
     robust: Reference
     horizon: int
     steps: int
-
-    @cached_property
-    def tube(self) -> TubeController:
-        """The controller that leaves room for disturbances."""
-        nominal = scaled_controller(self.tightening.given, self.horizon)
-        return TubeController(self.tightening, self.horizon, nominal.Q, nominal.R)
 
 
 def experiments(results: Path) -> Iterator[Case]:
@@ -120,30 +111,17 @@ def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, 
 
 
 def disturbed_runs(case: Case, steps: int) -> Counter[str]:
-    """Run loops of at least `steps` steps in all; count steps, runs, broken bounds and steps without a plan.
+    """Run loops of at least `steps` steps in all; count steps, runs, steps outside of bounds and steps without a plan.
 
     Disturbances are greedy, drawn and constant in turn. Runs start in x_r ⊕ Z; Z is the invariant set of the error.
     """
-    found, given = Counter[str](), case.tightening.given
+    found, tube = Counter[str](), controllers(case.tightening, case.horizon)["tube"]
     while found["steps"] < steps:
-        i = found["runs"]
-        measured = noise(case.tightening, i)
-        first = case.robust.state(0) + start(case.tube.invariant, i)
-        first = first if measured is None else first - measured(0, case.robust.state(0))
-        moved, pushed = disturbed_plant(KINDS[i % 3], case.tightening, i)
-        loop = simulate(
-            case.tube,
-            case.robust,
-            first,
-            case.steps,
-            disturbances=pushed,
-            measurement_noise=noise(case.tightening, i),
-            successor=moved,
-        )
-        # Bounds have no tolerance here. The first state is given, so it is not counted.
-        states, inputs = given.state_set.margin(loop.states[1:]), given.input_set.margin(loop.inputs)
-        broken = int(np.sum(states < 0) + np.sum(inputs < 0))
-        found.update(steps=len(loop.inputs), runs=1, broken=broken, without_plan=len(loop.without_plan))
+        seed, kind = found["runs"], KINDS[found["runs"] % 3]
+        first = start(case.tightening, case.robust.state(0), seed)
+        loop = disturbed_loop(case.tightening, tube, case.robust, first, range(case.steps), kind, seed)
+        seen = violations(loop, case.tightening.given)
+        found.update(runs=1, **{name: seen[name] for name in ("steps", "steps_outside", "steps_without_plan")})
     return found
 
 
@@ -167,7 +145,7 @@ def command(steps: int, results: Path) -> None:
 
 
 def _told(name: str, found: Counter[str]) -> str:
-    counts = f"{found['broken']} bounds broken, {found['without_plan']} steps without a plan"
+    counts = f"{found['steps_outside']} outside of the bounds, {found['steps_without_plan']} without a plan"
     return f"{name}: {found['steps']} steps in {found['runs']} runs: {counts}"
 
 

@@ -29,7 +29,6 @@ from pipeline.methods import (
     best,
     in_intervals,
 )
-from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.published.periodic import all_phases
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
 from pipeline.storage.results import ENVIRONMENT, Results, to_csv
@@ -81,10 +80,9 @@ def draw_row(experiment: Experiment, seed: int) -> list[float]:
 
 def _drawn(experiment: Experiment, seed: int) -> Samples:
     """Return samples as the experiment draws them, with another seed."""
-    (source,) = experiment.sources.values()
+    (source,), (truth,) = experiment.sources.values(), experiment.truths.values()
     assert isinstance(source, Drawn), "the experiment was checked for this"
-    times = source.steps.times(experiment.plant.sampling_time)
-    return draw(GROUND_TRUTHS[source.ground_truth], times, source.noise_std, seed)
+    return source.model_copy(update={"seed": seed}).samples(truth, experiment.plant.sampling_time)
 
 
 def _solution(experiment: Experiment, seed: int, outcome: Solution | NoSolution) -> Solution:

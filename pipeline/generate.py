@@ -8,7 +8,6 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.sources import STEPS, CsvColumn, Drawn, Excerpt, McapField
-from pipeline.published.ground_truth import GROUND_TRUTHS, draw
 from pipeline.storage.archive import Sampled, write_samples
 from pipeline.storage.results import Results
 from trackably.errors import DoubtfulInputWarning, InputError
@@ -59,8 +58,7 @@ def _measured(experiment: Experiment) -> tuple[dict[str, Samples], dict[str, Sam
     held_out: dict[str, Samples] = {}
     for name, source in experiment.sources.items():
         if isinstance(source, Drawn):
-            times = source.steps.times(plant.sampling_time)
-            learned[name] = draw(GROUND_TRUTHS[source.ground_truth], times, source.noise_std, source.seed)
+            learned[name] = source.samples(experiment.truths[name], plant.sampling_time)
             continue
         recorded = _read_csv(source, plant.sampling_time) if isinstance(source, CsvColumn) else _read_mcap(source)
         learned[name], later = _excerpt(f"{source.file}: excerpt", recorded, source.excerpt)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Self, cast
 
 from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
@@ -32,6 +32,11 @@ class Told(str):
     __slots__ = ()
 
     _repr_markdown_ = str.__str__
+
+    @classmethod
+    def points(cls, sentences: Iterable[str]) -> Self:
+        """Return a list with one point for each sentence."""
+        return cls("\n".join(f"- {sentence}" for sentence in sentences))
 
 
 def told_of_system(plant: ConstrainedSystem) -> Told:
@@ -92,12 +97,12 @@ def told_of_price(results: Results) -> Told:
             dearest = max(found.get("price_by_bound", {}).items(), key=lambda bound: bound[1], default=None)
             most = f", of which {dearest[1]:.3g} for {dearest[0]}" if dearest else ""
             said.append(f"`{name}` costs {found['price']:.3g} in $-2 \\ln p${most}: {_distances(found)}.")
-    return Told("\n".join(f"- {sentence}" for sentence in said))
+    return Told.points(said)
 
 
 def told_of_proofs(results: Results) -> Told:
     """Say for each method what is proved about its reference, what refutes it, or what a proof lacks."""
-    return Told("\n".join(f"- `{name}`: {found['proof']}" for name, found in _read(results.metrics).items()))
+    return Told.points(f"`{name}`: {found['proof']}" for name, found in _read(results.metrics).items())
 
 
 def told_of_theorems(results: Results, theory: Path = THEORY) -> Told:
@@ -129,16 +134,16 @@ def printed_by_coq(results: Results, method: str, theory: Path = THEORY) -> str:
 def told_of_truth(results: Results) -> Told:
     """Say how far each proved reference and its plant are from every true signal, and the least possible distance."""
     said = (
-        f"- `{method}`: {name} is {Accuracy(**of)}."
+        f"`{method}`: {name} is {Accuracy(**of)}."
         for method, found in _read(results.metrics).items()
         for name, of in found.get("accuracy", {}).items()
     )
-    return Told("\n".join(said))
+    return Told.points(said)
 
 
 def told_of_loops(results: Results) -> Told:
     """Say for each reference whether the controller had a plan at each step, and whether the optimal cost fell."""
-    return Told("\n".join(f"- {sentence}" for sentence in _loops(_read(results.control))))
+    return Told.points(_loops(_read(results.control)))
 
 
 def told_of_room(results: Results) -> Told:
@@ -160,7 +165,7 @@ def told_of_disturbances(results: Results) -> Told:
     runs = loops["disturbed"]["tube"]
     kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
     many = f"In {runs['runs']} runs from inside of the tube around `robust`, {runs['steps']} steps in all, {kept}."
-    return Told("\n".join(f"- {sentence}" for sentence in (many, *_disturbed(loops["disturbed"]))))
+    return Told.points((many, *_disturbed(loops["disturbed"])))
 
 
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -9,9 +9,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, NonNegativeFloat, model_validator
 
 from pipeline.compare.artifacts import ABSENT, Found, Parts, UnreadableError, Value, parts_of
-from pipeline.compare.model import JudgedClaim, Verdict, is_number, results_folder
+from pipeline.compare.model import JudgedClaim, Verdict, results_folder
 from pipeline.published.paper import printed_numbers
 from pipeline.yaml_file import Fields, validated
+from trackably.arguments import is_number
 from trackably.errors import InputError
 from trackably.files import read_yaml
 

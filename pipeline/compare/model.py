@@ -8,12 +8,13 @@ from enum import Enum
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Self, TypeGuard
+from typing import Annotated, Self
 
 from pydantic import BeforeValidator, NonNegativeFloat, model_validator
 
 from pipeline.compare.artifacts import Found
 from pipeline.yaml_file import Fields, validated
+from trackably.arguments import is_number
 from trackably.files import read_yaml
 
 TOLERANCES = Path("tolerances.yaml")
@@ -134,11 +135,6 @@ class Difference:
         """
         allowed = self.rule.allowed(self.base) if is_number(self.base) else 0.0
         return self.absolute / allowed if allowed and math.isfinite(self.absolute) else math.inf
-
-
-def is_number(value: object) -> TypeGuard[int | float]:
-    """Whether a value is a number; True and False are none."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
+from itertools import cycle, pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import FancyArrowPatch, Patch
-from matplotlib.path import Path
+from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from pipeline.drawings.style import (
@@ -312,67 +311,39 @@ def _envelope(axes: Axes, reference: Reference, k: Array) -> None:
         axes.fill_between(steps, *ends, zorder=1, label=r"bound $m \pm \bar{m}(t)$", **style)
 
 
-_HEIGHT = 1.7  # of the figure, in inches
-_PANELS, _BOXES = (0.01, 0.44), (0.325, 0.735, 0.925)  # left ends of panels and middles of boxes, as parts of the width
-_WIDTH, _BOTTOM, _TOP = 0.2, 0.2, 0.86
-_MIDDLE = (_BOTTOM + _TOP) / 2
-_ARROWS = (0.214, 0.277), (0.373, 0.436), (0.644, 0.688), (0.781, 0.893)
-_HALF, _BELOW = 0.075, 0.12  # parts of the height: half a box of one line, and the level of the arrow back
 _ROOM = 0.25  # free height beyond the bound, as a part of the height of the curves
+_ARROW: Final[dict[str, Any]] = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.9, "shrinkA": 2, "shrinkB": 2}
+_BOX: Final[dict[str, Any]] = {"boxstyle": "round,pad=0.45", "facecolor": "white", "linewidth": 0.9}
 
 
 @with_style
 def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | None) -> Figure:
     """Draw samples (and the `truth`, if known) → reference generator → learned `reference` → controller → plant.
 
-    Both panels show the `times` [s] (n,); the system is scalar.
+    Both panels with curves show the `times` [s] (n,); the system is scalar.
     """
-    figure = Figure(figsize=(PAGE, _HEIGHT))
-    figure.set_layout_engine("none")
+    figure, [panels] = panels_of(1.7, 1, 5, width_ratios=[2.2, 1.1, 2.2, 1, 0.6], gridspec_kw={"wspace": 0.4})
+    given, generator, made, controller, plant = panels
     learned = reference.state_at(times)[:, 0]
-    given, made = (figure.add_axes((left, _BOTTOM, _WIDTH, _TOP - _BOTTOM)) for left in _PANELS)
-    given.plot(samples.times, samples.values, **{**SAMPLE, "markersize": 3.5})
+    given.plot(samples.times, samples.values, **SAMPLE | {"markersize": 3.5})
     if truth is not None:
         given.plot(times, truth, color=GREY, linestyle=(0, (4, 2)), linewidth=0.9)
     made.plot(times, learned, color=BLUE, linewidth=1.2)
     lowest, bound = float(min(learned.min(), samples.values.min())), interval_sets(reference.plant)[0].upper
-    for axes, title in ((given, r"data ($\times$)"), (made, r"learned reference $x_\mathrm{r}$")):
-        _panel(axes, title, float(times[-1]), lowest, bound)
-    for middle, words in zip(_BOXES, ("reference\ngenerator\n(GP)", "controller\n(MPC)", "plant"), strict=True):
-        _box(figure, middle, words)
-    for start, end in _ARROWS:
-        _arrow(figure, (start, _MIDDLE), (end, _MIDDLE))
-    controller, plant = _BOXES[1:]
-    _arrow(figure, (plant, _MIDDLE - _HALF), (plant, _BELOW), (controller, _BELOW), (controller, _MIDDLE - 1.7 * _HALF))
-    figure.text(sum(_ARROWS[3]) / 2, _MIDDLE + 0.04, r"$u(k)$", ha="center", fontsize=8)
-    figure.text((plant + controller) / 2, _BELOW + 0.03, r"$x(k)$", ha="center", fontsize=8)
-    return figure
-
-
-def _panel(axes: Axes, title: str, last: float, lowest: float, bound: float) -> None:
-    """Shade the area beyond the bound, and set limits, title and label of a panel without ticks."""
     room = _ROOM * (bound - lowest)
-    axes.axhspan(bound, bound + room, facecolor=FAINT)
-    axes.axhline(bound, color=INK, linewidth=0.8)
-    axes.set(xlim=(0, last), ylim=(lowest - 0.4 * room, bound + room), xticks=[], yticks=[])
-    axes.set_title(title, fontsize=8)
-    axes.set_xlabel(r"time $t$", fontsize=7, labelpad=2)
-
-
-def _box(figure: Figure, middle: float, words: str) -> None:
-    frame = {"boxstyle": "round,pad=0.45", "facecolor": "white", "edgecolor": INK, "linewidth": 0.9}
-    figure.text(middle, _MIDDLE, words, ha="center", va="center", fontsize=8, bbox=frame)
-
-
-def _arrow(figure: Figure, *corners: tuple[float, float]) -> None:
-    """Draw an arrow along a line through corners, given as parts of the figure's width and height."""
-    figure.add_artist(
-        FancyArrowPatch(
-            path=Path(corners),
-            transform=figure.transFigure,
-            arrowstyle="-|>,head_width=2,head_length=4",
-            color=INK,
-            linewidth=0.9,
-            joinstyle="miter",
-        )
-    )
+    for axes, title in ((given, r"data ($\times$)"), (made, r"learned reference $x_\mathrm{r}$")):
+        axes.axhspan(bound, bound + room, facecolor=FAINT)
+        axes.axhline(bound, color=INK, linewidth=0.8)
+        axes.set(xlim=(0, times[-1]), ylim=(lowest - 0.4 * room, bound + room), xticks=[], yticks=[])
+        axes.set_title(title, fontsize=8)
+        axes.set_xlabel(r"time $t$", fontsize=7, labelpad=2)
+    for axes, words in ((generator, "reference\ngenerator\n(GP)"), (controller, "controller\n(MPC)"), (plant, "plant")):
+        axes.set_axis_off()
+        direct_label(axes, 0.5, 0.5, words, ha="center", va="center", fontsize=8, bbox=_BOX)
+    for left, right in pairwise(panels):
+        right.annotate("", (0, 0.5), (1, 0.5), "axes fraction", left.transAxes, arrowprops=_ARROW)
+    back = _ARROW | {"connectionstyle": "bar,fraction=-0.3"}
+    controller.annotate("", (0.5, 0.3), (0.5, 0.3), "axes fraction", plant.transAxes, arrowprops=back)
+    direct_label(plant, -1.0, 0.56, r"$u(k)$", ha="center", fontsize=8)
+    direct_label(plant, -1.0, 0.05, r"$x(k)$", ha="center", fontsize=8)
+    return figure

@@ -10,15 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pipeline.drawings.references import label_plane
-from pipeline.drawings.style import (
-    CLOSED_LOOP,
-    INITIAL_STATE_STYLES,
-    direct_label,
-    draw_coordinate,
-    shade_no_plan,
-    step_label,
-)
-from pipeline.loops.trajectory import ON, Course
+from pipeline.drawings.style import direct_label, step_label
+from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
 from trackably.control.bounds import Inequalities
 from trackably.exports.figures import (
@@ -32,13 +25,14 @@ from trackably.exports.figures import (
     NAVY,
     ORANGE,
     OUTSIDE,
-    PURPLE,
+    PALE,
     Units,
     axis_label,
     bounds_of,
     legend_above,
     pad_limits,
     panels_of,
+    reference_styles,
     shade_outside,
     with_style,
 )
@@ -47,6 +41,20 @@ from trackably.systems.intervals import Interval
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, Course]
+INITIAL_STATE_STYLES: Final[dict[str, dict[str, Any]]] = {
+    "on": {"color": GREEN, "linestyle": "-", "linewidth": 2.2, "zorder": 3.0, "label": "from the reference"},
+    "above": {"color": ORANGE, "linestyle": (0, (5, 1.4)), "linewidth": 1.2, "zorder": 3.2, "label": "from above it"},
+    "below": {"color": BLUE, "linestyle": (0, (1.4, 1)), "linewidth": 1.4, "zorder": 3.3, "label": "from below it"},
+}
+"""Styles of loops by the names of initial states that `pipeline.loops.trajectory` gives."""
+CLOSED_LOOP: Final = INITIAL_STATE_STYLES["on"] | {"label": "closed loop"}
+_REFERENCE: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.7, "zorder": 3.6, "label": "reference"}
+_NO_PLAN: Final[dict[str, Any]] = {
+    "facecolor": PALE,
+    "alpha": 0.6,
+    "zorder": 1,
+    "label": "no plan",
+}
 _ROUNDING: Final = 1e-16
 
 
@@ -83,7 +91,9 @@ def _over_steps(
     for name, row in zip(plant.names, panels, strict=True):
         for axes, by_name in zip(row, parts, strict=True):
             for loop, course in by_name.items():
-                draw_coordinate(axes, course, name, plant, styles[loop])
+                drawstyle = "steps-post" if name in plant.system.inputs else "default"  # inputs are held between steps
+                axes.plot(course.steps, course[name], drawstyle=drawstyle, **styles[loop])
+                axes.plot(course.steps, course[f"{name}_reference"], drawstyle=drawstyle, **_REFERENCE)
         curves = (name, f"{name}_reference") if zoomed else (name,)
         every = [of for by_name in parts for of in by_name.values()]
         seen = np.concatenate([of[curve][of.steps >= shown[0]] for of in every for curve in curves])
@@ -129,11 +139,17 @@ def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_st
     return legend_above(figure)
 
 
+def _shade_no_plan(axes: Axes, steps: Array) -> None:
+    """Shade the steps without a plan: each run of consecutive `steps`, up to the step after it."""
+    for first, last in runs_of(steps):
+        axes.axvspan(first, last + 1, **_NO_PLAN)
+
+
 def _shade_where_none_has_a_plan(axes: Axes, by_state: ByInitialState, last_step: int, named: bool = True) -> None:
     """Shade the steps at which no running loop has a plan, and mark the step at which the last loop ended."""
     ended = float(max(course.steps[-1] for course in by_state.values()))
     lost = ({*course.infeasible.tolist(), *np.arange(course.steps[-1], ended)} for course in by_state.values())
-    shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
+    _shade_no_plan(axes, np.array(sorted(k for k in set.intersection(*lost) if k <= last_step)))
     if ended < last_step:
         axes.axvline(ended, color=GREY, **DOTTED)
         if named:
@@ -160,7 +176,7 @@ def infeasibility(course: Course, plant: ConstrainedSystem, horizon: int, units:
     figure, panels = _over_steps({"": {ON: course}}, plant, shown, {ON: CLOSED_LOOP}, units, zoomed=True)
     panels = panels[:, 0]
     for axes in panels:
-        shade_no_plan(axes, course.until(int(shown[1])).infeasible)
+        _shade_no_plan(axes, course.until(int(shown[1])).infeasible)
         for step in (first, first + horizon):
             axes.axvline(step, color=INK, **DOTTED, zorder=2.8)
     panels[0].annotate(
@@ -188,14 +204,6 @@ def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: 
     return legend_above(figure)
 
 
-# Styles from the shortest horizon to the longest. Wider bands lie below, and the dashes of their edges differ, too.
-_EDGE_STYLES: Final[tuple[dict[str, Any], ...]] = (
-    {"color": NAVY, "linestyle": "-"},
-    {"color": ORANGE, "linestyle": (0, (5, 1.4))},
-    {"color": GREEN, "linestyle": (0, (5, 1.4, 1.2, 1.4))},
-    {"color": PURPLE, "linestyle": (0, (1.4, 1))},
-    {"color": BLUE, "linestyle": (0, (3, 1, 1, 1, 1, 1))},
-)
 _FILL: Final = 0.12
 
 
@@ -205,11 +213,9 @@ def feasible_intervals(
 ) -> Figure:
     """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
     figure, [[axes]] = panels_of(2.9)
-    for (horizon, ends), style in _widest_first(feasible):
-        k, low, high = ends.steps, ends["lower"], ends["upper"]
-        axes.fill_between(k, low, high, facecolor=style["color"], alpha=_FILL, zorder=1)
-        axes.plot(k, low, **style, label=rf"$N$ = {horizon}", zorder=3)
-        axes.plot(k, high, **style, zorder=3)
+    for ends, style in _widest_first(feasible):
+        axes.fill_between(ends.steps, ends["lower"], ends["upper"], facecolor=style["color"], alpha=_FILL, zorder=1)
+        axes.plot(ends.steps, ends.together(["lower", "upper"]), **style)
     last, name = max(ends.steps[-1] for ends in feasible.values()), plant.system.states[0]
     part = loops[ON].until(int(last))
     axes.plot(part.steps, part[f"{name}_reference"], color=INK, linewidth=0.7, zorder=4, label="reference")
@@ -226,10 +232,10 @@ def feasible_polygons(
     """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
     states = plant.system.states
     figure, [[axes]] = panels_of(3.6, width=1.4 * COLUMN)
-    for (horizon, of), style in _widest_first(feasible):
+    for of, style in _widest_first(feasible):
         corners = of.together(states)
         axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, zorder=1)
-        axes.plot(*np.vstack([corners, corners[:1]]).T, **style, label=rf"$N$ = {horizon}", zorder=3)
+        axes.plot(*np.vstack([corners, corners[:1]]).T, **style)
     axes.margins(0.06)  # around the sets, and not the loops
     axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     for initial_state, course in loops.items():
@@ -240,9 +246,10 @@ def feasible_polygons(
     return legend_above(figure, columns=3)
 
 
-def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[tuple[int, Course], dict[str, Any]]]:
-    ordered = sorted(feasible.items())
-    return list(zip(ordered, (_EDGE_STYLES * len(ordered))[: len(ordered)], strict=True))[::-1]
+def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[Course, dict[str, Any]]]:
+    """Return the sets with their styles, those of long horizons first: wider sets lie below."""
+    styles = reference_styles(f"$N$ = {horizon}" for horizon in sorted(feasible))
+    return [*zip((of for _, of in sorted(feasible.items())), styles.values(), strict=True)][::-1]
 
 
 _EVERY: Final = 5
@@ -285,7 +292,7 @@ _KINDS: Final[dict[str, dict[str, Any]]] = {
 }
 _TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "zorder": 1.5, "label": "tube"}
 _RANGE: Final = _TUBE | {"alpha": 0.34, "zorder": 1.6}
-_REFERENCE: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
+_FOLLOWED: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
 _NAMED: Final = ((ORANGE, "D"), (NAVY, "s"))
 _SHOWN: Final = (-0.03, 0.12)
@@ -319,7 +326,7 @@ def tube_runs(
             axes.fill_between(runs.steps, around - below[i], around + above[i], step=step, **_TUBE)
             ends = runs[f"{name}_lowest"] - off, runs[f"{name}_highest"] - off
             axes.fill_between(runs.steps, *ends, step=step, **_RANGE | {"label": f"range of {count} runs"})
-            axes.plot(runs.steps, around, drawstyle=drawstyle, **_REFERENCE)
+            axes.plot(runs.steps, around, drawstyle=drawstyle, **_FOLLOWED)
         for r, run in enumerate(single):
             label = "" if r else "single runs"
             right.plot(runs.steps, run[name] - reference, drawstyle=drawstyle, label=label, **_SINGLE)
@@ -354,7 +361,7 @@ def disturbed_loops(
             for axes, values in zip(column, every[-1], strict=True):
                 axes.plot(course.steps, values, **_KINDS[kind])
         for axes in column:
-            shade_no_plan(axes, np.array(sorted(lost)))
+            _shade_no_plan(axes, np.array(sorted(lost)))
             axes.axhspan(_SHOWN[0], 0, **OUTSIDE)
             axes.axhline(0, **BOUND)
             if first is not None:

@@ -94,11 +94,11 @@ def true_signals(
     figure, panels = panels_of(0.6 + 2.2 * len(truths), len(truths), sharex=True)
     for axes, truth in zip(panels[:, 0], truths, strict=True):
         times = np.unique(np.concatenate([np.linspace(a, b, _IN_A_CELL) for a, b in pairwise(truth.ends)]))
-        off = _course(reference, truth.state, times)
+        off = states_of(reference, [truth.state], times)[:, 0]
         upper, lower = sides_at(truth.of, times, truth.derived)
         axes.fill_between(times, lower - off, upper - off, color=PALE, linewidth=0, label="possible true signals")
         samples = sampled[truth.state]
-        beside = samples.values - _course(reference, truth.state, samples.times)
+        beside = samples.values - states_of(reference, [truth.state], samples.times)[:, 0]
         style = {"fmt": "none", "ecolor": GREY, "elinewidth": 0.8, "zorder": 2.7}
         axes.errorbar(samples.times, beside, float(truth.of.samples.noise), **style)
         axes.plot(samples.times, beside, **SAMPLE | {"markersize": 3})
@@ -111,10 +111,6 @@ def true_signals(
         axes.set_ylabel(f"{axis_label(truth.state, units)} minus reference")
     axes.set(xlabel="time $t$ [s]", xlim=(truths[0].ends[0], truths[0].ends[-1]))
     return legend_above(figure, columns=5)
-
-
-def _course(reference: Reference, state: str, times: Array) -> Array:
-    return np.asarray(reference.state_at(times)[:, reference.plant.system.states.index(state)])
 
 
 _IN_A_CELL: Final = 17
@@ -143,7 +139,7 @@ def path(
     figure, [[axes]] = panels_of(4.2)
     if truth is not None:
         axes.plot(*truth, **TRUTH)
-    courses = {label: _in_plane(reference, plane, times) for label, reference in references.items()}
+    courses = {label: states_of(reference, plane, times) for label, reference in references.items()}
     for (label, style), course in zip(reference_styles(references).items(), courses.values(), strict=True):
         axes.plot(*course.T, **style)
         if label == next(iter(references)):
@@ -162,10 +158,9 @@ def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def _in_plane(reference: Reference, plane: tuple[str, str], times: Array) -> Array:
-    """Return the two states of the `plane` at `times` [s], shape (…, 2)."""
-    columns = [reference.plant.system.states.index(name) for name in plane]
-    return reference.state_at(times)[..., columns]
+def states_of(reference: Reference, names: Sequence[str], times: Array) -> Array:
+    """Return these states of a reference at `times` [s] (n,), shape (n, len(names))."""
+    return np.asarray(reference.state_at(times)[:, [reference.plant.system.states.index(name) for name in names]])
 
 
 def _mark_broken(axes: Axes, label: str, reference: Reference, course: Array, times: Array) -> None:

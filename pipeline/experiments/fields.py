@@ -20,7 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from pipeline.published.ground_truth import GROUND_TRUTHS
+from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth, draw
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
 from trackably.arrays import Array
@@ -31,8 +31,10 @@ from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.elementary import Elementary
 from trackably.gp.kernels.registry import KERNELS
 from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
 from trackably.learning.space import MOST_STARTS
 from trackably.reference.condensed import Centres, checked_centres
+from trackably.systems.written import fields_of, read_part
 
 T = TypeVar("T")
 
@@ -42,19 +44,14 @@ def parse_kernel(written: object) -> Kernel:
 
     Raises ValueError, naming the field, for an unknown type, field or value.
     """
-    if not isinstance(written, dict) or not isinstance(written.get("type"), str):
+    if not isinstance(written, dict) or "type" not in written:
         raise ValueError(f"expected a mapping with a `type`, got {written!r}")
-    if written["type"] not in KERNELS:
+    if (kernel := KERNELS.get(str(written["type"]))) is None:
         raise ValueError(f"type: expected one of {', '.join(KERNELS)}, got {written['type']!r}")
-    kernel = KERNELS[written["type"]]
-    names = [field.name for field in dataclasses.fields(kernel)]
-    if unknown := [name for name in written if name not in {"type", *names}]:
-        raise ValueError(f"{unknown[0]}: not a field of this kernel; it has {', '.join(names)}")
-    if issubclass(kernel, Elementary):
-        return kernel(
-            **{name: _part(name, parse_hyperparameter, value) for name, value in written.items() if name != "type"}
-        )
-    return kernel(**{name: _part(name, parse_kernel, written.get(name)) for name in names})
+    names, elementary = [field.name for field in dataclasses.fields(kernel)], issubclass(kernel, Elementary)
+    given = fields_of(written, ["type", *names], [] if elementary else names)
+    parse = parse_hyperparameter if elementary else parse_kernel
+    return kernel(**{name: read_part(given, name, parse) for name in names if name in given})
 
 
 def parse_hyperparameter(written: object) -> float:
@@ -63,14 +60,6 @@ def parse_hyperparameter(written: object) -> float:
         return hyperparameter("nothing" if written is None else written)
     except ValueError as error:
         raise ValueError(f"expected {error}, got {written!r}") from None
-
-
-def _part(name: str, parse: Callable[[object], T], written: object) -> T:
-    try:
-        return parse(written)
-    except ValueError as error:
-        of_field = str(error).partition(":")[0].replace(".", "").isidentifier()
-        raise ValueError(f"{name}{'.' if of_field else ': '}{error}") from None
 
 
 def read_by(read: Callable[[Any], T]) -> Callable[[Any], T]:
@@ -212,12 +201,16 @@ class Published(Fields):
     growth_rates: ProjectPath | None = None
 
 
-class Stream(Fields):
-    """Samples of the ground truth at later `steps`, which arrive while the loop runs; they are drawn as in `Drawn`."""
+class NoisySteps(Fields):
+    """Samples of a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
 
     steps: Steps
     noise_std: PositiveFloat
     seed: NonNegativeInt
+
+    def samples(self, truth: GroundTruth, sampling_time: float) -> Samples:
+        """Return the samples of a ground truth."""
+        return draw(truth, self.steps.times(sampling_time), self.noise_std, self.seed)
 
 
 class Relearning(Fields):
@@ -231,7 +224,7 @@ class Relearning(Fields):
     first: PositiveInt | None = None
     window: PositiveInt
     every: PositiveInt
-    stream: Stream | None = None
+    stream: NoisySteps | None = None
 
 
 class Control(Fields):

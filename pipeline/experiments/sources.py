@@ -9,13 +9,12 @@ from pydantic import (
     BeforeValidator,
     Field,
     NonNegativeFloat,
-    NonNegativeInt,
     PositiveFloat,
     PositiveInt,
     model_validator,
 )
 
-from pipeline.experiments.fields import LISTED, GroundTruthName, ProjectPath, Steps
+from pipeline.experiments.fields import LISTED, GroundTruthName, NoisySteps, ProjectPath
 from pipeline.yaml_file import Fields
 from trackably.recordings import CLOCKS, DateTimes
 from trackably.recordings.csv_file import MISSING
@@ -29,13 +28,10 @@ GROUND_TRUTHS_FILE = Path("pipeline/published/ground_truth.py")
 """The file that drawn samples depend on."""
 
 
-class Drawn(Fields):
-    """Samples drawn from a ground truth at `steps`, with independent normal noise from NumPy's default generator."""
+class Drawn(NoisySteps):
+    """Samples that are drawn from a ground truth."""
 
     ground_truth: GroundTruthName
-    steps: Steps
-    noise_std: PositiveFloat
-    seed: NonNegativeInt
 
     @property
     def file(self) -> None:

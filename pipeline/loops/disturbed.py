@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from pipeline.storage.archive import Fitted, Sampled
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.bounds import Inequalities
-from trackably.control.controller import Controller, scaled_controller
+from trackably.control.controller import scaled_controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
 from trackably.control.stepping import Disturbances, SteppedController, Successor
@@ -25,7 +26,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference, Window
-from trackably.systems.tightening import InvariantSet, Tightening, tightening
+from trackably.systems.tightening import Tightening, tightening
 
 
 def drawn(of: DisturbanceSet, seed: int) -> Disturbances:
@@ -90,12 +91,17 @@ def noise(tightened: Tightening, seed: int) -> Disturbances | None:
     return None if tightened.noise is None else drawn(tightened.noise, 10**6 + seed)
 
 
-def start(Z: InvariantSet, seed: int) -> Array:
-    """Return an error (n,) in Z that a sequence of extreme disturbances in W has caused, starting from zero."""
-    rng, e = np.random.default_rng(seed), np.zeros(Z.disturbance.dimension)
+def start(tightened: Tightening, x_r: Array, seed: int) -> Array:
+    """Return a state (n,) whose measured value lies in x_r ⊕ Z; Z is the invariant set of the error.
+
+    A sequence of extreme disturbances in W has caused the error, starting from zero.
+    """
+    Z, rng, measured = tightened.invariant, np.random.default_rng(seed), noise(tightened, seed)
+    assert Z is not None, "loops are disturbed where there is a set"
+    e = np.zeros(len(x_r))
     for _ in range(_WARM_UP):
         e = Z.closed_loop @ e + Z.disturbance.farthest(rng.standard_normal(len(e)))
-    return np.asarray(e)
+    return np.asarray(x_r + e if measured is None else x_r + e - measured(0, x_r))
 
 
 def many_runs(tightened: Tightening, window: Window, first_step: int) -> tuple[dict[str, Course], int]:
@@ -117,19 +123,17 @@ def _run(tightened: Tightening, window: Window, first_step: int, r: int) -> Arra
     Z, kind = tightened.invariant, KINDS[r % 3]
     assert Z is not None, "loops are disturbed where there is a set"
     (move, pushed), measured = disturbed_plant(kind, tightened, r), noise(tightened, r)
-    y, x, course = window.states[0] + start(Z, r), None, []
-    for k, (x_r, u_r) in enumerate(zip(window.states, window.inputs, strict=False)):
-        v = np.zeros(len(x_r)) if measured is None else measured(first_step + k, x_r)
-        x = y - v if x is None else x
-        u = u_r + Z.feedback @ (x + v - x_r)
+    x, course = start(tightened, window.states[0], r), []
+    for k, (x_r, u_r) in enumerate(zip(window.states, window.inputs, strict=False), first_step):
+        y = x if measured is None else x + measured(k, x_r)
+        u = u_r + Z.feedback @ (y - x_r)
         course.append(np.concatenate([x, u]))
-        successor = move(first_step + k, x, u)
-        x = successor + pushed(first_step + k, successor)
+        successor = move(k, x, u)
+        x = successor + pushed(k, successor)
     return np.array(course)
 
 
 _MOST_STEPS, _PATIENCE = 300, 30
-Numbers = dict[str, float | int | str | None]
 
 
 def disturbed_loops(
@@ -142,49 +146,55 @@ def disturbed_loops(
     """
     tightened = experiment.tightening
     assert tightened, "asked for where there is a disturbance"
+    steps = experiment.loop_steps[: min(experiment.control.shown, _MOST_STEPS)]
     loops: dict[str, Course] = {}
-    numbers: dict[str, dict[str, dict[str, Numbers]]] = {name: {} for name in references}
+    numbers: dict[str, dict[str, object]] = {name: {} for name in references}
     for name, reference in references.items():
-        for controller, of in _controllers(experiment, tightened).items():
-            found = {kind: _loop(experiment, tightened, of, reference, kind) for kind in KINDS}
-            topic, plant = f"/disturbed/{name}/{controller}", tightened.given
-            loops |= {f"{topic}/{kind}": Course.of(loop, plant) for kind, loop in found.items()}
-            numbers[name][controller] = {kind: _numbers(loop, plant) for kind, loop in found.items()}
-    steps = _steps(experiment)
+        begun, plant = reference.window(steps.start, 1).states[0], tightened.given
+        for controller, of in controllers(tightened, experiment.control.horizon).items():
+            found = {kind: disturbed_loop(tightened, of, reference, begun, steps, kind, 0) for kind in KINDS}
+            loops |= {f"/disturbed/{name}/{controller}/{kind}": Course.of(loop, plant) for kind, loop in found.items()}
+            numbers[name][controller] = {kind: violations(loop, plant) for kind, loop in found.items()}
     runs, broken = many_runs(tightened, references[ROBUST.name].window(steps.start, len(steps)), steps.start)
     of_runs = {"runs": COUNT, "steps": COUNT * len(steps), "broken": broken}
     return {**loops, **runs}, {**numbers, "tube": of_runs}
 
 
-def _controllers(experiment: Experiment, tightened: Tightening) -> dict[str, SteppedController]:
-    wanted = experiment.control
-    nominal: Controller = scaled_controller(tightened.given, wanted.horizon)
-    return {"nominal": nominal, "tube": TubeController(tightened, wanted.horizon, nominal.Q, nominal.R)}
+def controllers(tightened: Tightening, horizon: int) -> dict[str, SteppedController]:
+    """Return the controller that ignores disturbances, and the one that leaves room for them, with the same cost."""
+    nominal = scaled_controller(tightened.given, horizon)
+    return {"nominal": nominal, "tube": TubeController(tightened, horizon, nominal.Q, nominal.R)}
 
 
-def _loop(
-    experiment: Experiment, tightened: Tightening, controller: SteppedController, reference: TrackedReference, kind: str
+def disturbed_loop(
+    tightened: Tightening,
+    controller: SteppedController,
+    reference: TrackedReference,
+    state: Array,
+    steps: range,
+    kind: str,
+    seed: int,
 ) -> ClosedLoop:
-    """Run one loop that starts on the reference. At steps without a plan the fallback input is applied."""
-    steps, (moved, pushed) = _steps(experiment), disturbed_plant(kind, tightened, 0)
+    """Run one loop from a state (n,) on: the fallback is applied at 30 steps without a plan, then the loop ends."""
+    moved, pushed = disturbed_plant(kind, tightened, seed)
     return simulate(
         controller,
         reference,
-        reference.window(steps.start, 1).states[0],
+        state,
         len(steps),
         first_step=steps.start,
         on_infeasible=apply_fallback_for(_PATIENCE),
         disturbances=pushed,
-        measurement_noise=noise(tightened, 0),
+        measurement_noise=noise(tightened, seed),
         successor=moved,
     )
 
 
-def _steps(experiment: Experiment) -> range:
-    return experiment.loop_steps[: min(experiment.control.shown, _MOST_STEPS)]
+def violations(loop: ClosedLoop, given: ConstrainedSystem) -> dict[str, Any]:
+    """Return the numbers of steps, of those without a plan, and of those outside of the bounds, by name.
 
-
-def _numbers(loop: ClosedLoop, given: ConstrainedSystem) -> Numbers:
+    Bounds have no tolerance here. The first state is given, so it is not counted.
+    """
     states, inputs = given.state_set.margin(loop.states[1:]), given.input_set.margin(loop.inputs)
     outside = np.flatnonzero((states < 0) | (inputs < 0))
     return {

@@ -12,7 +12,6 @@ from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Relearning
 from pipeline.experiments.model import with_learned_means
 from pipeline.loops.trajectory import Course
-from pipeline.published.ground_truth import draw
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certified import Certified, learn_certified
@@ -187,8 +186,8 @@ def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tup
     """Return the first samples of every signal together with the samples that arrive while the loop runs."""
     later = sampled.held_out_by_name
     if (stream := wanted.stream) is not None:
-        times = stream.steps.times(experiment.plant.sampling_time)
-        later |= {name: draw(of, times, stream.noise_std, stream.seed) for name, of in experiment.truths.items()}
+        step = experiment.plant.sampling_time
+        later |= {name: stream.samples(truth, step) for name, truth in experiment.truths.items()}
     if missing := sampled.by_name.keys() - later.keys():
         raise InputError(
             f"experiment {experiment.name}: control.online: no samples of {', '.join(sorted(missing))} arrive; give a "

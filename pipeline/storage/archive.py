@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain, groupby
 from operator import attrgetter
 
@@ -54,17 +55,14 @@ class Sampled:
 
         With `others`, the means are over these samples of the same names.
         """
-        return {
-            name: of.mean_square(of.values - self._measured(name, signals, of.times))
-            for name, of in (self.by_name if others is None else others).items()
+        flat = zip(self.names, self.samples, signals, strict=True)
+        measured = {
+            name: partial(of.stencil.measured, signal)
+            for first, together, signal in flat
+            for name, of in together.by_name(first).items()
         }
-
-    def _measured(self, name: str, signals: Sequence[Signal], t: Array) -> Array:
-        """Return the values, without noise, that samples of a name have at times t [s] for given flat outputs."""
-        for first, together, signal in zip(self.names, self.samples, signals, strict=True):
-            if of := together.by_name(first).get(name):
-                return of.stencil.measured(signal, t)
-        raise ValueError(f"there are no samples of {name}")
+        found = self.by_name if others is None else others
+        return {name: of.mean_square(of.values - measured[name](of.times)) for name, of in found.items()}
 
     @property
     def held_out_by_name(self) -> dict[str, Samples]:

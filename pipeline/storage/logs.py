@@ -39,6 +39,11 @@ class Documents:
     schema: Mapping[str, Any]
     messages: tuple[tuple[int, Mapping[str, Any]], ...]
 
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The names of a message's fields, without that of a series' time."""
+        return tuple(name for name in self.schema["properties"] if name != TIME)
+
 
 LIBRARY = "trackably"
 TIME = "t"
@@ -97,6 +102,11 @@ class Log:
     attachments: Mapping[str, bytes]
     documents: tuple[Documents, ...] = ()
 
+    @property
+    def topics(self) -> tuple[Documents, ...]:
+        """All topics, in the order of their channels."""
+        return (*(series.documents for series in self.series), *self.documents)
+
 
 _FORMAT = "1"
 _CHUNK_SIZE = 1024 * 1024  # bytes of a chunk before compression
@@ -118,7 +128,7 @@ def encode(log: Log, compression: CompressionType = CompressionType.ZSTD, chunk_
     for name, data in log.attachments.items():
         writer.add_attachment(create_time=0, log_time=0, name=name, media_type=_JSON, data=data)
     messages: list[tuple[int, int, int, bytes]] = []
-    for topic in (*(series.documents for series in log.series), *log.documents):
+    for topic in log.topics:
         schema = json.dumps(topic.schema, ensure_ascii=False).encode()
         number = writer.register_schema(name=topic.name, encoding="jsonschema", data=schema)
         channel = writer.register_channel(topic=topic.topic, message_encoding="json", schema_id=number)
@@ -190,15 +200,6 @@ def read_log(path: Path) -> Log:
     return log
 
 
-@dataclass(frozen=True)
-class Topic:
-    """A topic of a log that has messages: the name of its schema, and its fields except the time."""
-
-    name: str
-    schema: str
-    fields: tuple[str, ...]
-
-
 def logs_of(results: Results) -> tuple[Path, ...]:
     """Return the logs of an experiment. Raises InputError if there are none."""
     found = tuple(sorted(results.folder.glob("*.mcap")))
@@ -207,10 +208,6 @@ def logs_of(results: Results) -> tuple[Path, ...]:
     return found
 
 
-def topics_of(results: Results) -> dict[str, Topic]:
+def topics_of(results: Results) -> dict[str, Documents]:
     """Return the topics with messages in all logs of an experiment, by name. Raises InputError."""
-    logs = [read_log(path) for path in logs_of(results)]
-    found = [Topic(of.topic, of.topic[1:], tuple(of.fields)) for log in logs for of in log.series if len(of.times)]
-    for of in (of for log in logs for of in log.documents if of.messages):
-        found.append(Topic(of.topic, of.name, tuple(of.schema["properties"])))
-    return {topic.name: topic for topic in found}
+    return {of.topic: of for path in logs_of(results) for of in read_log(path).topics if of.messages}

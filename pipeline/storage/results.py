@@ -1,7 +1,5 @@
 """The files of one experiment below data/results, which stages write and later stages read, and tables as CSV."""
 
-import csv
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.errors import InputError
-from trackably.files import unreadable
+from trackably.recordings.csv_file import CsvLayout, csv_table
 
 ENVIRONMENT = "environment.json"
 
@@ -71,24 +68,17 @@ class Results:
         return self.figures / f"{name}.svg"
 
 
+_TABLES = CsvLayout(separator=",", comment="", missing=("",))
+"""The form of CSV files that this pipeline writes, and of published curves."""
+
+
 def read_columns(path: Path) -> dict[str, Array]:
     """Return the columns of a CSV file of numbers by name; an empty cell is NaN.
 
     Raises InputError that names file, line and column.
     """
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-    except OSError as error:
-        raise unreadable(path, error) from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read ({error})") from error
-    if not rows:
-        raise InputError(f"{path}: expected rows below the header, got none")
-    return {
-        name: np.array([_number(path, line, name, row[name]) for line, row in enumerate(rows, start=2)])
-        for name in rows[0]
-    }
+    table = csv_table(path, _TABLES)
+    return {name: table.numbers(name) for name in table.columns}
 
 
 def to_csv(columns: Mapping[str, Array]) -> str:
@@ -99,12 +89,3 @@ def to_csv(columns: Mapping[str, Array]) -> str:
 
 def _csv_cell(value: float) -> str:
     return "" if np.isnan(value) else str(int(value)) if value == int(value) else repr(float(value))
-
-
-def _number(path: Path, line: int, name: str, cell: str | None) -> float:
-    if cell == "":
-        return math.nan
-    try:
-        return float(cell or "")
-    except ValueError:
-        raise InputError(f"{path}, line {line}: expected a number in column {name!r}, got {cell!r}") from None

@@ -8,14 +8,15 @@ import json
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, cycle
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 from pipeline.experiments import Experiment
 from pipeline.storage.archive import write_stage
-from pipeline.storage.logs import KNOWN, Topic, topics_of
+from pipeline.storage.logs import KNOWN, Documents, topics_of
 from pipeline.storage.results import Results
-from pipeline.viewer.scene import COLORS, FRAME, GREY, INK, LOG, SCENE, WORLD, documents_of, plane_of
-from trackably.files import to_json, write_json
+from pipeline.viewer.scene import COLORS, FRAME, GREY, INK, LOG, SCENE, documents_of, plane_of
+from trackably.files import read_json, to_json, write_json
 from trackably.systems.constrained import ConstrainedSystem
 
 _PLAIN_TOPIC, _PLAIN_FIELD = re.compile(r"[A-Za-z0-9_/-]+"), re.compile(r"[A-Za-z0-9_-]+")
@@ -44,27 +45,20 @@ def path_of(topic: str, field: str) -> str:
     return f"{_quoted(topic, _PLAIN_TOPIC)}.{_quoted(field, _PLAIN_FIELD)}"
 
 
+_SETTINGS = cast(dict[str, Panel], read_json(Path(__file__).with_name("panels.json")))
+"""The settings of each kind of panel that layouts start from."""
+
+
 def panel(kind: str, title: str = "", **settings: Any) -> Panel:
     """Return a panel of a kind, with its title if it has one."""
-    return {"kind": kind, **settings, **(dict.fromkeys(_TITLES, title) if title else {})}
+    return {"kind": kind, **_SETTINGS[kind], **settings, **(dict.fromkeys(_TITLES, title) if title else {})}
 
 
 def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None = None, over: str = "") -> Panel:
     """Return a plot over time, or over the path `over`, with horizontal lines at `levels` by their labels."""
-    return panel(
-        "Plot",
-        title,
-        paths=[*lines, *(_series(repr(level), label, INK) for label, level in (levels or {}).items())],
-        xAxisVal="custom" if over else "timestamp",
-        **({"xAxisPath": {"value": over, "enabled": True}} if over else {}),
-        showLegend=True,
-        legendDisplay="left",
-        showPlotValuesInLegend=False,
-        showXAxisLabels=True,
-        showYAxisLabels=True,
-        isSynced=not over,
-        sidebarDimension=170,
-    )
+    paths = [*lines, *(_series(repr(level), label, INK) for label, level in (levels or {}).items())]
+    across = {"xAxisVal": "custom", "xAxisPath": {"value": over, "enabled": True}, "isSynced": False} if over else {}
+    return panel("Plot", title, paths=paths, **across)
 
 
 def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> dict[str, Any]:
@@ -79,7 +73,7 @@ def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> 
     pages = [
         {"title": title, "layout": _tiled([*map(add, _with_one_legend(panels))])} for title, panels in tabs.items()
     ]
-    tree: Tree = add(panel("Tab", activeTabIdx=0, tabs=pages))
+    tree: Tree = add(panel("Tab", tabs=pages))
     if below:
         always = _split([*map(add, below)], "row")
         tree = {"direction": "column", "first": tree, "second": always, "splitPercentage": 80}
@@ -128,30 +122,30 @@ _GROUPS = {
     *OBSERVED, *("references", "margins", "active_bounds", "iterations", "loops", "feasible", "online", "offers")
 }  # fmt: skip
 
-Topics = Mapping[str, Topic]
+Topics = Mapping[str, Documents]
 """Topics that have messages, by name."""
 
 
-def group(topics: Topics, name: str) -> dict[str, Topic]:
+def group(topics: Topics, name: str) -> dict[str, Documents]:
     """Return the topics `/name/…` by the rest of their names, which is '' for the topic `/name` itself."""
     start = f"/{name}"
     return {
-        topic.name.removeprefix(start).removeprefix("/"): topic
+        topic.topic.removeprefix(start).removeprefix("/"): topic
         for topic in topics.values()
-        if f"{topic.name}/".startswith(f"{start}/")
+        if f"{topic.topic}/".startswith(f"{start}/")
     }
 
 
 def of_schema(topics: Topics, schema: str) -> list[str]:
     """Return the names of the topics with this schema."""
-    return [name for name, topic in topics.items() if topic.schema == schema]
+    return [name for name, topic in topics.items() if topic.name == schema]
 
 
 def lines_of(topics: Topics, field: str) -> list[Line]:
     """Return one line for each topic that has the field; topics with the same first part have the same colour."""
     colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in topics), cycle(COLORS), strict=False))
     return [
-        line(topic.name, field, _spoken(name) or field, colors[name.partition("/")[0]])
+        line(topic.topic, field, _spoken(name) or field, colors[name.partition("/")[0]])
         for name, topic in topics.items()
         if field in topic.fields
     ]
@@ -159,35 +153,30 @@ def lines_of(topics: Topics, field: str) -> list[Line]:
 
 def by_field(plant: ConstrainedSystem, topics: Topics, left_out: Collection[str] = ()) -> Iterator[Panel]:
     """Yield a plot of each field with its bounds, a line for each topic that has it, and its reference in grey."""
-    fields = fields_of(topics.values())
+    fields = dict.fromkeys(field for topic in topics.values() for field in topic.fields)
     references = {f"{field}_reference" for field in fields}
     for field in fields:
         if field not in references and field not in left_out:
             lines = lines_of(topics, field)
             if (reference := f"{field}_reference") in fields:
                 name, topic = next(iter(topics.items()))
-                lines.append(line(topic.name, reference, f"reference {name}".strip(), GREY))
+                lines.append(line(topic.topic, reference, f"reference {name}".strip(), GREY))
             yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
 
 
 def by_topic(topics: Topics) -> Iterator[Panel]:
     """Yield a plot of each topic, with a line for each of its fields."""
     for name, topic in topics.items():
-        lines = [line(topic.name, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
+        lines = [line(topic.topic, field, field, color) for field, color in zip(topic.fields, COLORS, strict=False)]
         if lines:
-            yield plot(name or topic.name.removeprefix("/"), lines)
+            yield plot(name or topic.topic.removeprefix("/"), lines)
 
 
 def observed(topics: Topics, name: str) -> Iterator[Line]:
     """Yield the lines of a coordinate's samples, held-out samples and true signal, if the logs have them."""
     for kind, (color, joined) in OBSERVED.items():
         if topic := group(topics, kind).get(name):
-            yield line(topic.name, "value", _spoken(kind), color, joined)
-
-
-def fields_of(topics: Iterable[Topic]) -> list[str]:
-    """Return the fields of all given topics, each once."""
-    return list(dict.fromkeys(field for topic in topics for field in topic.fields))
+            yield line(topic.topic, "value", _spoken(kind), color, joined)
 
 
 def _spoken(name: str) -> str:
@@ -198,27 +187,9 @@ def scene_panel(topics: Topics, middle: tuple[float, float], size: float) -> Ite
     """Yield a 3D panel with all scenes, seen from above, of the given `size`; no panel without scenes."""
     scenes, frames = of_schema(topics, SCENE), of_schema(topics, FRAME)
     if scenes:
-        yield panel(
-            "3D",
-            "Scene",
-            cameraState={
-                "perspective": False,
-                "distance": round(1.1 * size, 6),
-                "phi": 0,
-                "thetaOffset": 0,
-                "target": [0, 0, 0],
-                "targetOffset": [round(middle[0], 6), round(middle[1], 6), 0],
-                "targetOrientation": [0, 0, 0, 1],
-                "fovy": 45,
-                "near": 0.01,
-                "far": 5000,
-            },
-            followTf=WORLD,
-            followMode="follow-none",
-            scene={"enableStats": False, "transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
-            topics={name: {"visible": True} for name in (*scenes, *frames)},
-            layers={},
-        )
+        seen = {"distance": round(1.1 * size, 6), "targetOffset": [round(middle[0], 6), round(middle[1], 6), 0]}
+        shown = {name: {"visible": True} for name in (*scenes, *frames)}
+        yield panel("3D", "Scene", cameraState={**_SETTINGS["3D"]["cameraState"], **seen}, topics=shown)
 
 
 _SIZE = 10.0  # size of a scene whose states are unbounded, in their unit
@@ -233,7 +204,7 @@ def layout_of(plant: ConstrainedSystem, topics: Topics, plane: tuple[str, str] |
     further = {
         name: topic
         for name, topic in topics.items()
-        if name.split("/")[1] not in _GROUPS and not topic.schema.startswith(KNOWN)
+        if name.split("/")[1] not in _GROUPS and not topic.name.startswith(KNOWN)
     }
     tabs = {
         "References": _references(plant, topics),
@@ -247,7 +218,7 @@ def layout_of(plant: ConstrainedSystem, topics: Topics, plane: tuple[str, str] |
         "Further": by_topic(further),
     }
     logs = of_schema(topics, LOG)
-    below = [panel("RosOut", topic, topicToRender=topic, searchTerms=[], minLogLevel=1) for topic in logs]
+    below = [panel("RosOut", topic, topicToRender=topic) for topic in logs]
     return layout({title: panels for title, every in tabs.items() if (panels := [*every])}, below)
 
 
@@ -288,9 +259,9 @@ def _margins(topics: Topics) -> Iterator[Panel]:
         yield plot("price of the active bounds", ({**of, "showLine": False} for of in lines_of(prices, "price")))
 
 
-def _by_last(topics: Topics) -> dict[str, dict[str, Topic]]:
+def _by_last(topics: Topics) -> dict[str, dict[str, Documents]]:
     """Return topics named `a/b` as b → a → topic."""
-    found: dict[str, dict[str, Topic]] = {}
+    found: dict[str, dict[str, Documents]] = {}
     for name, topic in topics.items():
         first, _, last = name.partition("/")
         found.setdefault(last, {})[first] = topic
@@ -310,7 +281,7 @@ def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
         first, *others = topic.fields
         lines = [of for field in others for of in lines_of({name: topic}, field)]
         title = f"feasible {', '.join(others)} over {first}, {name.replace('_', ' ')}"
-        yield plot(title, lines, over=path_of(topic.name, first))
+        yield plot(title, lines, over=path_of(topic.topic, first))
 
 
 STAGE = "scene"

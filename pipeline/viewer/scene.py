@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
+from matplotlib.colors import to_rgba
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
@@ -27,56 +29,8 @@ LOG, SCENE, FRAME = "foxglove.Log", "foxglove.SceneUpdate", "foxglove.FrameTrans
 WORLD, VEHICLE = "world", "vehicle"
 
 Json = dict[str, Any]
-_NUMBER, _TEXT, _COUNT, _FLAG = {"type": "number"}, {"type": "string"}, {"type": "integer"}, {"type": "boolean"}
-
-
-def _object(title: str, **properties: Json) -> Json:
-    return {"title": title, "type": "object", "properties": properties}
-
-
-def _list(items: Json) -> Json:
-    return {"type": "array", "items": items}
-
-
-_TIME = _object("time", sec=_COUNT, nsec=_COUNT)
-_DURATION = _object("duration", sec=_COUNT, nsec=_COUNT)
-_POINT, _VECTOR, _TURN, _COLOR = (
-    _object(f"foxglove.{name}", **dict.fromkeys(axes, _NUMBER))
-    for name, axes in (("Point3", "xyz"), ("Vector3", "xyz"), ("Quaternion", "xyzw"), ("Color", "rgba"))
-)
-_POSE = _object("foxglove.Pose", position=_VECTOR, orientation=_TURN)
-_CORNERS = {"points": _list(_POINT), "color": _COLOR, "colors": _list(_COLOR), "indices": _list(_COUNT)}
-_LINE = _object("foxglove.LinePrimitive", type=_COUNT, pose=_POSE, thickness=_NUMBER, scale_invariant=_FLAG, **_CORNERS)
-_TRIANGLES = _object("foxglove.TriangleListPrimitive", pose=_POSE, **_CORNERS)
-_ARROW = _object(
-    "foxglove.ArrowPrimitive",
-    pose=_POSE,
-    shaft_length=_NUMBER,
-    shaft_diameter=_NUMBER,
-    head_length=_NUMBER,
-    head_diameter=_NUMBER,
-    color=_COLOR,
-)
-_ENTITY = _object(
-    "foxglove.SceneEntity",
-    timestamp=_TIME,
-    frame_id=_TEXT,
-    id=_TEXT,
-    lifetime=_DURATION,
-    frame_locked=_FLAG,
-    arrows=_list(_ARROW),
-    lines=_list(_LINE),
-    triangles=_list(_TRIANGLES),
-)
-_DELETION = _object("foxglove.SceneEntityDeletion", timestamp=_TIME, type=_COUNT, id=_TEXT)
-
-SCHEMAS: dict[str, Json] = {
-    SCENE: _object(SCENE, deletions=_list(_DELETION), entities=_list(_ENTITY)),
-    FRAME: _object(
-        FRAME, timestamp=_TIME, parent_frame_id=_TEXT, child_frame_id=_TEXT, translation=_VECTOR, rotation=_TURN
-    ),
-    LOG: _object(LOG, timestamp=_TIME, level=_COUNT, message=_TEXT, name=_TEXT, file=_TEXT, line=_COUNT),
-}
+SCHEMAS: dict[str, Json] = cast(dict[str, Json], read_json(Path(__file__).with_name("schemas.json")))
+"""Foxglove's schemas of these messages by name, with the shapes that scenes have here."""
 
 
 def time_of(nanoseconds: int) -> Json:
@@ -151,8 +105,7 @@ def vehicle(size: float, color: str) -> Json:
 
 def color_of(code: str, opacity: float = 1.0) -> Json:
     """Return a colour written as #rrggbb."""
-    red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": opacity}
+    return {name: round(part, 3) for name, part in zip("rgba", to_rgba(code, opacity), strict=True)}
 
 
 _AT_REST = 1e-9  # a step shorter than this part of the scene's size counts as a rest

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pipeline import disturbed as counts
 from pipeline.disturbed import Case, disturbed_runs, random_case
+from pipeline.loops import disturbed as loops
 from pipeline.loops.disturbed import constant, many_runs
 
 SEEDS = (0, 3, 11, 12)
@@ -23,18 +23,18 @@ def case_of(seed: int) -> Case:
 def test_no_bound_is_broken_and_no_step_is_without_a_plan(seed):
     found = disturbed_runs(case_of(seed), 120)
     assert found["steps"] >= 120
-    assert (found["broken"], found["without_plan"]) == (0, 0)
+    assert (found["steps_outside"], found["steps_without_plan"]) == (0, 0)
 
 
 def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     """Disturbances that are thirty times too large break bounds, and the counts tell."""
     case = case_of(11)
-    pushed = constant(case.tube.invariant.disturbance, np.ones(1))
+    pushed = constant(case.tightening.invariant.disturbance, np.ones(1))
     as_modelled = case.tightening.given.linear.successor
     plant = (lambda k, x, u: as_modelled(x, u), lambda k, x: 30 * pushed(k, x))
-    monkeypatch.setattr(counts, "disturbed_plant", lambda kind, tightened, seed: plant)
+    monkeypatch.setattr(loops, "disturbed_plant", lambda kind, tightened, seed: plant)
     found = disturbed_runs(case, 1)
-    assert found["broken"] + found["without_plan"] > 0
+    assert found["steps_outside"] + found["steps_without_plan"] > 0
 
 
 def test_runs_of_the_tube_break_nothing_and_too_large_disturbances_are_counted():

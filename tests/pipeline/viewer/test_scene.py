@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pipeline.loops.trajectory import Course, below
-from pipeline.storage.logs import Documents, Topic, topics_of
+from pipeline.storage.logs import Documents, topics_of
 from pipeline.viewer.layout import layout_of
 from pipeline.viewer.scene import SCHEMAS, allowed_region, documents_of, losses, plane_of
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, fitted, loops
@@ -23,7 +23,7 @@ _PATH = re.compile(r'("?)(/.*?)\1\.(\D.*)')
 
 
 @cache
-def logged(name: str) -> dict[str, Topic]:
+def logged(name: str) -> dict[str, Documents]:
     return topics_of(RESULTS[name])
 
 
