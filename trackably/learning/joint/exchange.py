@@ -217,7 +217,3 @@ def same_time(signals: tuple[KernelSum, ...], violation: float = 0.0) -> float:
 def no_places(problem: ConstrainedProblem) -> Places:
     """Return, for each constraint, an empty array (0, 2) of places (times and sides)."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
-
-
-def _count(places: Places) -> int:
-    return sum(map(len, places))
