@@ -14,7 +14,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, joined, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
+from trackably.learning.joint.places import CLOSE, LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
@@ -62,9 +62,10 @@ def exchange_bounds(
     """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
     Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
-    violates bounds. For functions with kinks, these are also regular times at which a bound is violated, because such a
-    function may be on a bound along whole stretches of time; if fewer `rounds` than usual are asked for, the price need
-    not be so exact. With nonlinear formulas, the first program starts at the signals `near`. The exchange ends when
+    violates bounds. A function with kinks may be on a bound along whole stretches of time: in searches of
+    hyperparameters, which have a `tolerance`, only places with more than half of this violation are added, and
+    otherwise also regular times at which the bound is violated. With nonlinear formulas, the first program starts at
+    the signals `near`. The exchange ends when
     - no bound is violated by more than `tolerance` (a part of its width), or all violations are so small that a later,
       larger back-off removes them,
     - the bounds contradict each other,
@@ -81,7 +82,9 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
-    regular = _regular_times(problem) if is_convex and is_rough and rounds == MAX_ROUNDS else []
+    is_sparse = is_convex and is_rough and tolerance > 0 and bool(problem.prior.learned)
+    below = -tolerance / 2 if is_sparse else CLOSE
+    regular = _regular_times(problem) if is_convex and is_rough and not is_sparse else []
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     kept = places if is_rough else None
@@ -105,7 +108,7 @@ def exchange_bounds(
         margin, constraint, time = worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
         found = joined(minima, seen.violated(regular)) if regular and not is_close else minima
-        met = merge(kept if is_convex else places, at_steps(problem, seen.places(found), places, same), same)
+        met = merge(kept if is_convex else places, at_steps(problem, seen.places(found, below), places, same), same)
         ends = is_stuck or all(map(np.array_equal, met, places))
         if merges and ends and margin < -max(tolerance, removed, ALMOST):
             # The function crosses a bound near a time at which it meets it: the bound has to be met there too.
@@ -214,7 +217,3 @@ def same_time(signals: tuple[KernelSum, ...], violation: float = 0.0) -> float:
 def no_places(problem: ConstrainedProblem) -> Places:
     """Return, for each constraint, an empty array (0, 2) of places (times and sides)."""
     return tuple(np.empty((0, 2)) for _ in problem.constraints)
-
-
-def _count(places: Places) -> int:
-    return sum(map(len, places))

@@ -201,7 +201,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     return offsets, np.array([np.broadcast_to(slopes[name], times.shape) for name in at])
 
 
-_CLOSE = 0.05  # part of a width: bounds are imposed also where a local minimum of the margin is smaller than this
+CLOSE = 0.05  # part of a width: bounds are imposed also where a local minimum of the margin is smaller than this
 _IN_REACH = 0.5  # part of a width: bounds on nonlinear formulas are kept for steps of θ only if their slack is smaller
 
 Minima = list[tuple[Array, Array]]
@@ -239,9 +239,9 @@ class MarginScan:
         found = [(at, of / width) for at, of, width in zip(times, margins_at(self._all, times), widths, strict=True)]
         return [(at[margins < 0], margins[margins < 0]) for at, margins in found]
 
-    def places(self, found: Minima) -> Places:
-        """Return the times of minima with a small margin, each with the side of the nearer bound: (n, 2)."""
-        times = [at[np.isfinite(margins) & (margins < _CLOSE)] for at, margins in found]
+    def places(self, found: Minima, below: float = CLOSE) -> Places:
+        """Return the times of minima with a margin `below` this part of a width, and the sides of the nearer bounds."""
+        times = [at[np.isfinite(margins) & (margins < below)] for at, margins in found]
         which = owners(times)
         places = np.empty((len(which), 2))
         places[:, 0] = np.concatenate([np.empty(0), *times])
