@@ -225,13 +225,13 @@ def a_pair(first: Reader[T], second: Reader[U]) -> Reader[tuple[T, U]]:
     return read
 
 
-def by_bound(reader: Reader[T]) -> Reader[dict[str, T]]:
-    """Return a reader of objects whose keys are names of bounds, and whose values `reader` reads."""
+def by_name(a_name: Reader[str], reader: Reader[T]) -> Reader[dict[str, T]]:
+    """Return a reader of objects with any keys, which `a_name` reads, and values, which `reader` reads."""
 
     def read(value: object, where: str) -> dict[str, T]:
         if not isinstance(value, dict):
             raise UnreadableError(f"{where} must be an object, got {short(value)}")
-        return {a_bound(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
+        return {a_name(name, where): reader(item, f"{where}.{name}") for name, item in value.items()}
 
     return read
 
@@ -615,7 +615,7 @@ _disturbance = record(
     box=_vector,
 )
 _cover: dict[str, Reader[Any]] = {
-    "covers": by_bound(record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
+    "covers": by_name(a_bound, record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
     "terms": whole_number(TERMS),
 }
 
@@ -701,7 +701,7 @@ read_certificate = file_of(
         {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
         claim=_claim,
         reference=located,
-        evaluation=record(dict, until=positive_number, errors=by_bound(positive_number)),
+        evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),
     ": prove the reference again to get one",
 )
