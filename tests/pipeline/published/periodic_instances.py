@@ -39,7 +39,7 @@ def instance(seed: int) -> Instance:
     prior = Prior(Periodic(1.0, Learned(1.0, (0.2, 10.0)), period).as_learned(), float(rng.uniform(0.05, 0.2)))
     (a, b), sampling_time = _SYSTEMS[seed % 5], float(rng.choice([0.01, 0.05, 0.1]))
     theta = {"signal_std": float(np.std(samples.values)), "lengthscale": 0.8, "period": period}
-    plain, phases = Posterior(prior.with_hyperparameters(theta), samples).mean, np.linspace(0, period, 400)
+    plain, phases = Posterior(prior.with_hyperparameters(theta), samples).signal, np.linspace(0, period, 400)
 
     def part_of(values: np.ndarray, part: float) -> Interval:
         return Interval(part * min(float(np.min(values)), -0.02), part * max(float(np.max(values)), 0.02))

@@ -83,7 +83,7 @@ def instance(seed: int) -> Instance:
     def most_of(values: np.ndarray) -> Interval:
         return Interval(0.9 * min(float(np.min(values)), -0.02), 0.9 * max(float(np.max(values)), 0.02))
 
-    states, inputs = (most_of(quantity((plain.mean,), times)) for quantity in state_and_input(case.plant))
+    states, inputs = (most_of(quantity((plain.signal,), times)) for quantity in state_and_input(case.plant))
     return replace(case, plant=bounded(case.plant, state_set=states, input_set=inputs))
 
 
