@@ -124,8 +124,8 @@ def do_mpc_step(plant: ConstrainedSystem, reference: Reference, like: Controller
     off, input_off = x - along, u - input_along
     mpc.set_objective(lterm=off.T @ like.Q @ off + input_off.T @ like.R @ input_off, mterm=0 * off.T @ off)
     for kind, name, bounds in (("_x", "x", plant.state_set), ("_u", "u", plant.input_set)):
-        mpc.bounds["lower", kind, name] = [interval.lower for _, interval in bounds.intervals]
-        mpc.bounds["upper", kind, name] = [interval.upper for _, interval in bounds.intervals]
+        mpc.bounds["lower", kind, name] = [interval.lower for interval in bounds.bounds]
+        mpc.bounds["upper", kind, name] = [interval.upper for interval in bounds.bounds]
     window, values = reference.window(0, horizon), mpc.get_tvp_template()
     for i in range(horizon + 1):
         values["_tvp", i, "x_r"] = window.states[i]

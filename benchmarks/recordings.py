@@ -363,7 +363,7 @@ def hill() -> Recording:
 def _of_experiment(name: str, *programs: float) -> Recording:
     of = task(name)
     (samples,), sets = of.samples, (of.plant.state_set, of.plant.input_set)
-    bounds = tuple(interval for bounded in sets for _, interval in bounded.intervals)
+    bounds = tuple(interval for bounded in sets for interval in bounded.bounds)
     return Recording(name, Samples(samples.times - samples.times[0], samples.values), bounds, *programs)
 
 

@@ -154,7 +154,7 @@ def _false_of_joints(found: Any, bounded: Joints) -> str | None:
 
 def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
     def told(subject: Any, j: int, r: int, i: int) -> Any:
-        limit, since = subject.joints[j].limits[r], float(subject.width(i)) * float(rng.random())
+        limit, since = subject.joints[j].limits[r], float(subject.polynomial(j, i, r)[1]) * float(rng.random())
         by, t = 10.0 ** rng.uniform(-9, 0), subject.breakpoints[i]
         place = {"joint": j, "order": r, "piece": i, "since": since}
         return BrokenLimit(subject.joints[j].name, ORDERS[r], limit, t, t + since, by, False, place)

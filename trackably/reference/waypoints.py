@@ -158,7 +158,7 @@ def prove_waypoints(
             name = outcome.quantity
             bounds = extent(reference.plant, name, at.time) if name in by_default else None
             most = _MOST_OF_WIDTH * bounds.width if bounds else 0.0
-            if outcome.bounds.width / 2 >= most:
+            if at.tolerances.get(name, most) >= most:
                 raise NotTrackableError(at.missed(outcome))
             at = replace(at, tolerances=at.tolerances | {name: min(_enough(outcome), most)})
         met.append(at)

@@ -12,6 +12,7 @@ from trackably import (
     ConstrainedSystem,
     LinearSystem,
     NonlinearSystem,
+    NotTrackableError,
     PolynomialPieces,
     Polytope,
     Proved,
@@ -21,7 +22,7 @@ from trackably import (
     check,
     learn_reference,
 )
-from trackably.reference.waypoints import Waypoint
+from trackably.reference.waypoints import Waypoint, prove_waypoints
 from trackably.systems.intervals import Interval
 
 KNOWN = SquaredExponential(0.5, 0.6)
@@ -51,6 +52,8 @@ def test_values_are_met_within_a_ten_thousandth_of_their_bounds(axis):
     assert np.all(np.abs(axis.state(0) - [-0.98, 0.0]) <= [1.3e-4, 2e-4])
     np.testing.assert_allclose(axis.input(20), [-1.0], atol=5e-4, rtol=0)
     assert "position = -0.98 ± 0.00013, velocity = 0 ± 0.0002 at 0 s; force = -1 ± 0.0005 at 1 s" in axis.explanation
+    with pytest.raises(NotTrackableError, match="it is missed"):  # a hundredth of the width is not enough either
+        prove_waypoints(axis.reference, [Waypoint(0.3, {"position": 0.1}, {"position": 1e-4})], {"position"})
 
 
 def test_a_certificate_for_each_time_proves_it(axis, tmp_path):
