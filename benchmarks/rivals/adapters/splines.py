@@ -8,9 +8,9 @@ import scipy
 from scipy.interpolate import BSpline
 
 from benchmarks.rivals.adapters.convex import minimised
-from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, by_basis, evenly
+from benchmarks.rivals.adapters.rows import POINTS, Grid, by_basis, evenly
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, Problem
 from trackably.arrays import Array
 from trackably.systems.pieces import PolynomialPieces, pieces_of_spline
 
@@ -19,12 +19,10 @@ _PIECES = 120
 _SMOOTHINGS = np.logspace(-4, 8, 61)  # times the third power of the spacing: below the first it interpolates
 
 
-def solve(problem: Problem, points: int = POINTS) -> Answer:
+def solve(problem: Problem, points: int = POINTS) -> Found:
     """Solve min Σ (y − s)² + λ ∫ s″² with bounds at as many times."""
     plant, task = problem.task.plant, problem.task
     grid = Grid.of(problem, evenly(problem, points))
-    if grid is None:
-        return NOT_LINEAR
     step, longest = plant.sampling_time, max(plant.flatness.orders)
     start, end = problem.window[0], problem.window[1] + longest * step
     inner = np.linspace(start, end, _PIECES + 1)
@@ -41,8 +39,6 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
         smoothings.append(smoothing)
     values = by_basis(grid.rows, basis) @ cp.vec(c, order="C") + grid.rows.offsets
     objective = minimised(cp.sum(costs), (values <= grid.upper, values >= grid.lower))
-    if isinstance(objective, NotFound):
-        return objective
     signals = [_pieces(knots, of) for of in c.value]
     says = f"λ = {', '.join(f'{smoothing:.2g}' for smoothing in smoothings)} by cross-validation"
     return Found(curve_of(signals, problem), objective, "Σ (y − s)² + λ ∫ s″²", points, says=says)
@@ -88,11 +84,3 @@ def _cross_validated(S: Array, y: Array, bending: Array, smoothings: Array) -> f
 def _pieces(knots: Array, coefficients: Array) -> PolynomialPieces:
     ends, c = pieces_of_spline(BSpline(knots, coefficients, _DEGREE))
     return PolynomialPieces(ends, c.T)
-
-
-SPLINE = Rival(
-    "h",
-    f"smoothing spline with bounds at {POINTS} times",
-    Promise("", "as R's cobs does it; our own program", "bounds at the times of its grid, none between"),
-    solve,
-)
