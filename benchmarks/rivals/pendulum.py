@@ -16,6 +16,7 @@ import scipy
 from scipy.interpolate import BPoly, BSpline, PPoly
 
 from benchmarks.rivals.adapters.convex import minimised
+from benchmarks.rivals.curves import integrated
 from benchmarks.rivals.judge import tracing
 from benchmarks.rivals.model import NotFound
 from benchmarks.rivals.tables import markdown
@@ -142,9 +143,7 @@ def proved(intervals: int) -> Swing:
     speed = x.derivative()
     w = PPoly(10 * x.c + np.pad(speed.derivative().c, ((2, 0), (0, 0), (0, 0))), ends)
     speeds, ws = (BPoly.from_power_basis(of).c.reshape(-1, len(basis.c)) for of in (speed, w))
-    nodes, weights = np.polynomial.legendre.leggauss(_DEGREE)
-    u = w.derivative()((ends[:-1, None] + (1 + nodes) / 2 * ends[1]).ravel())
-    effort = u.T @ (np.tile(weights / 2 * ends[1], len(ends) - 1)[:, None] * u)
+    effort = integrated(w.derivative(), ends, _DEGREE)
     E = np.array([x(0.0), speed(0.0), w(0.0), x(1 / 3), x(1.0)])
     c = cp.Variable(len(basis.c))
     bounds = speeds @ c >= LEAST_SPEED + _KEPT_FREE, cp.abs(ws @ c) <= MOST_W - _KEPT_FREE

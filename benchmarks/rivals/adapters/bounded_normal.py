@@ -54,19 +54,20 @@ class BoundedNormal:
     @cached_property
     def start(self) -> Array:
         """The most likely w (r,) that is 1e-6 standard deviations away from all bounds. NotFound: there is none."""
-        (normals, offsets), known = self.walls, np.isfinite(self.walls[1])
-        lengths = np.linalg.norm(normals[known], axis=1)
+        normals, offsets = (of[np.isfinite(self.walls[1])] for of in self.walls)
         # A row of zeros cannot vary: it needs no distance from its bounds.
-        inside, unit = _INSIDE * (lengths > 0), np.where(lengths > 0, lengths, 1.0)
-        found = least_norm(normals[known] / unit[:, None], offsets[known] / unit - inside)
+        found = least_norm(normals, offsets - _INSIDE * np.any(normals, axis=1))
         if found is None:
             raise NotFound("failed", f"no draws: no draw is inside all bounds by {_INSIDE:g} standard deviations")
         return found
 
     @cached_property
     def walls(self) -> tuple[Array, Array]:
-        """Normals N (2M, r) and offsets g (2M,) of the bounds N w + g ≥ 0."""
-        return np.vstack([self.rows, -self.rows]), np.concatenate([-self.lower, self.upper])
+        """Normals N (2M, r) of length one, or zero, and offsets g (2M,) of the bounds N w + g ≥ 0."""
+        normals, offsets = np.vstack([self.rows, -self.rows]), np.concatenate([-self.lower, self.upper])
+        lengths = np.linalg.norm(normals, axis=1)
+        unit = np.where(lengths > 0, lengths, 1.0)
+        return normals / unit[:, None], offsets / unit
 
     def draws(self, count: int, seed: int) -> Array:
         """Return `count` draws, shape (count, r).
@@ -98,7 +99,7 @@ class BoundedNormal:
             which, left, w, v = which[~arrives], (left - free)[~arrives], w[~arrives], v[~arrives]
             normal = self.walls[0][wall[~arrives]]
             # The velocity after the reflection.
-            v -= 2 * (np.sum(v * normal, axis=1) / np.sum(normal**2, axis=1))[:, None] * normal
+            v -= 2 * np.sum(v * normal, axis=1, keepdims=True) * normal
         raise NotFound("failed", f"no draws: a draw takes over {_MOST_REFLECTIONS} reflections")
 
     def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
