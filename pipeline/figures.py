@@ -176,13 +176,14 @@ class _Figures:
             printed = self.experiment.published.iterations
             found["convergence"] = lambda: algorithm1.convergence(
                 traces[AS_PUBLISHED.name],
+                sound.prior.learned,
                 interval_sets(plant)[0],
                 prior.mean,
                 read_columns(printed) if printed else None,
             )
         if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
             found["landscape"] = lambda: algorithm1.landscape(
-                landscapes(self.experiment, self.fitted), traces[SOUND.name], self.shown
+                landscapes(self.experiment, self.fitted), traces[SOUND.name], sound.prior.learned[:2], self.shown
             )
         return found
 
