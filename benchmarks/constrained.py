@@ -14,8 +14,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.optimize import minimize
 
-from benchmarks.harness import Disagreement, Row, duel, kept, no_worse, timed, within
-from benchmarks.problems import Task, task
+from benchmarks.harness import Disagreement, Row, duel, no_worse, timed, within
+from benchmarks.problems import Task, solved, task
 from benchmarks.rivals.problems import experiment
 from pipeline.published.algorithm1 import AS_PUBLISHED, algorithm1, tail
 from pipeline.published.periodic import all_phases
@@ -25,9 +25,8 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.learning.constraint import ROUNDING_BACKOFF
 from trackably.learning.learner import HYPERPARAMETERS
-from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.screening import screen
-from trackably.learning.search import best_solution
 
 _FEASIBLE = -1e-7
 _FIRST_STEP, _LAST_STEP = 70, 300
@@ -150,11 +149,7 @@ def _fits(name: str, last: int, starts: Sequence[Array], told: str, *rounds: int
     """Yield rows for fits with bounds at the steps up to `last`; `told` says what the rivals are given."""
     of = task(name)
     problem, plain = of.on_steps(last), OnGrid(of, last)
-
-    def ours() -> Solution:
-        # This includes the screening, which finds the starts that the rivals are given.
-        return kept(best_solution(problem), Solution)
-
+    ours = partial(solved, problem)  # with the screening, which finds the starts that the rivals are given
     wanted = ours().objective
     for (rival, method), count in zip(_RIVALS.items(), rounds, strict=True):
         once = cache(partial(method, plain, starts))
@@ -223,7 +218,7 @@ def _example2() -> Iterator[Row]:
     starts = screen(ConstrainedProblem(of.samples, of.prior, of.space, all_phases(of.plant)), of.space.starts)
     yield from _fits("example2", last, starts, _GIFT, 2, 1)
     proved = of.learned(HYPERPARAMETERS).solution.objective
-    on_steps = kept(best_solution(of.on_steps(last)), Solution).objective
+    on_steps = solved(of.on_steps(last)).objective
     for several, rounds, target in ((starts, 2, 3.0), (starts[:1], 3, 5.0)):
         yield duel(
             _PROVED,

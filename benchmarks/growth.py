@@ -15,14 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import Disagreement, Row, agree, duel, grouped, in_new_process, kept, part_of, within
-from benchmarks.problems import PRIOR, integrator, regular, task
+from benchmarks.harness import Disagreement, Row, agree, duel, grouped, in_new_process, part_of, within
+from benchmarks.problems import PRIOR, integrator, regular, solved, task
 from pipeline.published.scalar import scalar
 from trackably import Samples, SquaredExponential, learn_many, learn_reference
 from trackably.arrays import Array
 from trackably.gp.kernels.matern import Matern52
-from trackably.learning.problem import Solution
-from trackably.learning.search import best_solution
 from trackably.systems.intervals import Interval
 
 _FEWEST, _COUNTS = 100, (1_000, 10_000, 100_000, 1_000_000)
@@ -44,7 +42,7 @@ def rows() -> Iterator[Row]:
     """Yield rows for many constraint times, many samples, both, and one or two hundred recordings."""
 
     def fit(count: int) -> float:
-        return kept(best_solution(task("example1").at_instants(count, _SPAN / count)), Solution).objective
+        return solved(task("example1").at_instants(count, _SPAN / count)).objective
 
     for count in _COUNTS:
         yield duel(
@@ -155,7 +153,7 @@ def constrained_fit(count: int, times: int) -> tuple[float, int]:
     step = 0.01
     system = scalar(0.9, 0.5, state_set=Interval(-1.5, 1.0), input_set=Interval(-0.5, 0.5), sampling_time=step)
     of = replace(task("example1"), samples=(regular(count, step),), prior=PRIOR, plant=system, starts=8)
-    found = kept(best_solution(of.at_instants(times, count * step / times)), Solution)
+    found = solved(of.at_instants(times, count * step / times))
     return found.objective, sum(len(places) for places in found.active)
 
 

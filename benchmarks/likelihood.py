@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.linalg import lapack
 
-from benchmarks.harness import Row, agree, duel, in_new_process, kept, within
-from benchmarks.problems import NOISE, PRIOR, irregular, likelihood, regular
+from benchmarks.harness import Row, agree, duel, in_new_process, within
+from benchmarks.problems import NOISE, PRIOR, irregular, likelihood, regular, solved
 from trackably.gp.factorise import dense_factorisation
 from trackably.gp.posterior import Posterior
 from trackably.gp.samples import Samples
-from trackably.learning.problem import ConstrainedProblem, Solution
-from trackably.learning.search import best_solution
+from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import SearchSpace
 
 _SIZES = (30, 100, 300, 1000, 2000, 3000)
@@ -106,9 +105,7 @@ def _fit(samples: Samples, rounds: int) -> Row:
     space = SearchSpace.around((samples,), PRIOR, starts=1)
     problem, start = ConstrainedProblem((samples,), PRIOR, space), space.start_points()[0]
     bounds = np.exp(np.column_stack([space.log_lower, space.log_upper]) * [[2], [1]])
-
-    def ours() -> Solution:
-        return kept(best_solution(problem), Solution)
+    ours = partial(solved, problem)
 
     def theirs() -> Any:
         regressor = _regressor(bounds)

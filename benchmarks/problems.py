@@ -23,7 +23,8 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
 from trackably.learning.index_set import Steps
 from trackably.learning.learner import JOINT, Learner
-from trackably.learning.problem import ConstrainedProblem
+from trackably.learning.problem import ConstrainedProblem, Solution
+from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.recordings import CsvLayout, read_csv
 from trackably.systems.constrained import ConstrainedSystem
@@ -72,6 +73,11 @@ def integrator(position: float, velocity: float, acceleration: float, step: floa
 def posterior_mean(kernel: Kernel, noise_std: float, samples: Samples) -> tuple[KernelSum, ...]:
     """Return the posterior mean of a process with mean zero, as the only signal of a plant."""
     return JointPosterior(JointPrior((Prior(kernel, noise_std),)), (samples,)).signals
+
+
+def solved(problem: ConstrainedProblem) -> Solution:
+    """Return the best solution; an error ends the comparison if there is none."""
+    return kept(best_solution(problem), Solution)
 
 
 @dataclass(frozen=True)

@@ -118,8 +118,7 @@ class Recording:
     @property
     def parts(self) -> tuple[Samples, Samples]:
         """The samples that are learned from, and those left out."""
-        of, seen = self.samples, self.seen
-        return Samples(of.times[seen], of.values[seen]), Samples(of.times[~seen], of.values[~seen])
+        return self.samples.only(self.seen), self.samples.only(~self.seen)
 
     def learned(self, samples: Samples, kernel: Kernel, **options: Any) -> TrackableReference:
         """Return a reference learned from all samples, or from a part of them."""

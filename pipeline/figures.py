@@ -30,7 +30,7 @@ from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
 from pipeline.storage.archive import Fitted, read_margins
-from pipeline.storage.results import Results, read_columns
+from pipeline.storage.results import Results, read_numbers
 from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array
 from trackably.checker.form import read_certificate
@@ -176,13 +176,14 @@ class _Figures:
             printed = self.experiment.published.iterations
             found["convergence"] = lambda: algorithm1.convergence(
                 traces[AS_PUBLISHED.name],
+                sound.prior.learned,
                 interval_sets(plant)[0],
                 prior.mean,
-                read_columns(printed) if printed else None,
+                read_numbers(printed) if printed else None,
             )
         if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
             found["landscape"] = lambda: algorithm1.landscape(
-                landscapes(self.experiment, self.fitted), traces[SOUND.name], self.shown
+                landscapes(self.experiment, self.fitted), traces[SOUND.name], sound.prior.learned[:2], self.shown
             )
         return found
 
@@ -206,7 +207,7 @@ class _Figures:
             steps,
             beginning if final_step is None else predictions.excursion(shown.values(), steps),
             true_reference=self.truth(steps * self.experiment.plant.sampling_time),
-            published=read_columns(published) if published else None,
+            published=read_numbers(published) if published else None,
             final_step=final_step,
         )
 
@@ -241,7 +242,7 @@ class _Figures:
         ours = predictions.GrowthIntervals(times, derivatives, edges, *rates)
         panels = {"ours (growth rates: those of the intervals)": ours}
         if published.derivative and published.growth_rates:
-            columns, printed = read_columns(published.derivative), read_columns(published.growth_rates)
+            columns, printed = read_numbers(published.derivative), read_numbers(published.growth_rates)
             panels["published"] = predictions.GrowthIntervals(
                 columns["t"],
                 {

@@ -119,7 +119,7 @@ class Fit:
         """Return the reference that the method has learned for a plant, with what is known about it."""
         found, trace = self.solution, self.trace
         reference, about = Reference(found.signals, plant), (found.objective, found.active_bounds)
-        counts = (None, found.fits) if trace is None else (int(trace.k_bar[-1]), None)
+        counts = (None, found.fits) if trace is None else (int(trace["k_bar"][-1]), None)
         return LearnedReference(method, found.posterior.prior, reference, *about, *counts)
 
 
@@ -180,9 +180,8 @@ def _by_algorithm1(reading: Reading, task: Task) -> Fit | NotLearned:
     run = algorithm1(task.samples, task.prior, task.plant, task.space, reading, *between)
     if not isinstance(run.outcome, Solution):
         return run
-    trace = Trace.of(run.iterations)
-    table = {name: values for name, values in trace.columns().items() if name in {*trace.hyperparameters, *_TABLE}}
-    return Fit(run.outcome, table, trace)
+    shown = {*task.prior.learned, *_TABLE}
+    return Fit(run.outcome, {name: values for name, values in run.trace.items() if name in shown}, run.trace)
 
 
 def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:

@@ -4,7 +4,7 @@
 """
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -13,28 +13,27 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.rivals import joints, page, pendulum, table
 from benchmarks.rivals.adapters import fine_grid, ours, splines, tightened, truncated
-from benchmarks.rivals.model import Answer, Problem, Rival
 from benchmarks.rivals.page import RIVALS
 from benchmarks.rivals.problems import problem, problems
 from benchmarks.rivals.tables import write
 
 POINTS = (13, 25, 50, 100, 200, 400, 800)
-ON_GRIDS: tuple[tuple[Rival, Callable[[Problem, int], Answer], str], ...] = (
-    (fine_grid.FINE_GRID, fine_grid.solve, "the same program on a grid"),
-    (splines.SPLINE, splines.solve, "smoothing spline on a grid"),
-    (tightened.TIGHTENED, tightened.solve, "second-order cones"),
-)
-AT_ONCE = (truncated.MODE, ours.HYPERPARAMETERS, ours.JOINT)
+ON_GRIDS = {
+    fine_grid.solve: "the same program on a grid",
+    splines.solve: "smoothing spline on a grid",
+    tightened.solve: "second-order cones",
+}
+AT_ONCE = (truncated.mode, ours.alone, ours.joint)
 
 
 def sweep(name: str = "axis") -> Iterator[table.Row]:
     """Yield the rows of all rivals with a grid, and of those without one."""
-    of = problem(name)
-    for rival, solve, short in ON_GRIDS:
+    of, rivals = problem(name), {rival.solve: rival for rival in RIVALS}
+    for solve, short in ON_GRIDS.items():
         for points in POINTS:
-            yield table.measured(of, replace(rival, name=short, solve=partial(solve, points=points)))
-    for rival in AT_ONCE:
-        yield table.measured(of, rival)
+            yield table.measured(of, replace(rivals[solve], name=short, solve=partial(solve, points=points)))
+    for at_once in AT_ONCE:
+        yield table.measured(of, rivals[at_once])
 
 
 def main(names: list[str]) -> None:

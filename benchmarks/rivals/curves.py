@@ -48,6 +48,14 @@ def interpolated(function: Callable[[float], Array], breaks: Array, degree: int)
     return PPoly(scaled / lengths[:, None] ** np.arange(degree, -1.0, -1)[:, None, None], breaks)
 
 
+def integrated(f: Callable[[Array], Array], breaks: Array, nodes: int) -> Array:
+    """Return ∫ f fᵀ of functions f (times, n), by Gauss's rule with this many nodes between two breaks."""
+    at, weights = np.polynomial.legendre.leggauss(nodes)
+    half = np.diff(breaks)[:, None] / 2
+    values = f((breaks[:-1, None] + half * (1 + at)).ravel())
+    return np.asarray(values.T @ ((half * weights).reshape(-1, 1) * values))
+
+
 def stepping(states: Array, inputs: Array, problem: Problem) -> Curve:
     """Return the curve of states (K + 1, n) and inputs (K, m) at steps; samples show the first states."""
     plant = problem.task.plant

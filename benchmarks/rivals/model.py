@@ -1,7 +1,7 @@
 """What a rival is, what it is asked, and what it may answer."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from benchmarks.rivals.judge import Curve
@@ -44,11 +44,11 @@ class Problem:
     def likeliest(self) -> Solution:
         """The minima of the negative log likelihood, without bounds: what a user has before there are any.
 
-        ArithmeticError: no minimum is found.
+        NotFound: no minimum is found.
         """
         found = best_solution(self.task.problem)
         if not isinstance(found, Solution):
-            raise ArithmeticError(found.explanation)
+            raise NotFound("failed", found.explanation)
         return found
 
     def forgotten(self) -> "Problem":
@@ -94,37 +94,28 @@ class Found:
     """The end [s] of the curve, where it ends before the window does."""
 
 
-@dataclass(frozen=True)
-class NotFound:
+@dataclass(eq=False)
+class NotFound(ArithmeticError):
     """No curve: `kind` is "infeasible", "unproved", "failed" or "does not apply", and `why` is a sentence."""
 
     kind: str
     why: str
 
 
-Answer = Found | NotFound
-
-
-@dataclass(frozen=True)
-class Promise:
-    """What its documentation says of bounds: a short quotation and where it stands; or our words, where `quote` is
-    empty."""
-
-    quote: str
-    source: str
-    summary: str = ""
-
-
 @dataclass(frozen=True)
 class Rival:
     """Something that hands out trajectories.
 
-    `solve` is given a problem, `needs` are the packages it is made of, and `licence` is theirs.
+    `solve` is given a problem, and raises NotFound where it has no curve. What the documentation says of bounds is a
+    short `quote` and where it stands, its `source`; or a `summary` in our words. `needs` are the packages it is made
+    of, and `licence` is theirs.
     """
 
     letter: str
     name: str
-    promise: Promise
-    solve: Callable[[Problem], Answer]
-    needs: tuple[str, ...] = field(default=())
+    solve: Callable[[Problem], Found]
+    source: str
+    quote: str = ""
+    summary: str = ""
+    needs: tuple[str, ...] = ()
     licence: str = ""

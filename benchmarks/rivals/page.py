@@ -3,23 +3,13 @@
 from collections.abc import Callable, Sequence
 from itertools import product
 from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.rivals import joints, pendulum, table
-from benchmarks.rivals.adapters import (
-    drake,
-    fine_grid,
-    flatsys,
-    governor,
-    gp_sklearn,
-    ours,
-    splines,
-    tightened,
-    toppra_path,
-    truncated,
-)
 from benchmarks.rivals.model import Rival
 from benchmarks.rivals.study import summary as study
 from benchmarks.rivals.study.draws import LEVELS
@@ -29,6 +19,7 @@ from benchmarks.rivals.tables import markdown, read
 from pipeline.drawings.style import save
 from trackably.exports.figures import INK, with_style
 from trackably.exports.figures import PAGE as WIDTH
+from trackably.files import read_yaml
 
 _MARKERS = "osD^vP*X<>"
 _NOTHING = 1e-13  # where "none" is drawn, on a logarithmic axis
@@ -107,27 +98,14 @@ def errors(entries: Sequence[Entry]) -> Figure:
 _SOLVED = 1e-9  # a solver's tolerance
 
 
-RIVALS: tuple[Rival, ...] = (
-    gp_sklearn.SKLEARN,
-    fine_grid.FINE_GRID,
-    tightened.TIGHTENED,
-    truncated.MODE,
-    truncated.MEAN,
-    drake.DRAKE,
-    toppra_path.TOPP_RA,
-    flatsys.FLATSYS,
-    splines.SPLINE,
-    governor.GOVERNOR,
-    ours.ALGORITHM_1,
-    ours.HYPERPARAMETERS,
-    ours.JOINT,
-)
-"""The rivals, in the order of the table."""
-
 FOLDER = Path(__file__).parent
 RESULTS, PENDULUM, SWEEP = FOLDER / "results.json", FOLDER / "pendulum.json", FOLDER / "sweep.json"
 STUDY, JOINTS = FOLDER / "study.json", FOLDER / "joints.json"
 PAGE, FIGURES = FOLDER / "README.md", FOLDER / "figures"
+
+_WRITTEN: Any = read_yaml(FOLDER / "rivals.yaml")
+RIVALS = tuple(Rival(**entry | {"solve": resolve_name(entry["solve"])}) for entry in _WRITTEN)
+"""The rivals, in the order of the table."""
 
 _INTRODUCTION = """# Side by side
 
@@ -222,6 +200,5 @@ def write() -> None:
 
 
 def _promise(rival: Rival) -> list[str]:
-    of = rival.promise
-    said = "; ".join(part for part in (of.summary, f"“{of.quote}”" if of.quote else "") if part)
-    return [rival.letter, rival.name, said, of.source, rival.licence]
+    said = "; ".join(part for part in (rival.summary, rival.quote and f"“{rival.quote}”") if part)
+    return [rival.letter, rival.name, said, rival.source, rival.licence]

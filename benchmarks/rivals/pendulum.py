@@ -16,6 +16,7 @@ import scipy
 from scipy.interpolate import BPoly, BSpline, PPoly
 
 from benchmarks.rivals.adapters.convex import minimised
+from benchmarks.rivals.curves import integrated
 from benchmarks.rivals.judge import tracing
 from benchmarks.rivals.model import NotFound
 from benchmarks.rivals.tables import markdown
@@ -64,7 +65,7 @@ _TERMS = 12  # of Taylor's series between two grid points: what they leave out i
 _CONTROLLED = 100.0  # weight of the part of the kernel that is controlled
 
 
-def transcribed(points: int, cones: bool) -> Swing | NotFound:
+def transcribed(points: int, cones: bool) -> Swing:
     """Solve the published program: bounds on a grid, alone or with second-order `cones` that hold between its points.
 
     Trajectories are functions in the space with the norm ‖z‖² = |z(0)|² + ∫u²/100, as in the published study: its
@@ -88,9 +89,7 @@ def transcribed(points: int, cones: bool) -> Swing | NotFound:
         *[norm <= size] * cones,
     ]
     equations = [cp.vec(z[1:], order="C") == moved + driven, cp.hstack([z[0], z[third, 0], z[N, 0]]) == _GIVEN]
-    found = minimised(_EFFORT * cp.sum_squares(e) - _REWARD * z[N, 1], [*equations, *bounds])
-    if isinstance(found, NotFound):
-        return found
+    minimised(_EFFORT * cp.sum_squares(e) - _REWARD * z[N, 1], [*equations, *bounds])
     costates = np.linalg.solve(roots.swapaxes(1, 2), e.value[..., None])[..., 0]
     costates = np.einsum("ikj,ik->ij", np.array(flows), costates)
     # z' = A z + B Bᵀ p and p' = −Aᵀ p: Taylor's series from the beginning of each interval.
@@ -130,7 +129,7 @@ _PARTS = 4  # of each interval, so that Bernstein coefficients lie close to thei
 _KEPT_FREE = 1e-5  # of either bound, for the equations that are met to the last digits afterwards
 
 
-def proved(intervals: int) -> Swing | NotFound:
+def proved(intervals: int) -> Swing:
     """Return the best spline x of degree five on as many intervals, a multiple of three, within its bounds for all t.
 
     x is a flat output: w = x″ + 10 x and u = w′. The bounds of x′ and w are asked of Bernstein coefficients, which
@@ -144,16 +143,12 @@ def proved(intervals: int) -> Swing | NotFound:
     speed = x.derivative()
     w = PPoly(10 * x.c + np.pad(speed.derivative().c, ((2, 0), (0, 0), (0, 0))), ends)
     speeds, ws = (BPoly.from_power_basis(of).c.reshape(-1, len(basis.c)) for of in (speed, w))
-    nodes, weights = np.polynomial.legendre.leggauss(_DEGREE)
-    u = w.derivative()((ends[:-1, None] + (1 + nodes) / 2 * ends[1]).ravel())
-    effort = u.T @ (np.tile(weights / 2 * ends[1], len(ends) - 1)[:, None] * u)
+    effort = integrated(w.derivative(), ends, _DEGREE)
     E = np.array([x(0.0), speed(0.0), w(0.0), x(1 / 3), x(1.0)])
     c = cp.Variable(len(basis.c))
     bounds = speeds @ c >= LEAST_SPEED + _KEPT_FREE, cp.abs(ws @ c) <= MOST_W - _KEPT_FREE
     cost = _EFFORT * cp.quad_form(c, cp.psd_wrap(effort)) - _REWARD * speed(1.0) @ c
-    found = minimised(cost, [*bounds, E @ c == _GIVEN])
-    if isinstance(found, NotFound):
-        return found
+    minimised(cost, [*bounds, E @ c == _GIVEN])
     coefficients = c.value - np.linalg.lstsq(E, E @ c.value - _GIVEN)[0]
     return Swing(*(PolynomialPieces(ends, (of.c[::-1] @ coefficients).T) for of in (x, speed, w)))
 
@@ -175,7 +170,7 @@ class Row:
     says: str = ""
 
 
-_WAYS: tuple[tuple[str, Callable[[], Swing | NotFound], float | None], ...] = (
+_WAYS: tuple[tuple[str, Callable[[], Swing], float | None], ...] = (
     ("bounds on 200 points", partial(transcribed, 200, cones=False), 3.21),
     ("second-order cones around 200 points", partial(transcribed, 200, cones=True), 1.49),
     ("second-order cones around 400 points", partial(transcribed, 400, cones=True), 1.81),
@@ -189,11 +184,12 @@ def rows() -> Iterator[Row]:
     """Yield the rows as they are measured."""
     for way, solve, printed in _WAYS:
         started = process_time()
-        found = solve()
-        seconds = process_time() - started
-        if isinstance(found, NotFound):
-            yield Row(way, seconds=seconds, printed=printed, says=found.why)
+        try:
+            found = solve()
+        except NotFound as why:
+            yield Row(way, seconds=process_time() - started, printed=printed, says=why.why)
         else:
+            seconds = process_time() - started
             yield Row(way, found.final_speed, *found.violation, found.largest_w, seconds, printed)
 
 

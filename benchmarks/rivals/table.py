@@ -50,16 +50,17 @@ class Row:
 def measured(problem: Problem, rival: Rival) -> Row:
     """Let a rival solve a problem, and find out what it did."""
     problem = problem.forgotten()
-    started = process_time()
-    answer = rival.solve(problem)
-    taken = process_time() - started
     row = Row(problem.name, rival.letter, rival.name, "found", tightness=problem.tightness)
-    if isinstance(answer, NotFound):
-        gone = None if answer.kind == "does not apply" else taken
-        return replace(row, answer=answer.kind, says=answer.why, seconds=gone)
+    started = process_time()
+    try:
+        answer = rival.solve(problem)
+    except NotFound as no:
+        taken = None if no.kind == "does not apply" else process_time() - started
+        return replace(row, answer=no.kind, says=no.why, seconds=taken)
+    row = replace(row, seconds=process_time() - started)
     start, end = problem.window
     broken = answer.curve.violation((start, end if answer.last is None else min(end, answer.last)))
-    row = replace(row, seconds=taken, least=broken.least, most=broken.most, at_steps=answer.curve.at_steps)
+    row = replace(row, least=broken.least, most=broken.most, at_steps=answer.curve.at_steps)
     where: dict[str, Any] = {"quantity": broken.quantity, "at": broken.time} if broken.least > 0 else {}
     return replace(row, **_numbers(problem, answer), **where)
 

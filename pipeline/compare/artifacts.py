@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pipeline.storage.logs import TIME, Log, read_log
-from pipeline.storage.results import read_columns
+from pipeline.storage.results import read_numbers
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.files import from_json
@@ -140,7 +140,7 @@ def _told(content: object) -> Leaves:
 
 def _table(path: Path) -> Leaves:
     """Read a CSV table of numbers. Raises InputError."""
-    columns = read_columns(path)
+    columns = read_numbers(path)
     lines = zip(*(column.tolist() for column in columns.values()), strict=True)
     cells = ((name, line, value) for line, row in enumerate(lines, 2) for name, value in zip(columns, row, strict=True))
     return {f"column {name}, line {line}": Leaf(name, value) for name, line, value in cells}

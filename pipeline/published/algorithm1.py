@@ -6,8 +6,7 @@ at all times from t̄ = k̄ T_s on. If a test fails, k̄ is increased by one.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from typing import Self
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -144,7 +143,10 @@ class Iteration:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The row of a table: k̄, learned hyperparameters, bounds (NaN while the ζ-test fails) and tests (0 or 1)."""
+        """The row of a table: k̄, learned hyperparameters, bounds (NaN while the ζ-test fails) and tests (0 or 1).
+
+        `mean_bound` m̄ is in the unit of the state, `derivative_bound` and the growth rates are per second.
+        """
         prior, (low, high) = self.solution.posterior.prior, self.growth_rates or (np.nan, np.nan)
         return {
             "k_bar": float(self.k_bar),
@@ -173,12 +175,22 @@ class Iteration:
         )
 
 
+Trace = Mapping[str, Array]
+"""The iterations of Algorithm 1 as columns by the names of `Iteration.numbers`."""
+
+
 @dataclass(frozen=True)
 class Run:
     """All iterations, and the outcome: a Solution, NoSolution, or None if no iteration passed its tests."""
 
     iterations: tuple[Iteration, ...]
     outcome: Solution | NoSolution | None
+
+    @property
+    def trace(self) -> Trace:
+        """The columns of the table whose rows are the `numbers` of the iterations."""
+        rows = [iteration.numbers for iteration in self.iterations]
+        return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
     @property
     def explanation(self) -> str:
@@ -226,39 +238,3 @@ def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solu
         return Iteration(k_bar, solution, None, None, keeps_states=False, keeps_rates=False)
     rates = growth_rates(plant, reading.growth_states(bounds, posterior))
     return Iteration(k_bar, solution, bounds, rates, bounds.keeps_states(plant), bounds.keeps_rates(rates))
-
-
-@dataclass(frozen=True)
-class Trace:
-    """The iterations of Algorithm 1, one array entry each. Bounds are NaN while the ζ-test fails; tests are 0 or 1.
-
-    `mean_bound` m̄ is in the unit of the state, `derivative_bound` and the growth rates are per second.
-    """
-
-    k_bar: Array
-    hyperparameters: dict[str, Array]
-    mean_bound: Array
-    growth_lower: Array
-    growth_upper: Array
-    derivative_bound: Array
-    objective: Array
-    keeps_states: Array
-    keeps_rates: Array
-
-    @classmethod
-    def of(cls, iterations: tuple[Iteration, ...]) -> Self:
-        rows = [iteration.numbers for iteration in iterations]
-        return cls.from_columns({name: np.array([row[name] for row in rows]) for name in rows[0]})
-
-    @classmethod
-    def from_columns(cls, columns: Mapping[str, Array]) -> Self:
-        """Return the trace with these columns; columns that are not fields of a trace are those of hyperparameters."""
-        own = {name: columns[name] for name in ("k_bar", *_OF_EACH)}
-        return cls(hyperparameters={name: columns[name] for name in columns if name not in own}, **own)
-
-    def columns(self) -> dict[str, Array]:
-        """Return all arrays by name, in the order of a table."""
-        return {"k_bar": self.k_bar, **self.hyperparameters, **{name: vars(self)[name] for name in _OF_EACH}}
-
-
-_OF_EACH = tuple(field.name for field in fields(Trace) if field.name not in ("k_bar", "hyperparameters"))

@@ -165,7 +165,7 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
     """Write references and traces losslessly; for viewers also curves at `times` [s] and active bounds."""
     series = [
         *(
-            Series(f"/iterations/{name}", fitted.learned[name].reference.instants(trace.k_bar), trace.columns())
+            Series(f"/iterations/{name}", fitted.learned[name].reference.instants(trace["k_bar"]), trace)
             for name, trace in fitted.traces.items()
         ),
         *(_curves(fitted.sampled, reference, times) for reference in fitted.learned.values()),
@@ -185,9 +185,7 @@ def read_fit(results: Results) -> Fitted:
     study = attachments.pop(_STUDY, None)
     learned = {name.removesuffix(".json"): loads(LearnedReference, data) for name, data in attachments.items()}
     topics = {series.topic: series for series in log.series}
-    traces = {
-        name: Trace.from_columns(topics[topic].fields) for name in learned if (topic := f"/iterations/{name}") in topics
-    }
+    traces = {name: topics[topic].fields for name in learned if (topic := f"/iterations/{name}") in topics}
     return Fitted(sampled, learned, traces, loads(Study, study) if study else None)
 
 

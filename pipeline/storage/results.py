@@ -72,7 +72,7 @@ _TABLES = CsvLayout(separator=",", comment="", missing=("",))
 """The form of CSV files that this pipeline writes, and of published curves."""
 
 
-def read_columns(path: Path) -> dict[str, Array]:
+def read_numbers(path: Path) -> dict[str, Array]:
     """Return the columns of a CSV file of numbers by name; an empty cell is NaN.
 
     Raises InputError that names file, line and column.

@@ -161,7 +161,7 @@ def by_field(plant: ConstrainedSystem, topics: Topics, left_out: Collection[str]
             if (reference := f"{field}_reference") in fields:
                 name, topic = next(iter(topics.items()))
                 lines.append(line(topic.topic, reference, f"reference {name}".strip(), GREY))
-            yield plot(field.replace("_", " "), lines, bounds_of(plant, field))
+            yield plot(field.replace("_", " "), lines, levels_of(plant, field))
 
 
 def by_topic(topics: Topics) -> Iterator[Panel]:
@@ -222,7 +222,7 @@ def layout_of(plant: ConstrainedSystem, topics: Topics, plane: tuple[str, str] |
     return layout({title: panels for title, every in tabs.items() if (panels := [*every])}, below)
 
 
-def bounds_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
+def levels_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
     """Return the bounds of a state or an input as levels of a plot; plots of margins show the bounds of sums."""
     of = [constraint.bounds for constraint in plant.given_constraints if constraint.name == name]
     levels = (level for bounds in of for level in (bounds.lower, bounds.upper))
@@ -244,7 +244,7 @@ def _references(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     for name in plant.names:
         lines = [*lines_of(references, name), *observed(topics, name)]
         if lines:
-            yield plot(name, lines, bounds_of(plant, name))
+            yield plot(name, lines, levels_of(plant, name))
     sampled = dict.fromkeys(name for kind in OBSERVED for name in group(topics, kind))
     for name in sampled.keys() - set(plant.names):
         yield plot(name, observed(topics, name))
@@ -275,7 +275,7 @@ def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
         ends = [of | {"label": f"{of['label']}, {end}"} for end in ("lower", "upper") for of in lines_of(sets, end)]
         if ends:
             (name,) = plant.system.states
-            yield plot("feasible set", ends, bounds_of(plant, name))
+            yield plot("feasible set", ends, levels_of(plant, name))
         return
     for name, topic in sets.items():
         first, *others = topic.fields

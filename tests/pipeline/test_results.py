@@ -11,7 +11,7 @@ import pytest
 from pipeline.loops import disturbed as runs
 from pipeline.loops.trajectory import below, by_reference
 from pipeline.storage.archive import read_stage
-from pipeline.storage.results import read_columns
+from pipeline.storage.results import read_numbers
 from pipeline.story import table_of_methods
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
 from trackably.checker import Proved, Refuted, check
@@ -63,7 +63,7 @@ def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
     metrics, summary, margins = (
         content(RESULTS[name].metrics),
         content(RESULTS[name].summary),
-        read_columns(RESULTS[name].folder / "margins.csv"),
+        read_numbers(RESULTS[name].folder / "margins.csv"),
     )
     widths = {quantity.name: quantity.bounds.width for quantity in EXPERIMENTS[name].plant.quantities}
     assert list(margins) == ["time", *metrics]

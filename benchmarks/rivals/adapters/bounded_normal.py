@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from benchmarks.rivals.model import NotFound
 from trackably.arrays import Array
 from trackably.gp.bounded import least_norm
 
@@ -42,10 +43,6 @@ _INSIDE = 1e-6  # standard deviations: distance of the start from each bound
 _MOST_REFLECTIONS = 5_000  # of one particle in one move; if it needs more, the region is too small to draw from
 
 
-class NoRoom(ArithmeticError):
-    """The region between the bounds is empty, or too small to draw from."""
-
-
 @dataclass(frozen=True)
 class BoundedNormal:
     """w ~ N(0, I) of dimension r, given `lower` ≤ D w ≤ `upper` for `rows` D (M, r) and bounds (M,), maybe infinite."""
@@ -56,20 +53,21 @@ class BoundedNormal:
 
     @cached_property
     def start(self) -> Array:
-        """The most likely w (r,) that is 1e-6 standard deviations away from all bounds. NoRoom: there is none."""
-        (normals, offsets), known = self.walls, np.isfinite(self.walls[1])
-        lengths = np.linalg.norm(normals[known], axis=1)
+        """The most likely w (r,) that is 1e-6 standard deviations away from all bounds. NotFound: there is none."""
+        normals, offsets = (of[np.isfinite(self.walls[1])] for of in self.walls)
         # A row of zeros cannot vary: it needs no distance from its bounds.
-        inside, unit = _INSIDE * (lengths > 0), np.where(lengths > 0, lengths, 1.0)
-        found = least_norm(normals[known] / unit[:, None], offsets[known] / unit - inside)
+        found = least_norm(normals, offsets - _INSIDE * np.any(normals, axis=1))
         if found is None:
-            raise NoRoom(f"no draw is inside all bounds by {_INSIDE:g} standard deviations: they leave too little room")
+            raise NotFound("failed", f"no draws: no draw is inside all bounds by {_INSIDE:g} standard deviations")
         return found
 
     @cached_property
     def walls(self) -> tuple[Array, Array]:
-        """Normals N (2M, r) and offsets g (2M,) of the bounds N w + g ≥ 0."""
-        return np.vstack([self.rows, -self.rows]), np.concatenate([-self.lower, self.upper])
+        """Normals N (2M, r) of length one, or zero, and offsets g (2M,) of the bounds N w + g ≥ 0."""
+        normals, offsets = np.vstack([self.rows, -self.rows]), np.concatenate([-self.lower, self.upper])
+        lengths = np.linalg.norm(normals, axis=1)
+        unit = np.where(lengths > 0, lengths, 1.0)
+        return normals / unit[:, None], offsets / unit
 
     def draws(self, count: int, seed: int) -> Array:
         """Return `count` draws, shape (count, r).
@@ -77,7 +75,7 @@ class BoundedNormal:
         A seed gives the same draws every time; a larger count gives the same draws and more.
 
         They come from 50 independent chains in turn, after 25 moves of each: two draws depend on each other only if
-        their indices differ by a multiple of 50. Raises NoRoom.
+        their indices differ by a multiple of 50. Raises NotFound.
         """
         rng = np.random.default_rng(seed)
         w = np.tile(self.start, (_CHAINS, 1))
@@ -101,10 +99,8 @@ class BoundedNormal:
             which, left, w, v = which[~arrives], (left - free)[~arrives], w[~arrives], v[~arrives]
             normal = self.walls[0][wall[~arrives]]
             # The velocity after the reflection.
-            v -= 2 * (np.sum(v * normal, axis=1) / np.sum(normal**2, axis=1))[:, None] * normal
-        raise NoRoom(
-            f"a draw takes over {_MOST_REFLECTIONS} reflections: the bounds are too close together, or too unlikely"
-        )
+            v -= 2 * np.sum(v * normal, axis=1, keepdims=True) * normal
+        raise NotFound("failed", f"no draws: a draw takes over {_MOST_REFLECTIONS} reflections")
 
     def _next_wall(self, w: Array, v: Array) -> tuple[Array, npt.NDArray[np.intp]]:
         """Return the time at which each particle leaves the region (∞ if never), and the index of the bound, its wall.

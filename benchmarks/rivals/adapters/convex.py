@@ -14,7 +14,7 @@ _SOLVED = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
 _INFEASIBLE = (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE)
 
 
-def minimised(cost: cp.Expression, constraints: Sequence[cp.Constraint]) -> float | NotFound:
+def minimised(cost: cp.Expression, constraints: Sequence[cp.Constraint]) -> float:
     """Return the minimum; variables and multipliers keep their values. NotFound: nothing is admissible, or it fails."""
     program = cp.Problem(cp.Minimize(cost), list(constraints))
     try:
@@ -22,10 +22,11 @@ def minimised(cost: cp.Expression, constraints: Sequence[cp.Constraint]) -> floa
             warnings.simplefilter("ignore")  # of solutions that are nearly as accurate as asked for
             program.solve(solver=cp.CLARABEL, max_threads=1)
     except cp.SolverError as why:
-        return NotFound("failed", str(why))
-    if program.status in _SOLVED:
-        return float(program.value)
-    return NotFound("infeasible" if program.status in _INFEASIBLE else "failed", f"CLARABEL says {program.status}")
+        raise NotFound("failed", str(why)) from why
+    if program.status not in _SOLVED:
+        kind = "infeasible" if program.status in _INFEASIBLE else "failed"
+        raise NotFound(kind, f"CLARABEL says {program.status}")
+    return float(program.value)
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Shortest:
     multipliers: Array
 
 
-def shortest(F: Array, lower: Array, upper: Array) -> Shortest | NotFound:
+def shortest(F: Array, lower: Array, upper: Array) -> Shortest:
     """Solve with one inequality out of sixteen first, and add those that are broken until none is.
 
     Most bounds of a grid hold back nothing. Programs with fewer bounds are relaxations, so that what the last one says
@@ -49,8 +50,6 @@ def shortest(F: Array, lower: Array, upper: Array) -> Shortest | NotFound:
         w = cp.Variable(F.shape[1])
         kept = G[chosen] @ w <= h[chosen]
         square = minimised(cp.sum_squares(w), [kept])
-        if isinstance(square, NotFound):
-            return square
         broken = ~chosen & (G @ w.value > h)
         if not np.any(broken):
             multipliers = np.zeros(len(G))

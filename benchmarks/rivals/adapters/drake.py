@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from benchmarks.rivals.curves import is_driven_by_accelerations, moving
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
 from trackably.systems.intervals import Interval
@@ -15,10 +15,10 @@ _ORDER = 6
 _FEWEST, _MOST = 24, 60
 
 
-def solve(problem: Problem) -> Answer:
+def solve(problem: Problem) -> Found:
     """Bring the spline as near to the samples as bounds allow: about as many control points as samples."""
     if not is_driven_by_accelerations(problem):
-        return NotFound("does not apply", "bounds positions, velocities and accelerations; the system has other states")
+        raise NotFound("does not apply", "bounds positions, velocities and accelerations; the system has other states")
     from pydrake.planning import KinematicTrajectoryOptimization
     from pydrake.solvers import Solve
 
@@ -47,7 +47,7 @@ def solve(problem: Problem) -> Answer:
     program.SetInitialGuess(points, guess)
     result = Solve(program)
     if not result.is_success():
-        return NotFound("failed", f"Drake's {result.get_solver_id().name()} says {result.get_solution_result().name}")
+        raise NotFound("failed", f"Drake's {result.get_solver_id().name()} says {result.get_solution_result().name}")
     trajectory = planned.ReconstructTrajectory(result)
     breaks = np.unique(np.clip(np.array(basis.knots()) * (end - start), start, end))
     curve = moving(lambda t: trajectory.value(t)[:, 0], breaks, _ORDER - 1, problem)
@@ -79,17 +79,3 @@ def _add_row(program: Any, points: Any, limit: LinearConstraint, derivatives: li
     unknown = np.concatenate([points[i % m] for i in touched])
     low, high = np.full(len(matrix), limit.bounds.lower), np.full(len(matrix), limit.bounds.upper)
     program.AddLinearConstraint(rows, low, high, unknown)
-
-
-DRAKE = Rival(
-    "e",
-    "Drake, KinematicTrajectoryOptimization",
-    Promise(
-        "will be respected for all times, t ∈ [0,T]",
-        "Drake, reference of KinematicTrajectoryOptimization.AddVelocityBounds",
-        "boxes of position, velocity and acceleration, by control points",
-    ),
-    solve,
-    needs=("pydrake",),
-    licence="BSD-3-Clause",
-)

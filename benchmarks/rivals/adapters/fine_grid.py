@@ -6,32 +6,18 @@ rows a of the grid. With K⁺ = F Fᵀ and v = Fᵀ λ it is the program of the 
 
 from benchmarks.rivals.adapters.bounded_normal import root
 from benchmarks.rivals.adapters.convex import shortest
-from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly
+from benchmarks.rivals.adapters.rows import POINTS, Grid, evenly
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, Problem
 from trackably.gp.row_posterior import RowPosterior
 
 
-def solve(problem: Problem, points: int = POINTS) -> Answer:
+def solve(problem: Problem, points: int = POINTS) -> Found:
     """Ask for the bounds at as many times, evenly over the window."""
     grid = Grid.of(problem, evenly(problem, points))
-    if grid is None:
-        return NOT_LINEAR
     posterior = problem.likeliest.posterior
     given = RowPosterior(posterior, grid.rows)
     found = shortest(root(given.covariance), grid.lower - given.mean, grid.upper - given.mean)
-    if isinstance(found, NotFound):
-        return found
     curve = curve_of(given.signals(found.multipliers / 2), problem)
     objective = posterior.negative_log_marginal_likelihood()[0] + found.square
     return Found(curve, objective, "J at the likeliest θ", points, posterior.prior)
-
-
-FINE_GRID = Rival(
-    "b",
-    f"the same program on {POINTS} times, CLARABEL",
-    Promise("", "the program itself", "bounds at the times of its grid, none between"),
-    solve,
-    needs=("cvxpy", "clarabel"),
-    licence="Apache-2.0",
-)

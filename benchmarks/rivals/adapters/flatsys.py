@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.rivals.curves import is_driven_by_accelerations, moving, of_states_and_inputs
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
 from trackably.systems.reference import Reference
 
@@ -13,11 +13,11 @@ _PIECES, _DEGREE = 8, 5
 _TIMES = 60  # at which constraints are asked for: with 200 its optimiser needs minutes
 
 
-def solve(problem: Problem) -> Answer:
+def solve(problem: Problem) -> Found:
     """Move from where the likeliest mean is at the first sample to rest at the prior mean, with the least effort."""
     is_periodic = any("period" in name for name in problem.task.prior.hyperparameters)
     if is_periodic or not is_driven_by_accelerations(problem):
-        return NotFound("does not apply", "moves from one state to another; here there is no such motion")
+        raise NotFound("does not apply", "moves from one state to another; here there is no such motion")
     import control.flatsys as fs
     from scipy.optimize import LinearConstraint
 
@@ -62,16 +62,3 @@ def _state(problem: Problem, t: float) -> Array:
     found = Reference(problem.likeliest.posterior.signals, task.plant).state_at(np.array(t))
     H, h = task.plant.state_set.inequalities
     return found if np.all(H @ found < h) else found * (np.arange(len(found)) < task.plant.signal_count)
-
-
-FLATSYS = Rival(
-    "g",
-    "python-control, flatsys.point_to_point",
-    Promise(
-        "The constraints are applied at each time point along the trajectory.",
-        "python-control, reference of control.flatsys.point_to_point",
-    ),
-    solve,
-    needs=("control",),
-    licence="BSD-3-Clause",
-)

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from benchmarks.rivals.curves import stepping
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -78,14 +78,14 @@ class _Loop:
         return least, np.min(np.where(growth < 0, np.inf, ends), axis=1, initial=1.0)
 
 
-def solve(problem: Problem) -> Answer:
+def solve(problem: Problem) -> Found:
     """Drive the plant through the window, beginning at the equilibrium of the first command that is admissible."""
     plant = problem.task.plant
     if not isinstance(plant.system, LinearSystem) or np.any(plant.system.c):
-        return NotFound("does not apply", "is for linear systems here")
+        raise NotFound("does not apply", "is for linear systems here")
     shown = plant.signal_count
     if problem.sampled.names != plant.system.states[:shown]:
-        return NotFound("does not apply", "samples show other quantities than the first states")
+        raise NotFound("does not apply", "samples show other quantities than the first states")
     reference = Reference(problem.likeliest.posterior.signals, plant)
     steps = np.arange(round(problem.window[1] / plant.sampling_time) + 1)
     wanted = np.stack([signal(steps * plant.sampling_time) for signal in reference.signals], axis=1)
@@ -93,7 +93,7 @@ def solve(problem: Problem) -> Answer:
     ahead = [np.vstack([wanted[lead:], np.tile(wanted[-1:], (lead, 1))]) for lead in _LEADS]
     tries = [found for loop in loops for found in _followed(problem, loop, np.stack(ahead))]
     if not tries:
-        return NotFound("infeasible", "no equilibrium between rest and the first command is admissible")
+        raise NotFound("infeasible", "no equilibrium between rest and the first command is admissible")
     return min(tries, key=lambda found: _misfit(problem, found))
 
 
@@ -130,11 +130,3 @@ def _misfit(problem: Problem, found: Found) -> float:
     return max(
         float(np.sum((found.curve.sampled(i, s.times) - s.values) ** 2) / np.ptp(s.values) ** 2) for i, s in pairs
     )
-
-
-GOVERNOR = Rival(
-    "i",
-    "reference governor on the likeliest mean",
-    Promise("", "Garone, Di Cairano & Kolmanovsky 2017; our own program", "bounds at all steps, for any reference"),
-    solve,
-)

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.harness import Disagreement
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import Answer, Found, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.kernels.base import Kernel, Product
@@ -30,7 +30,7 @@ _WIDE = 1e8
 _SAME = 1e-3  # of the samples' spread: a sample of a state is half a step beside its flat output
 
 
-def solve(problem: Problem) -> Answer:
+def solve(problem: Problem) -> Found:
     """Fit each flat output by its own GaussianProcessRegressor."""
     task = problem.task
     learned: dict[str, float] = {}
@@ -113,17 +113,3 @@ def _kernel(kernel: Kernel, start: Callable[[str], Start]) -> Any:
         case _:
             raise NotImplementedError(type(kernel).__name__)
     return ConstantKernel(*_squared(*start("signal_std"))) * shape
-
-
-SKLEARN = Rival(
-    "a",
-    "scikit-learn GaussianProcessRegressor",
-    Promise(
-        "The prediction is probabilistic (Gaussian) so that one can compute empirical confidence intervals",
-        "scikit-learn, User Guide 1.7",
-        "no bounds",
-    ),
-    solve,
-    needs=("sklearn",),
-    licence="BSD-3-Clause",
-)

@@ -17,9 +17,6 @@ POINTS = 200
 """Times of the grid, if nothing else is said: as many as the published study of (c) begins with."""
 
 
-NOT_LINEAR = NotFound("does not apply", "is for weighted sums of the signal; an input is none")
-
-
 @dataclass(frozen=True, eq=False)
 class Grid:
     """All bounded quantities at some times: `rows` with `lower` and `upper` bounds, quantity after quantity."""
@@ -30,12 +27,12 @@ class Grid:
     functionals: tuple[Functional, ...]
 
     @classmethod
-    def of(cls, problem: Problem, times: Array) -> "Grid | None":
-        """Return the bounds at these times [s]; None where a quantity is no weighted sum of the signals."""
+    def of(cls, problem: Problem, times: Array) -> "Grid":
+        """Return the bounds at these times [s]. NotFound: a quantity is no weighted sum of the signals."""
         quantities = problem.task.plant.quantities
         known = tuple(q.functional for q in quantities if q.functional is not None)
         if len(known) < len(quantities):
-            return None
+            raise NotFound("does not apply", "is for weighted sums of the signal; an input is none")
         rows = rows_of([(functional, times) for functional in known], problem.task.plant.signal_count)
         lower, upper = (
             np.repeat([getattr(q.bounds, end) for q in quantities], len(times)) for end in ("lower", "upper")

@@ -13,9 +13,9 @@ import numpy as np
 
 from benchmarks.rivals.adapters.bounded_normal import root
 from benchmarks.rivals.adapters.convex import minimised
-from benchmarks.rivals.adapters.rows import NOT_LINEAR, POINTS, Grid, evenly, prior_covariance, sample_rows
+from benchmarks.rivals.adapters.rows import POINTS, Grid, evenly, prior_covariance, sample_rows
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.rows import Rows, row_kernel
@@ -26,12 +26,10 @@ from trackably.systems.trajectories import Functional
 _LAGS = 16  # in which the supremum is sought; it is at the longest one where covariances fall with the distance
 
 
-def solve(problem: Problem, points: int = POINTS) -> Answer:
+def solve(problem: Problem, points: int = POINTS) -> Found:
     """Solve min ‖y − S g‖²/σ² + ‖g − m‖² under the cones around as many times, at the likeliest hyperparameters."""
     times = evenly(problem, points)
     grid = Grid.of(problem, times)
-    if grid is None:
-        return NOT_LINEAR
     posterior, seen = problem.likeliest.posterior, sample_rows(problem)
     rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
     F = root(prior_covariance(posterior, rows))
@@ -48,8 +46,6 @@ def solve(problem: Problem, points: int = POINTS) -> Answer:
     above = F[n:] @ v + tight <= grid.upper - before[n:]
     below = F[n:] @ v - tight >= grid.lower - before[n:]
     objective = minimised(cp.sum_squares(S @ v - target) + cp.sum_squares(v), (above, below, cp.norm(v) <= size))
-    if isinstance(objective, NotFound):
-        return objective
     # Stationarity: v (1 + Σ η μ/(2|v|)) = Fᵀ [(y − S g)/σ² ; (μ_below − μ_above)/2].
     shrink = 1 + float(eta @ (above.dual_value + below.dual_value)) / (2 * float(np.linalg.norm(v.value)))
     multipliers = np.concatenate([(target - S @ v.value) / noise, (below.dual_value - above.dual_value) / 2]) / shrink
@@ -74,17 +70,3 @@ def _signals(posterior: JointPosterior, rows: Rows, multipliers: Array) -> tuple
         weights = np.bincount(at, centres.spread(multipliers), len(places)).astype(float)
         found.append(KernelSum(part.kernel, part.mean, places, weights))
     return tuple(found)
-
-
-TIGHTENED = Rival(
-    "c",
-    f"second-order cones around {POINTS} times",
-    Promise(
-        "we prove that hard affine shape constraints on function derivatives can be encoded in kernel machines",
-        "Aubin-Frankowski & Szabó, NeurIPS 2020, abstract; our own program",
-        "bounds on the whole compact set",
-    ),
-    solve,
-    needs=("cvxpy", "clarabel"),
-    licence="Apache-2.0",
-)

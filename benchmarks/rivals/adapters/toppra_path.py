@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from benchmarks.rivals.curves import is_driven_by_accelerations, moving
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
 
 _DEGREE = 6  # a cubic path of a quadratic parameter
@@ -14,10 +14,10 @@ _TIMES = 1000  # grid points: it is fast
 _FAR = 1e3
 
 
-def solve(problem: Problem) -> Answer:
+def solve(problem: Problem) -> Found:
     """Follow the learned path from the first sample to the last, from rest to rest."""
     if not is_driven_by_accelerations(problem):
-        return NotFound("does not apply", "bounds velocities and accelerations; the system has other states")
+        raise NotFound("does not apply", "bounds velocities and accelerations; the system has other states")
     import toppra
     from toppra.algorithm import TOPPRA
 
@@ -36,7 +36,7 @@ def solve(problem: Problem) -> Answer:
     instance = TOPPRA(_constraints(problem, limits), bounded, gridpoints=grid, solver_wrapper="seidel")
     _, speeds, _ = instance.compute_parameterization(0.0, 0.0)
     if speeds is None or np.any(np.isnan(speeds)):
-        return NotFound("infeasible", "TOPP-RA finds no parametrisation")
+        raise NotFound("infeasible", "TOPP-RA finds no parametrisation")
     # Between two grid points its parameter accelerates evenly.
     lengths = 2 * np.diff(grid) / (speeds[1:] + speeds[:-1])
     times = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -69,17 +69,3 @@ def _constraints(problem: Problem, speeds: Array) -> list[object]:
         discretization_scheme=limits.DiscretizationType.Interpolation,
     )
     return [limits.JointVelocityConstraint(np.vstack([np.full((m, 2), (-_FAR, _FAR)), speeds])), accelerations]
-
-
-TOPP_RA = Rival(
-    "f",
-    "TOPP-RA on the learned path",
-    Promise(
-        "path acceleration and path velocity square",
-        "TOPP-RA, reference of JointAccelerationConstraint",
-        "velocities and accelerations at grid points of the path",
-    ),
-    solve,
-    needs=("toppra",),
-    licence="MIT",
-)

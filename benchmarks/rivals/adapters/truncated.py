@@ -14,11 +14,11 @@ from functools import partial
 import numpy as np
 import scipy
 
-from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, NoRoom, root
+from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, root
 from benchmarks.rivals.adapters.convex import shortest
-from benchmarks.rivals.adapters.rows import NOT_LINEAR, Grid, by_basis
+from benchmarks.rivals.adapters.rows import Grid, by_basis
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import Answer, Found, NotFound, Problem, Promise, Rival
+from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
 from trackably.systems.pieces import PolynomialPieces
 
@@ -42,13 +42,12 @@ class Truncated:
         at = self.rows @ self.mean
         return self.rows @ self.root, self.lower - at, self.upper - at
 
-    def mode(self) -> Array | NotFound:
+    def mode(self) -> Array:
         """Return the most likely ξ within the bounds."""
-        found = shortest(*self.bounds)
-        return found if isinstance(found, NotFound) else np.asarray(self.mean + self.root @ found.w)
+        return np.asarray(self.mean + self.root @ shortest(*self.bounds).w)
 
     def average(self, draws: int = _DRAWS) -> Array:
-        """Return the mean of as many draws within the bounds. NoRoom: there is nothing to draw from."""
+        """Return the mean of as many draws within the bounds. NotFound: there is nothing to draw from."""
         drawn = BoundedNormal(*self.bounds).draws(draws, _SEED)
         return np.asarray(self.mean + self.root @ np.mean(drawn, axis=0))
 
@@ -62,17 +61,15 @@ def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array,
     return prior_mean + gain @ (values - seen @ prior_mean), root((after + after.T) / 2)
 
 
-def solve(problem: Problem, of: str) -> Answer:
+def solve(problem: Problem, of: str) -> Found:
     """Return the "mode" or the "mean", with a knot at every sampling instant."""
     task = problem.task
     step = task.plant.sampling_time
     longest = max(task.plant.flatness.orders)
     knots = step * np.arange(round(problem.window[1] / step) + longest + 1)
     grid = Grid.of(problem, knots[: len(knots) - longest])
-    if grid is None:
-        return NOT_LINEAR
     if len(knots) > _MOST_KNOTS:
-        return NotFound("does not apply", f"{len(knots)} knots, one for each sampling instant, are too many here")
+        raise NotFound("does not apply", f"{len(knots)} knots, one for each sampling instant, are too many here")
     posterior, basis = problem.likeliest.posterior, partial(hats, knots=knots)
     parts = []
     for part in posterior.parts:
@@ -85,12 +82,7 @@ def solve(problem: Problem, of: str) -> Answer:
     means, roots = zip(*parts, strict=True)
     lower, upper = (ends - grid.rows.offsets for ends in (grid.lower, grid.upper))
     whole = Truncated(np.concatenate(means), scipy.linalg.block_diag(*roots), by_basis(grid.rows, basis), lower, upper)
-    try:
-        found = whole.mode() if of == "mode" else whole.average()
-    except NoRoom as why:
-        return NotFound("failed", f"no draws: {why}")
-    if isinstance(found, NotFound):
-        return found
+    found = whole.mode() if of == "mode" else whole.average()
     lines = (dict(zip(knots.tolist(), values.tolist(), strict=True)) for values in np.split(found, len(parts)))
     curve = curve_of([PolynomialPieces.lines(values) for values in lines], problem)
     says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
@@ -102,17 +94,4 @@ def hats(t: Array, knots: Array) -> Array:
     return np.stack([np.interp(t, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
-def _rival(of: str) -> Rival:
-    return Rival(
-        "d",
-        f"truncated Gaussian on hat functions, {of}",
-        Promise(
-            "Gaussian process interpolation, regression and simulation under linear inequality constraints",
-            "lineqGPR (GPL-3), of López-Lopera et al. 2018; our own program",
-            "bounds everywhere, for hat functions",
-        ),
-        partial(solve, of=of),
-    )
-
-
-MODE, MEAN = _rival("mode"), _rival("mean")
+mode, mean = partial(solve, of="mode"), partial(solve, of="mean")

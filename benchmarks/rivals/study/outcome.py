@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.harness import root_mean_square
 from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
 from benchmarks.rivals.curves import curve_of
-from benchmarks.rivals.model import Answer, Found, Problem
+from benchmarks.rivals.model import Found, NotFound, Problem
 from benchmarks.rivals.study.draws import Run
 
 _POINTS = 100
@@ -17,19 +17,19 @@ _SOLVED = 1e-9  # violations below are a solver's tolerance
 _TIMES = 201
 
 
-def _unconstrained(problem: Problem) -> Answer:
+def _unconstrained(problem: Problem) -> Found:
     return Found(curve_of(problem.likeliest.posterior.signals, problem))
 
 
-SOLVERS: dict[str, Callable[[Problem], Answer]] = {
+SOLVERS: dict[str, Callable[[Problem], Found]] = {
     "unconstrained": _unconstrained,
     "grid of 100": partial(fine_grid.solve, points=_POINTS),
     "cones around 100": partial(tightened.solve, points=_POINTS),
-    "hat functions, mode": partial(truncated.solve, of="mode"),
+    "hat functions, mode": truncated.mode,
     "spline on 100": partial(splines.solve, points=_POINTS),
     "governor": governor.solve,
-    "ours, θ alone": ours.HYPERPARAMETERS.solve,
-    "ours, joint": ours.JOINT.solve,
+    "ours, θ alone": ours.alone,
+    "ours, joint": ours.joint,
 }
 
 
@@ -57,18 +57,16 @@ def outcomes(index: int) -> list[Outcome]:
     found: list[Outcome] = []
     for name, solve in SOLVERS.items():
         try:
-            answer = solve(problem)
+            least = (found and found[0].misfit) or np.inf
+            found.append(_outcome(run, problem, name, solve(problem), least))
+        except NotFound as no:
+            found.append(Outcome(index, name, no.kind))
         except (ArithmeticError, np.linalg.LinAlgError) as why:
             found.append(Outcome(index, name, f"failed: {why}"))
-            continue
-        least = (found and found[0].misfit) or np.inf
-        found.append(_outcome(run, problem, name, answer, least))
     return found
 
 
-def _outcome(run: Run, problem: Problem, name: str, answer: Answer, least: float) -> Outcome:
-    if not isinstance(answer, Found):
-        return Outcome(run.index, name, answer.kind)
+def _outcome(run: Run, problem: Problem, name: str, answer: Found, least: float) -> Outcome:
     (samples,), (truth,) = problem.task.samples, problem.truths
     assert truth is not None
     spread = float(np.ptp(samples.values))

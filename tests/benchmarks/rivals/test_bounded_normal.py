@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, NoRoom, root
+from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, root
+from benchmarks.rivals.model import NotFound
 
 INF = np.inf
 
@@ -53,7 +54,7 @@ def test_three_dimensions_against_rejection(seed):
     ],
 )
 def test_where_nothing_is_between_the_bounds_nothing_is_drawn(rows, lower, upper):
-    with pytest.raises(NoRoom):
+    with pytest.raises(NotFound):
         between(rows, lower, upper).draws(1, 0)
 
 

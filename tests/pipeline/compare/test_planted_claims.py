@@ -10,7 +10,7 @@ from pipeline.compare.artifacts import ABSENT
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import JudgedClaim
-from pipeline.storage.results import read_columns, to_csv
+from pipeline.storage.results import read_numbers, to_csv
 from tests.pipeline.compare.project import LEARNED, RESULTS, TOLERANCES, compared, edit_text, metric, moved
 
 BOUND = {"file": "example1/iterations.csv", "column": "bound"}
@@ -43,7 +43,7 @@ def test_claims_about_tables_and_logs(base: Path, new: Path) -> None:
 
 def test_claims_may_be_about_a_whole_curve(base: Path, tmp_path: Path) -> None:
     """A number moved, a number or a row missing on one side: each is seen; what both lack counts for nothing."""
-    ours = read_columns(base / RESULTS / "iterations.csv")
+    ours = read_numbers(base / RESULTS / "iterations.csv")
     theirs, same = tmp_path / "published.csv", to_csv(ours)
     assert np.isnan(ours["bound"]).any()
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pipeline.published.algorithm1 import SOUND, Trace, algorithm1
+from pipeline.published.algorithm1 import SOUND, algorithm1
 from pipeline.published.scalar import reachable_tube, successor_set
-from pipeline.storage.results import read_columns
+from pipeline.storage.results import read_numbers
 from tests.pipeline.published import example1
 from tests.pipeline.published.example1 import INPUT_SET, PUBLISHED, STATE_SET, STEPS, SYSTEM
 from tests.project import ROOT
@@ -37,8 +37,8 @@ def test_the_optima_are_the_identified_ones(unconstrained, run):
 
 def test_iterations_are_the_committed_ones(as_published):
     """Which the claims compare with the printed ones: where each test first holds, and all 61 bounds."""
-    committed = read_columns(ROOT / "data" / "results" / "example1" / "iterations.csv")
-    found = Trace.of(as_published.iterations).columns()
+    committed = read_numbers(ROOT / "data" / "results" / "example1" / "iterations.csv")
+    found = as_published.trace
     for name, values in committed.items():
         np.testing.assert_allclose(found[name], values, rtol=1e-6, err_msg=name)
 
