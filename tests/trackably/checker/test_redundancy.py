@@ -113,7 +113,7 @@ def test_both_implementations_find_the_same_rows(case):
     """The checker wants every row that the prover bounds, to the last bit, and no more."""
     system, wanted = case
     attainable = tuple(row_of(r, b.lower, b.upper) for r, b in Allocation.of(system, wanted).attainable)
-    rows = tuple(row_of(r.tolist(), b.lower, b.upper) for r, b in wanted.intervals)
+    rows = tuple(row_of(r.tolist(), b.lower, b.upper) for r, b in zip(wanted.rows, wanted.bounds, strict=True))
     B = tuple(map(tuple, system.B.tolist()))
     stored = checked.LinearSystem((), B, (), (), system.inputs, system.sampling_time)
 
