@@ -10,7 +10,7 @@ the objective of a learner: l (minus twice the logarithm of the marginal likelih
 is the least rise of a function's misfit and norm that they cause for given hyperparameters.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -43,8 +43,9 @@ _HOPELESS = 1.0
 # 1 + |l|, because the back-off of any proved reference costs about as much.
 _SAME_VALUE = 1e-6
 # After a failed proof, a quantity's back-off is at least its error of float64 evaluation times the first factor, or the
-# second one for rough functions (kinks and many active bounds). With a smaller back-off, the proof takes more boxes.
-_ROOM, _ROUGH_ROOM = 4.0, 8.0
+# second one for rough functions (kinks and many active bounds). With a smaller back-off, the proof takes more boxes. If
+# this raises J by more than the allowed gap, the back-off is what the gap allows, but at least the third factor.
+_ROOM, _ROUGH_ROOM, _LEAST_ROOM = 4.0, 8.0, 2.0
 # If errors need more than _LARGEST_BACKOFF, a quantity's own back-off may be up to _LARGEST_OWN, provided that all of
 # these raise J by at most _CHEAP times the allowed gap, to first order. Bounds of an input that are hardly active cost
 # next to nothing, while shorter length scales, the other way to small errors, may raise J by a hundred times as much.
@@ -204,7 +205,7 @@ class _Learning:
                 goal, backoff = longer, learner.first_backoff
                 found = learner.extended(found, self._problem(goal, backoff))
                 continue
-            room = _ROUGH_ROOM if found.is_rough else _ROOM
+            room = self._room_for(errors, found)
             most = self._largest_own(max(error, self.rounding.get(outcome.quantity, 0.0)), errors, room, found)
             if most is None and self._shortened(found, error):
                 backoff, self.rounding = learner.first_backoff, {}
@@ -212,7 +213,7 @@ class _Learning:
                 continue
             if most is None or backoff >= _LARGEST_BACKOFF:
                 return outcome
-            if not self._leave_room_for(errors, backoff, room, most):
+            if not self._leave_room_for(room, backoff, most):
                 own = self.rounding.get(outcome.quantity, 0.0)
                 if own > backoff:  # this quantity has a larger back-off of its own: raise it alone
                     self.rounding[outcome.quantity] = min(2 * own, most)
@@ -225,32 +226,45 @@ class _Learning:
                 return outcome  # there is a function, but none that leaves so much room for errors
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
-    def _largest_own(self, needed: float, errors: dict[str, float], room: float, found: Solution) -> float | None:
+    def _room_for(self, errors: dict[str, float], found: Solution) -> dict[str, float]:
+        """Return, by quantity, a back-off that leaves room for its relative error of evaluation.
+
+        It is 4 times the error, or 8 times for rough functions (kinks and many active bounds), if J rises by no more
+        than the allowed gap, to first order. Otherwise it is what this gap allows, but at least twice the error.
+        """
+        room, backoffs = _ROUGH_ROOM if found.is_rough else _ROOM, dict[str, float]()
+        for q in self.plant.quantities:
+            error = errors[q.name]
+            backoffs[q.name] = max(_LEAST_ROOM * error, min(room * error, _affordable(found, [q])))
+        return backoffs
+
+    def _largest_own(
+        self, needed: float, errors: dict[str, float], room: dict[str, float], found: Solution
+    ) -> float | None:
         """Return the largest size that own back-offs may have now; None if they would not help, or raise J too much.
 
-        A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs of `room`
-        times the errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first order.
-        They help if 0.2 is more than each error and than each own back-off so far. With hyperparameters alone, the rise
-        of J is not known, and none is allowed.
+        A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs that
+        leave `room` for errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first
+        order. They help if 0.2 is more than each error and than each own back-off so far. With hyperparameters alone,
+        the rise of J is not known, and none is allowed.
         """
         if needed < _LARGEST_BACKOFF:
             return _LARGEST_BACKOFF
         known = self.rounding
         if found.method == "hyperparameters" or max(*errors.values(), *known.values(), 0.0) >= _LARGEST_OWN:
             return None
-        own = {name: min(max(room * error, known.get(name, 0.0)), _LARGEST_OWN) for name, error in errors.items()}
+        own = {name: min(max(least, known.get(name, 0.0)), _LARGEST_OWN) for name, least in room.items()}
         rise = sum(own[q.name] * found.rise([q]) for q in self.plant.quantities)
         return _LARGEST_OWN if rise <= _CHEAP * found.allowed_gap else None
 
-    def _leave_room_for(self, errors: dict[str, float], backoff: float, room: float, most: float) -> bool:
-        """Raise each quantity's own back-off to `room` times its relative error; to `most` at most.
+    def _leave_room_for(self, room: dict[str, float], backoff: float, most: float) -> bool:
+        """Raise each quantity's own back-off to its `room` for errors; to `most` at most.
 
         Return whether this tightens any bound more than before, when each quantity had the larger of `backoff` and its
         own back-off.
         """
         known = self.rounding
-        needed = {name: min(room * error, most) for name, error in errors.items()}
-        self.rounding = {name: max(least, known.get(name, 0.0)) for name, least in needed.items()}
+        self.rounding = {name: max(min(least, most), known.get(name, 0.0)) for name, least in room.items()}
         return any(least > max(backoff, known.get(name, 0.0)) for name, least in self.rounding.items())
 
     def _larger(self, backoff: float, found: Solution) -> float:
@@ -267,8 +281,7 @@ class _Learning:
 
     def _enough(self, found: Solution) -> float:
         """Return the back-off for which J rises by the solver's tolerance, to first order; 0.01 at most."""
-        rise = found.rise(self.plant.quantities)
-        return min(found.allowed_gap / rise, _LARGEST_BACKOFF) if rise else _LARGEST_BACKOFF
+        return min(_affordable(found, self.plant.quantities), _LARGEST_BACKOFF)
 
     def _shortened(self, found: Solution, error: float) -> bool:
         """Lower the upper limits of the searched length scales to half of those of the solution `found`.
@@ -321,6 +334,12 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
 
 def _tighten(quantity: Quantity, by: float) -> Quantity:
     return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
+
+
+def _affordable(found: Solution, quantities: Iterable[Quantity]) -> float:
+    """Return the back-off of these quantities for which J rises by the allowed gap, to first order; ∞ if J does not."""
+    rise = found.rise(quantities)
+    return found.allowed_gap / rise if rise else np.inf
 
 
 def _relative_errors(reference: Reference) -> dict[str, float]:

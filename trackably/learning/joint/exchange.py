@@ -29,7 +29,7 @@ _SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as
 _JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
-_BETWEEN = 5  # regular times between two samples at which bounds on a function with kinks are imposed if violated
+_BETWEEN = 10  # regular times between two samples at which bounds on a function with kinks are imposed if violated
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
@@ -133,9 +133,10 @@ def exchange_bounds(
 
 
 def _regular_times(problem: ConstrainedProblem) -> list[Array]:
-    """Return, for each constraint, regular times [s] of its index set, about five between two samples.
+    """Return, for each constraint, regular times [s] of its index set, about ten between two samples.
 
-    They are whole steps of the plant from the first sample (see `at_steps`).
+    They are whole steps of the plant from the first sample. If every step is regular, active bounds at neighbouring
+    steps have kernels in common, whose weights cancel (see `at_steps`).
     """
     samples, found = problem.samples[0].times, []
     between = float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0

@@ -202,6 +202,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
 
 
 CLOSE = 0.05  # part of a width: bounds are imposed also where a local minimum of the margin is smaller than this
+_HELD = 0.9  # part of a back-off: a function with kinks that has less margin at a regular time is constrained there
 _IN_REACH = 0.5  # part of a width: bounds on nonlinear formulas are kept for steps of θ only if their slack is smaller
 
 Minima = list[tuple[Array, Array]]
@@ -234,10 +235,17 @@ class MarginScan:
         return joined(found, between(self._known, self._all, centres, CLOSER))
 
     def violated(self, times: Sequence[Array]) -> Minima:
-        """Return those of each constraint's `times` [s] at which its margin is negative, and the relative margins."""
-        widths = (constraint.quantity.bounds.width for constraint in self._known)
-        found = [(at, of / width) for at, of, width in zip(times, margins_at(self._all, times), widths, strict=True)]
-        return [(at[margins < 0], margins[margins < 0]) for at, margins in found]
+        """Return those `times` [s] of each constraint at which its margin is below 0.9 of the back-off, with margins.
+
+        At these times, the function violates the bounds that programs impose, which are tightened by the back-off.
+        Margins are relative to the bounds' width.
+        """
+        found = []
+        for constraint, at, margins in zip(self._known, times, margins_at(self._all, times), strict=True):
+            relative = margins / constraint.quantity.bounds.width
+            is_beyond = relative < _HELD * constraint.backoff
+            found.append((at[is_beyond], relative[is_beyond]))
+        return found
 
     def places(self, found: Minima, below: float = CLOSE) -> Places:
         """Return the times of minima with a margin `below` this part of a width, and the sides of the nearer bounds."""
