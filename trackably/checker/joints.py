@@ -185,9 +185,10 @@ def not_kept(of: JointTrajectory) -> Iterator[tuple[bool, int, int, int]]:
 
 def check_joints(trajectory: JointTrajectory) -> None:
     """Raise FailedStepError at the first limit that is not shown to be kept, or the first jump that is too large."""
-    if (first := min(not_kept(trajectory), default=None)) is None:
+    found = ((jumps, r, j, i) for jumps, j, r, i in not_kept(trajectory))  # limits first, of low orders first
+    if (first := min(found, default=None)) is None:
         return
-    jumps, j, r, i = first
+    jumps, r, j, i = first
     what, start = f'the {ORDERS[r]} of "{trajectory.joints[j].name}"', trajectory.breakpoints[i]
     if jumps:
         raise FailedStepError(f"jump: {what} jumps by more than {trajectory.jumps[r]!r} at {start!r} s")
