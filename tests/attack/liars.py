@@ -163,16 +163,13 @@ def _breaks_anywhere(rng: np.random.Generator, honest: Any) -> Any:
 
 
 def _everything_open(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda subject: (
-        [
-            (j, r, i)
-            for j, of in enumerate(subject.joints)
-            for r, limit in enumerate(of.limits)
-            for i in range(len(subject.breakpoints) - 1)
-            if limit is not None
-        ],
-        [],
-    )
+    return lambda subject: [
+        (False, j, r, i)
+        for j, of in enumerate(subject.joints)
+        for r, limit in enumerate(of.limits)
+        for i in range(len(subject.breakpoints) - 1)
+        if limit is not None
+    ]
 
 
 def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
@@ -188,7 +185,7 @@ def _solves_another(rng: np.random.Generator, honest: Any) -> Any:
 OF_JOINTS: Lies = {
     "violations are larger": (joints, "_outside", scaled(0, 3, "violation")),
     "limits are broken anywhere": (joints, "_outside", _breaks_anywhere),
-    "nothing is decided": (joints, "undecided", _everything_open),
+    "nothing is decided": (joints, "not_kept", _everything_open),
     "extremes are elsewhere": (
         joints, "_times_at", lambda rng, honest: lambda of, value: np.sort(rng.uniform(of.x[0], of.x[-1], 4)),
     ),

@@ -55,9 +55,9 @@ Assumptions about rounding. Arithmetic is IEEE's, with subnormal numbers. exp, l
 powers are within 4 units in the last place. The evaluated formulas are those of κ in `kernels`, sums of products in any
 order (no fast Fourier transforms), and for nonlinear systems the formulas of u, or those of the flat form. The first
 pass, which also computes the six digits that are printed of x(0), assumes the same of NumPy's arithmetic, exp, log,
-sqrt, cos, arctan and arctan2. It is left out if the check is `exact`, or is that of a counterexample or of polynomial
-pieces, if NumPy is missing, or if the processor replaces subnormal numbers by zero. Then nothing but the errors of
-evaluation rests on these assumptions. The answer says which arithmetic it trusted.
+sqrt, cos, arctan and arctan2. It is left out if the check is `exact`, or is that of a counterexample, of polynomial
+pieces or of joints, if NumPy is missing, or if the processor replaces subnormal numbers by zero. Then nothing but the
+errors of evaluation rests on these assumptions. The answer says which arithmetic it trusted.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
 signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
@@ -151,7 +151,7 @@ def _check(data: object, exact: bool) -> Verdict:
         if isinstance(data, dict):
             kind, reference = format_of(data), data.get("reference")
             exact = exact or (isinstance(reference, dict) and has_pieces(reference.get("signals")))
-            first_pass = _first_pass(exact) if kind in (FORMAT, JOINTS) else NO_FIRST_PASS
+            first_pass = _first_pass(exact) if kind == FORMAT else NO_FIRST_PASS
             if kind in (kinds := _kinds(first_pass)):
                 wanted, name, read, require, say = kinds[kind]
                 found = read(data)
@@ -181,7 +181,6 @@ def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
     valid file shows.
     """
     whole = partial(check_certificate, first_pass=first_pass), partial(statement, first_pass=first_pass)
-    joints = partial(check_joints, undecided=first_pass.of_joints), joints_statement
     return {
         FORMAT: (Proved, "certificate", read_certificate, *whole),
         COUNTEREXAMPLE: (Refuted, "counterexample", read_counterexample, check_counterexample, refutation),
@@ -189,7 +188,7 @@ def _kinds(first_pass: FirstPass) -> dict[str | None, _Kind]:
         CONTRADICTION: (Contradicted, "contradiction", read_contradiction, check_contradiction, impossibility),
         TABLE: (Proved, "certificate", read_table, check_table, table_statement),
         REFUTED_TABLE: (Refuted, "counterexample", read_refuted_table, check_refuted_table, table_refutation),
-        JOINTS: (Proved, "certificate", read_joints, *joints),
+        JOINTS: (Proved, "certificate", read_joints, check_joints, joints_statement),
         BROKEN_JOINTS: (Refuted, "counterexample", read_broken_joints, check_broken, joints_refutation),
     }
 

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, Certificate, Steps
 from trackably.checker.intervals import ZERO, Real, UndefinedError, exactly, in_fixed_point
-from trackably.checker.joints import JointTrajectory, Open, everything
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import repeats
@@ -81,15 +80,13 @@ class FirstPass:
     `boxes` yields each box with the quantities that are left to be proved. `models` yields, for each box, models of
     some shifted signals without their means; it leaves out those that are not finite. `envelope` over-estimates |z − m|
     and |ż| of a signal z with mean m at all times after a time; it returns None if it finds no finite bounds.
-    `of_joints` returns the limits and the jumps of joints that are not certain to be kept. `is_sound` says whether the
-    processor's arithmetic is as all of these functions assume. `trusted` is a sentence that says which arithmetic is
-    trusted.
+    `is_sound` says whether the processor's arithmetic is as all of these functions assume. `trusted` is a sentence that
+    says which arithmetic is trusted.
     """
 
     boxes: Callable[[FormulaNeeds, Subject, int, Held], Left]
     models: Callable[[Subject, Sequence[Shifted], Sequence[Box], int], Iterator[dict[Shifted, Model]]]
     envelope: Callable[[Signal, Real], Decay | None]
-    of_joints: Callable[[JointTrajectory], tuple[Open, Open]]
     is_sound: Callable[[], bool]
     trusted: str
 
@@ -98,7 +95,6 @@ NO_FIRST_PASS = FirstPass(
     lambda _needs, _subject, _terms, held: iter(held.items()),
     lambda _subject, _wanted, boxes, _terms: ({} for _ in boxes),
     lambda _signal, _start: None,
-    everything,
     lambda: True,
     "This was checked in exact arithmetic: rational numbers and intervals of mpmath.",
 )

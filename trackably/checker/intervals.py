@@ -265,19 +265,20 @@ def exact_dot(xs: Iterable[Fraction], ys: Iterable[Fraction]) -> Fraction:
     return exact_sum(x * y for x, y in zip(xs, ys, strict=True) if x and y)
 
 
-def common_denominator(numbers: Iterable[Fraction | int]) -> int:
+def common_denominator(numbers: Iterable[Fraction | float]) -> int:
     """Return the least d that makes all numbers integers."""
     found = 1
-    for number in numbers:
-        found = short(Fraction(lcm(found, number.denominator))).numerator
+    for denominator in {number.as_integer_ratio()[1] for number in numbers}:
+        found = short(Fraction(lcm(found, denominator))).numerator
     return found
 
 
-def in_whole_numbers(rows: Sequence[Sequence[Fraction | int]]) -> tuple[int, list[list[int]]]:
+def in_whole_numbers(rows: Sequence[Sequence[Fraction | float]]) -> tuple[int, list[list[int]]]:
     """Return the least d for which d times each number is whole, and the rows times d."""
     d = common_denominator(value for row in rows for value in row)
     require_room(sum(map(len, rows)), d.bit_length())
-    return d, [[value.numerator * (d // value.denominator) for value in row] for row in rows]
+    ratios = ([value.as_integer_ratio() for value in row] for row in rows)
+    return d, [[numerator * (d // denominator) for numerator, denominator in row] for row in ratios]
 
 
 MOST_MULTIPLIED = 64

@@ -21,15 +21,15 @@ q^(r) is outside its limits by at least v at t_i + s, on piece i. The entry {"jo
 
 Proof. On a piece of width h, q^(r) is Σ_k a_k x^k with a_k = c_(k+r) (k + r)!/k! h^k and 0 ≤ x ≤ 1, a polynomial with
 rational coefficients. The differences between this polynomial and its limits are shown to be nowhere negative, as in
-`piecewise`; for most pieces, float64 intervals show it first (`floats.joints`). Jumps are compared in rational numbers.
+`piecewise`. Jumps are compared in rational numbers. No step is checked in float64 first.
 """
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from math import perm
+from math import factorial, perm
 from typing import Any
 
 from trackably.checker.answers import FailedStepError
@@ -45,10 +45,10 @@ from trackably.checker.form import (
     record,
     whole_number,
 )
-from trackably.checker.intervals import exact_sum
+from trackably.checker.intervals import exact_sum, in_whole_numbers
 from trackably.checker.limits import CENTRES, COEFFICIENTS, COORDINATES
 from trackably.checker.polynomials import stays_between
-from trackably.checker.watch import progress, require_room, tick
+from trackably.checker.watch import progress, tick
 
 FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
 ORDERS = ("position", "velocity", "acceleration", "jerk", "snap")
@@ -149,40 +149,53 @@ def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
     return exact_sum(c * at**k for k, c in enumerate(polynomial))
 
 
-Open = Iterable[tuple[int, int, int]]
-"""Indices (joint, order, piece) of limits, or (joint, order, breakpoint) of jumps, that remain to be checked."""
+def not_kept(of: JointTrajectory) -> Iterator[tuple[bool, int, int, int]]:
+    """Yield (False, joint, order, piece) for limits that are not shown to be kept, and (True, …) for too large jumps.
 
-
-def everything(trajectory: JointTrajectory) -> tuple[Open, Open]:
-    """Return all limits on all pieces, and all jumps."""
-    joints = list(enumerate(trajectory.joints))
-    limits = (
-        (j, r, i) for j, of in joints for r in range(of.order + 1) if of.limits[r] for i in range(trajectory.pieces)
-    )
-    return limits, ((j, r, i) for j, of in joints for r in range(of.order) for i in trajectory.inner)
-
-
-def check_joints(
-    trajectory: JointTrajectory, undecided: Callable[[JointTrajectory], tuple[Open, Open]] = everything
-) -> None:
-    """Raise FailedStepError at the first limit that is not shown to be kept, or the first jump that is too large.
-
-    `undecided` returns the limits and the jumps that are still to be checked here.
+    For a jump, the last index is that of the breakpoint. On a piece of width h, q^(r) h^r is the r-th derivative of a
+    polynomial of x ∈ [0, 1]. It is compared with limits and jumps times h^r, in integers.
     """
-    limits, jumps = undecided(trajectory)
-    for j, r, i in limits:
-        progress(j, len(trajectory.joints))
-        joint, (polynomial, width) = trajectory.joints[j], trajectory.polynomial(j, i, r)
-        require_room(len(polynomial), len(polynomial) * width.denominator.bit_length())
-        limit, scaled = joint.limits[r], [c * width**k for k, c in enumerate(polynomial)]
-        if limit and not stays_between(scaled, *map(Fraction, limit)):
-            start, *end = trajectory.breakpoints[i : i + 2]  # rest at the end is a piece without an end
-            kept = f"[{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {f'to {end[0]:.9g} s' if end else 'on'}"
-            raise FailedStepError(f'limit: the {ORDERS[r]} of "{joint.name}" is not shown to keep {kept}')
-    for j, r, i in jumps:
-        if abs(trajectory.jump(j, r, i)) > Fraction(trajectory.jumps[r]):
-            of, most, at = trajectory.joints[j].name, trajectory.jumps[r], trajectory.breakpoints[i]
-            raise FailedStepError(f'jump: the {ORDERS[r]} of "{of}" jumps by more than {most!r} at {at!r} s')
+    powers = max(len(of.jumps), *(len(piece) - 1 for pieces in of.coefficients for piece in pieces))
+    whole: list[tuple[int, list[int], list[list[int]], list[list[int]]]] = []
+    for joint, polynomials in zip(of.joints, of.coefficients, strict=True):
+        _, (jumps, *rows) = in_whole_numbers([of.jumps, *(limit or () for limit in joint.limits), *polynomials])
+        whole.append((order := joint.order, jumps, rows[: order + 1], rows[len(joint.limits) :]))
+    last = len(of.breakpoints) - 1
+    for i, (start, end) in enumerate(pairwise(map(Fraction, of.breakpoints))):
+        progress(i, last)
+        width, second = (end - start).as_integer_ratio()
+        units = [width**r * second ** (powers - r) for r in range(powers + 1)]  # h^r, times the same positive number
+        for j, (order, jumps, limits, pieces) in enumerate(whole):
+            a = [c * unit for c, unit in zip(pieces[i], units, strict=False)]
+            for r, (ends, unit) in enumerate(zip(limits, units, strict=False)):
+                if ends and not stays_between(a, ends[0] * unit, ends[1] * unit):
+                    yield False, j, r, i
+                if r < order and i + 1 < last:
+                    after = factorial(r) * sum(pieces[i + 1][r : r + 1]) * unit
+                    if abs(after - sum(a)) > jumps[r] * unit:
+                        yield True, j, r, i + 1
+                a = [k * c for k, c in enumerate(a)][1:] or [0]
+    for j, joint in enumerate(of.joints if of.rests else ()):
+        for r, limit in enumerate(joint.limits):
+            if limit and not limit[0] <= of.polynomial(j, last, r)[0][0] <= limit[1]:
+                yield False, j, r, last
+            if r < joint.order and abs(of.jump(j, r, last)) > of.jumps[r]:
+                yield True, j, r, last
+
+
+def check_joints(trajectory: JointTrajectory) -> None:
+    """Raise FailedStepError at the first limit that is not shown to be kept, or the first jump that is too large."""
+    found = ((jumps, r, j, i) for jumps, j, r, i in not_kept(trajectory))  # limits first, of low orders first
+    if (first := min(found, default=None)) is None:
+        return
+    jumps, r, j, i = first
+    what, start = f'the {ORDERS[r]} of "{trajectory.joints[j].name}"', trajectory.breakpoints[i]
+    if jumps:
+        raise FailedStepError(f"jump: {what} jumps by more than {trajectory.jumps[r]!r} at {start!r} s")
+    limit = trajectory.joints[j].limits[r]
+    assert limit is not None, "only derivatives with limits are compared"
+    end = f"to {trajectory.breakpoints[i + 1]:.9g} s" if i + 1 < len(trajectory.breakpoints) else "on"
+    raise FailedStepError(f"limit: {what} is not shown to keep [{limit[0]:g}, {limit[1]:g}] from {start:.9g} s {end}")
 
 
 def check_broken(found: BrokenTrajectory) -> None:

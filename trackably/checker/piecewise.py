@@ -101,7 +101,7 @@ def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list
 
 def bits_of(numbers: Iterable[float | Fraction]) -> int:
     """Return the least e such that 2^e times each number is an integer; denominators must be powers of two."""
-    return max((number.as_integer_ratio()[1] for number in numbers), default=1).bit_length() - 1
+    return common_denominator(numbers).bit_length() - 1
 
 
 @lru_cache(maxsize=32)  # many rows are made of the same few signals

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import pairwise
+from functools import cache
+from itertools import accumulate, pairwise
 from math import comb, lcm
 from typing import TypeVar
 
-from trackably.checker.intervals import in_whole_numbers
 from trackably.checker.watch import tick
 
 Number = TypeVar("Number", int, Fraction)
@@ -14,29 +14,50 @@ Number = TypeVar("Number", int, Fraction)
 _MOST_CUTS = 2000
 
 
-def stays_between(p: Sequence[Fraction | int], low: Fraction | int, high: Fraction | int) -> bool:
-    """Return whether low ≤ Σ p_k x^k ≤ high for all x ∈ [0, 1].
+def stays_between(a: Sequence[int], low: int, high: int) -> bool:
+    """Return whether low ≤ Σ a_k x^k ≤ high for all x ∈ [0, 1].
 
     False may also mean that the decision takes too long.
     """
-    _, ((bottom, first, top, *others),) = in_whole_numbers([[low, p[0], high, *p[1:]]])
-    return is_nowhere_negative([first - bottom, *others]) and is_nowhere_negative([top - first, *(-c for c in others)])
-
-
-def is_nowhere_negative(a: list[int]) -> bool:
-    """Return whether Σ a_k x^k ≥ 0 for all x ∈ [0, 1].
-
-    With Bernstein coefficients b_k, the sum is Σ b_k C(n, k) x^k (1 − x)^(n − k). If all b_k are ≥ 0, it is nowhere
-    negative. b_0 and b_n are its values at 0 and 1: a negative one refutes the claim. Otherwise [0, 1] is halved.
-
-    With x = y/(1 + y), the b_k C(n, k) are the coefficients in y of (1 + y)ⁿ Σ a_k x^k. All b_k are multiplied by the
-    same positive number, which makes them integers.
-    """
-    if a[0] >= sum(map(abs, a[1:])):
+    beyond = sum(map(abs, a[1:]))
+    if low + beyond <= a[0] <= high - beyond:
         return True
-    counts = [comb(len(a) - 1, k) for k in range(len(a))]
+    b, unit = _bernstein(a)
+    return all(_stays_positive([sign * (c - unit * end) for c in b]) for sign, end in ((1, low), (-1, high)))
+
+
+def is_nowhere_negative(a: Sequence[int]) -> bool:
+    """Return whether Σ a_k x^k ≥ 0 for all x ∈ [0, 1]; False may also mean that the decision takes too long."""
+    return a[0] >= sum(map(abs, a[1:])) or _stays_positive(_bernstein(a)[0])
+
+
+def _bernstein(a: Sequence[int]) -> tuple[list[int], int]:
+    """Return the Bernstein coefficients of Σ a_k x^k on [0, 1], times a positive number that makes them whole.
+
+    This number comes second. x^k has the Bernstein coefficients b_i = C(i, k)/C(n, k). So the k-th differences of
+    Σ a_k x^k begin with a_k/C(n, k), and sums of differences give the b_i.
+    """
+    (unit, factors), found = _factors(len(a)), list[int]()
+    for c, factor in zip(reversed(a), factors, strict=True):
+        found = [*accumulate(found, initial=c * factor)]
+    return found, unit
+
+
+@cache
+def _factors(count: int) -> tuple[int, list[int]]:
+    """Return the least common multiple of all C(n, k), n = count − 1, and its quotients by them."""
+    counts = [comb(count - 1, k) for k in range(count)]
     unit = lcm(*counts)
-    waiting = [[c * (unit // count) for c, count in zip(shift(a[::-1], 1)[::-1], counts, strict=True)]]
+    return unit, [unit // c for c in counts]  # the same from both sides, as C(n, k) = C(n, n − k)
+
+
+def _stays_positive(b: list[int]) -> bool:
+    """Return whether Σ b_k C(n, k) x^k (1 − x)^(n − k) ≥ 0 for all x ∈ [0, 1].
+
+    If all b_k are ≥ 0, the sum is nowhere negative. b_0 and b_n are its values at 0 and 1: a negative one refutes the
+    claim. Otherwise [0, 1] is halved.
+    """
+    waiting = [b]
     for _ in range(_MOST_CUTS):
         if not waiting:
             return True

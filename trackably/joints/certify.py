@@ -19,8 +19,7 @@ from trackably.arguments import instance, positive
 from trackably.arrays import Array, Flags
 from trackably.certificates.outcome import Unproved
 from trackably.checker.floats.intervals import bernstein
-from trackably.checker.floats.joints import undecided
-from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, read_joints, value
+from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, not_kept, read_joints, value
 from trackably.checker.joints import JointTrajectory as Subject
 from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError, RepairDistance
 from trackably.joints.limits import Joints
@@ -277,11 +276,9 @@ def _times_at(curve: PPoly, value: float) -> Array:
 def _first_broken(given: JointTrajectory, joints: Joints, tolerance: float) -> Iterator[BrokenLimit]:
     """Yield the first violation of each joint that violates a limit."""
     subject: Subject = read_joints(_content(FORMAT, given, joints, tolerance))
-    limits, jumps = undecided(subject)
-    parts = [*((j, i, r, _outside) for j, r, i in limits), *((j, i, r, _jump) for j, r, i in jumps)]
-    for j, of_joint in groupby(sorted(parts, key=itemgetter(0, 1)), itemgetter(0)):
-        for i, there in groupby(of_joint, itemgetter(1)):
-            if found := [*filter(None, (broken(subject, j, r, i) for _, _, r, broken in there))]:
+    for _, of_joint in groupby(sorted(not_kept(subject), key=itemgetter(1, 3, 0, 2)), itemgetter(1)):
+        for _, there in groupby(of_joint, itemgetter(3)):
+            if found := [*filter(None, ((_jump if jumps else _outside)(subject, *at) for jumps, *at in there))]:
                 yield min(found, key=lambda each: each.begins)
                 break
 

@@ -1,5 +1,6 @@
 """Joint trajectories in the checker: it accepts what rational arithmetic shows, and nothing beside it."""
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,7 @@ import pytest
 from tests.trackably.checker.changes import changed, with_changes
 from tests.trackably.joints.trajectories import extreme, mirrored, random_content, with_limit
 from trackably.checker import Failed, Proved, check
-from trackably.checker.floats.joints import undecided
-from trackably.checker.joints import BROKEN, check_joints, everything, read_joints
+from trackably.checker.joints import BROKEN, not_kept, read_joints, value
 
 SEEDS = range(12)
 
@@ -17,28 +17,32 @@ SEEDS = range(12)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("order", range(4))
 def test_a_limit_is_proved_up_to_the_extreme_and_not_beyond(seed: int, order: int) -> None:
-    """The largest value of each derivative is known in many digits: 1e-9 of it decide, in both arithmetics."""
+    """The largest value of each derivative is known in many digits: 1e-9 of it decide."""
     content = random_content(np.random.default_rng(seed), order)
     most = extreme(content, 0, order)
     for part, wanted in ((1e-9, Proved), (-1e-9, Failed)):
         limited = with_limit(content, order, float(most) + part * float(abs(most)))
-        for exact in (False, True):
-            assert isinstance(check(limited, exact=exact), wanted)
-            assert isinstance(check(mirrored(limited), exact=exact), wanted)
+        assert isinstance(check(limited), wanted)
+        assert isinstance(check(mirrored(limited)), wanted)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_float64_keeps_nothing_that_rational_numbers_do_not(seed: int) -> None:
+def test_what_is_not_kept_is_what_rational_numbers_show(seed: int) -> None:
+    """Jumps are compared one by one; a limit that is kept is kept at nine times of its piece."""
     rng = np.random.default_rng(seed)
     content = random_content(rng, 3, joints=3)
     for joint in content["joints"]:
         joint["limits"] = [[-x, x] for x in rng.uniform(0.2, 1.2, 4) * [1, 3, 30, 500]]
     content["jumps"] = [float(10.0 ** rng.integers(-17, -12)) for _ in range(3)]
-    trajectory = read_joints(content)
-    limits, jumps = map(set, undecided(trajectory))
-    every, all_jumps = map(set, everything(trajectory))
-    assert len(every - limits) > 0
-    check_joints(trajectory, lambda _: (every - limits, all_jumps - jumps))
+    content["trajectory"]["beyond"] = ("rest", "end")[seed % 2]
+    of = read_joints(content)
+    found = set(not_kept(of))
+    for j, r, i in product(range(3), range(4), range(of.pieces)):
+        polynomial, width = of.polynomial(j, i, r)
+        reached = max(abs(value(polynomial, width * k / 8)) for k in range(9))
+        assert reached <= content["joints"][j]["limits"][r][1] or (False, j, r, i) in found
+        if r < 3 and i in of.inner:
+            assert (abs(of.jump(j, r, i)) > of.jumps[r]) == ((True, j, r, i) in found)
 
 
 def touching() -> dict[str, Any]:

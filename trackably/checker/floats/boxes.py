@@ -13,7 +13,6 @@ import numpy as np
 
 from trackably.checker.boxes import Box, FirstPass, is_never_negative
 from trackably.checker.floats.intervals import Floats, Mask, bernstein_of, stack, sums
-from trackably.checker.floats.joints import undecided
 from trackably.checker.floats.signals import Indices, ManyCentres
 from trackably.checker.intervals import ZERO, Real, UndefinedError, around, between, exactly, total
 from trackably.checker.kernels import Decay
@@ -173,5 +172,5 @@ _TRUSTED = (
     "This was checked in float64 intervals first, which trusts IEEE arithmetic and NumPy's exp, log, sqrt, cos, arctan "
     "and arctan2."
 )
-FIRST_PASS = FirstPass(boxes_left, models, envelope, undecided, keeps_subnormals, _TRUSTED)
+FIRST_PASS = FirstPass(boxes_left, models, envelope, keeps_subnormals, _TRUSTED)
 """The first pass in arrays of float64 intervals."""

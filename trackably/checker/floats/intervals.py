@@ -245,14 +245,14 @@ def sums(of: Floats, firsts: npt.NDArray[np.intp]) -> Floats:
     return Floats(low - off, high + off) + Floats.exact(0.0)
 
 
-def bernstein_of(polynomials: Floats, start: int = -1, width: int = 2) -> Floats:
-    """Return Bernstein coefficients on [start, start + width], (n, B), of B polynomials Σ_k a_k x^k, (n, B).
+def bernstein_of(polynomials: Floats) -> Floats:
+    """Return Bernstein coefficients on [−1, 1], (n, B), of B polynomials Σ_k a_k x^k, (n, B).
 
     They are the product of the matrix `nearest`, whose entries b_k were rounded to float64, and of columns of a_k. With
     |a_k − m_k| ≤ r_k and |a_k| ≤ c_k, the sum Σ b_k a_k is within Σ |b_k| r_k of Σ b_k m_k. Rounding of the b_k, of
     this sum in any order, and of each end adds less than (n + 8) 2⁻⁵² Σ |b_k| c_k.
     """
-    nearest, (middle, _, radius, largest, _) = bernstein(len(polynomials.low), start, width), polynomials._around
+    nearest, (middle, _, radius, largest, _) = bernstein(len(polynomials.low), -1, 2), polynomials._around
     off = np.abs(nearest) @ (radius + (len(middle) + 8) * 2.0**-52 * largest)
     # An implementation may leave out products with zeros, but an entry that bounds nothing makes its column NaN.
     return _within(nearest @ middle + 0 * np.sum(largest, axis=0), off)
