@@ -82,7 +82,8 @@ def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each
         case np.ndarray():
             return value.tolist()
         case Mapping():
-            return {name: encode_unverified(of) for name, of in value.items()}
+            plain = ((name.item() if isinstance(name, np.generic) else name, of) for name, of in value.items())
+            return {name: encode_unverified(of) for name, of in plain}
         case Set():
             return sorted(map(encode_unverified, value))
         case tuple() | list():
@@ -215,7 +216,8 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
 def _read_fields(wanted: Any, data: Any, where: str) -> Any:
     hints, required = _hints(wanted), _required_fields(wanted)
     if wanted is Polytope and isinstance(data, dict):  # an end of a bound is a number, or an object if it moves in time
-        moving = (side for side in ("lower", "upper") if dict in map(type, data.get(side, ())))
+        ends = {side: of for side, of in data.items() if side in ("lower", "upper") and isinstance(of, list)}
+        moving = (side for side, of in ends.items() if dict in map(type, of))
         hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
 
     def make(**values: Any) -> Any:

@@ -124,7 +124,8 @@ class Interval:
     def width(self) -> float:
         """The distance of the ends; the smallest one at any time of a grid if they move."""
         lower, upper = self.ends(self._times)
-        return float(np.min(upper - lower))
+        with np.errstate(over="ignore"):  # bounds that are never reached may be the largest numbers
+            return float(np.min(upper - lower))
 
     def ends(self, t: Array) -> tuple[Array, Array]:
         """Return the lower and the upper bound at t [s], each a number, or an array of the shape of t if it moves."""

@@ -81,7 +81,7 @@ def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
 
 
 def test_certificates_of_waypoints_are_written_too(tmp_path):
-    fleet = learned({"run": motion(0)}, tmp_path, at={0.3: {"state": -0.1}}, at_tolerance=0.02)
+    fleet = learned({"run": motion(0)}, tmp_path, at={np.float32(0.3): {"state": -0.1}}, at_tolerance=0.02)
     assert fleet.rows[0].files.keys() == {"certificate.json", "certificate.at1.json", "reference.json"}
     assert isinstance(check(tmp_path / "run" / "certificate.at1.json"), Proved)
 

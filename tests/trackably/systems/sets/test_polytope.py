@@ -13,7 +13,9 @@ def test_no_size_is_without_interior(size):
     """A bound that is never reached will do, whatever it is."""
     square = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]])
     assert Polytope(square, np.full(4, -size), np.full(4, size)).depth == pytest.approx(0.5, abs=1e-6)
-    assert Polytope.box([-1.0, -size], [1.0, size]).depth == pytest.approx(0.5, abs=1e-6)
+    flat = Polytope.box([-1.0, -size], [1.0, size])
+    assert flat.widths[0] == 2.0
+    assert flat.depth == pytest.approx(0.5, abs=1e-6)
     away = Polytope.box([size], [size * (1 + 1e-6)])
     assert away.depth == pytest.approx(0.5, abs=1e-6)
 
