@@ -37,6 +37,8 @@ from trackably.checker.counterexample import Counterexample
 from trackably.checker.disturbances import Hull, Robust, Zonotope
 from trackably.checker.formulas import (
     FUNCTIONS,
+    IDENTIFIER,
+    LETTER,
     SYMBOLS,
     Angle,
     Formula,
@@ -95,9 +97,6 @@ FORMER_NAME = "trackable"
 """The library's former name, in the format of its first certificates, which remain readable."""
 
 _LATEST_STEP = 2**53
-_LETTER = "A-Za-zÀ-ÖØ-öø-ſΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕḀ-ỿ"
-_WORD = f"[{_LETTER}_][{_LETTER}0-9₀-₉_-]{{0,59}}"
-_INDEX_OR_UNIT = f"[{_LETTER}µ0-9²³¹⁻_/·*^°%-]{{1,58}}"
 
 
 class _Short(Repr):
@@ -340,13 +339,13 @@ def rational_number(value: object, where: str) -> Fraction:
 
 
 an_identifier = _text(
-    rf"(?!.{{61}}){_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*",
+    IDENTIFIER,
     "a name: a letter or _, then letters, digits, _ and -, then indices or units in brackets, 60 characters at most",
 )
 """Reads the name of a state or an input."""
 
 a_bound = _text(
-    rf"[{_LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}",
+    rf"[{LETTER}µ0-9₀-₉²³¹⁻_/·*^°%()\[\].+ …-]{{1,100}}",
     "the name of a bound, such as x, x-0.5y or x (2)",
 )
 """Reads the name of a bound: a weighted sum of names, such as x-0.5y; x (2) is the second bound of x."""

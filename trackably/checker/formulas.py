@@ -12,6 +12,12 @@ SYMBOLS: tuple[Symbol, ...] = ("+", "-", "*", "/")
 OPERATORS: Mapping[Symbol, Callable[[Any, Any], Any]] = dict(zip(SYMBOLS, (add, sub, mul, truediv), strict=True))
 FUNCTIONS = ("exp", "log", "sqrt", "sin", "cos", "atan")
 
+LETTER = "A-Za-zÀ-ÖØ-öø-ſΓΔΘΛΞΠΣΦΨΩα-ξπ-ωϑϕḀ-ỿ"
+_WORD = f"[{LETTER}_][{LETTER}0-9₀-₉_-]{{0,59}}"
+_INDEX_OR_UNIT = f"[{LETTER}µ0-9²³¹⁻_/·*^°%-]{{1,58}}"
+IDENTIFIER = rf"(?!.{{61}}){_WORD}(\[{_INDEX_OR_UNIT}\]|\({_INDEX_OR_UNIT}\))*"
+"""The pattern of names of states and inputs, which cannot be taken for a part of a sentence or of a formula."""
+
 
 @dataclass(frozen=True, eq=False)
 class Number:

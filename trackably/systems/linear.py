@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -12,12 +13,10 @@ import scipy
 
 from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
-from trackably.checker.form import UnreadableError, an_identifier
+from trackably.checker.formulas import IDENTIFIER
 from trackably.checker.subject import weighted_sum_text
 from trackably.systems.rationals import Rationals, exact, inverse, null_space, row_echelon
 from trackably.systems.trajectories import Functional, Trajectory
-
-# Names of states and inputs: identifiers, so that no name can be taken for a part of a sentence or of a formula.
 
 
 def require_names(names: Iterable[object]) -> None:
@@ -27,13 +26,11 @@ def require_names(names: Iterable[object]) -> None:
     brackets around an index or a unit, such as q[1] or v(m/s). Letters are Latin or Greek.
     """
     for name in names:
-        try:
-            an_identifier(name, "")
-        except UnreadableError:
+        if not (isinstance(name, str) and re.fullmatch(IDENTIFIER, name)):
             raise ValueError(
                 "system: a name of a state or an input must be a letter or _, then letters, digits, _ and -, then "
                 f"indices or units in brackets such as q[1] or v(m/s), 60 characters at most, got {name!a:.80}"
-            ) from None
+            )
 
 
 # Flat outputs in discrete time: signals that can be chosen freely and determine every trajectory of a system.

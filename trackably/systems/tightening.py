@@ -340,10 +340,12 @@ class Tightening:
     def _shortage(self, fraction: float) -> str:
         """Return a message: which bounds are too close for errors, by how much, and that `fraction` W is possible."""
         what, whole = ("model_error", " and model error") if self.model_error else ("disturbance", "")
-        regulator = "this feedback (a linear-quadratic regulator, unless feedback= is given)"
-        would = f"with {regulator} at most {fraction:.3g} times this disturbance set{whole} is possible"
-        if fraction <= 0:
-            would = "no disturbance is possible, however small"
+        would = (
+            f"with this feedback (feedback= takes another) at most {fraction:.3g} times this disturbance set{whole} is "
+            "possible"
+            if fraction > 0
+            else "no disturbance is possible, however small"
+        )
         taken, widths = np.array([float(low + high) for low, high in self.taken]), bound_widths(self.given)
         worst = int(np.argmax(taken / widths))
         bound, width = self.given.given_constraints[worst], widths[worst]

@@ -32,7 +32,7 @@ def test_bounds_that_leave_nothing_together_are_said_to():
     plant = ConstrainedSystem(OBLIQUE.system, triangle, OBLIQUE.input_set)
     with pytest.raises(ValueError, match="satisfies all bounds at once") as caught:
         tightening(plant, Zonotope.box([-0.02, -0.02], [0.02, 0.02]))
-    fraction = float(re.search(r"unless feedback= is given\) at most (\S+) times", str(caught.value)).group(1))
+    fraction = float(re.search(r"feedback= takes another\) at most (\S+) times", str(caught.value)).group(1))
     assert 0 < fraction < 1
 
 
