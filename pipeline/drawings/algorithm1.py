@@ -348,8 +348,8 @@ def scheme(reference: Reference, samples: Samples, times: Array, truth: Array | 
         direct_label(axes, 0.5, 0.5, words, ha="center", va="center", fontsize=8, bbox=_BOX)
     for left, right in pairwise(panels):
         right.annotate("", (0, 0.5), (1, 0.5), "axes fraction", left.transAxes, arrowprops=_ARROW)
-    back = _ARROW | {"connectionstyle": "bar,fraction=-0.3"}
-    controller.annotate("", (0.5, 0.3), (0.5, 0.3), "axes fraction", plant.transAxes, arrowprops=back)
+    back = _ARROW | {"connectionstyle": "bar,angle=180,fraction=-0.2"}
+    controller.annotate("", (0.5, 0.36), (0.5, 0.43), "axes fraction", plant.transAxes, arrowprops=back)
     direct_label(plant, -1.0, 0.56, r"$u(k)$", ha="center", fontsize=8)
-    direct_label(plant, -1.0, 0.05, r"$x(k)$", ha="center", fontsize=8)
+    direct_label(plant, -1.0, 0.24, r"$x(k)$", ha="center", fontsize=8)
     return figure
