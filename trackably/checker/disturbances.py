@@ -235,7 +235,7 @@ class Errors:
         return above * left.denominator <= left.numerator * below
 
     def moved(self, row: Sequence[int]) -> list[int]:
-        """Return row · q (A + B K), a row vector of integers."""
+        """Return row · q (A + B K), a row of integers, where q is the common denominator of A + B K."""
         return [product(row, column) for column in zip(*self.whole[0][1], strict=True)]
 
 

@@ -197,7 +197,10 @@ class FormulaNeeds:
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FormulaNeeds":
-        """Return the data for these quantities; `of_arguments` is empty if all are linear combinations of signals."""
+        """Return what is needed to bound the rounding errors of these quantities.
+
+        `of_arguments` is empty if all of them are linear combinations of signals, because they have no formulas.
+        """
         subject = certificate.subject
         arguments = {name: argument for q in quantities for name, argument in q.arguments.items() if name != ITSELF}
         of_signals = signal_errors(subject, certificate.until) if arguments else []
