@@ -51,7 +51,7 @@ class Waves(NamedTuple):
     moved: Array | None = None
 
     def first(self, count: int) -> "Waves":
-        """Return the first `count` of these waves."""
+        """Return the first `count` of these waves, the columns of Φ with the lowest frequencies."""
         return Waves(self.period, self.scaled[:, :count], self.products[:count, :count])
 
     @property
@@ -153,7 +153,11 @@ class Fourier(Woodbury):
 
     @classmethod
     def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, density: SpectralDensity) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
+        """Factorise A = σ_n² ϱ (I + M Mᵀ) ϱ, the covariance of samples with noise, for σ_n² = `noise_variance`.
+
+        ϱ is the `relative_noise`; M follows from the `waves` and the kernel's spectral `density`. None if I + Mᵀ M is
+        not positive definite in float64.
+        """
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
         power[0] *= 0.5
