@@ -47,9 +47,9 @@ _BROKEN = 1e-3  # part of a bound's width: a search that did not converge is acc
 
 @dataclass(frozen=True)
 class KnownValues:
-    """A signal that is known only at its sorted `times` [s].
+    """A signal of which only the `values` at the increasing `times` [s] are known.
 
-    Values at other times are arbitrary, as no row uses them.
+    It must be evaluated at these times only: at others, it returns the value at the next known time.
     """
 
     times: Array
