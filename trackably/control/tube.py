@@ -67,7 +67,7 @@ class ErrorSet:
 
     @cached_property
     def sums(self) -> Array:
-        """The 0–1 matrix (N, q) in the condition `sums` p = 1 of Z = {`centre` + p · `directions`}; no rows without hulls.
+        """The 0–1 matrix (N, q) in `sums` p = 1, a condition in Z = {`centre` + p · `directions`}; empty without hulls.
 
         Row i selects the vertices of hull i: their coefficients p_j ≥ 0 add up to 1, a convex combination.
         """

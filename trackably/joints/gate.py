@@ -154,7 +154,7 @@ class Gate:
         return replace(motion.on(np.array([begins, *inner, start])), rests=False)
 
     def _turn(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
-        """Return the chunk `given`; whole turns added to continuous joints bring it near the last position of `before`."""
+        """Return the chunk `given`, with whole turns added to continuous joints to move it near the end of `before`."""
         t = max(before.span[1], given.span[0])
         turns = np.where(self.joints.is_turning, np.rint((before(before.span[1]) - given(t)) / (2 * np.pi)), 0.0)
         c = given.coefficients.copy()
