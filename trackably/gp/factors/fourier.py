@@ -77,8 +77,8 @@ def harmonic_count(density: SpectralDensity, period: float) -> int:
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
 
-    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung, the period P is
-    the span of the times plus a reach, a distance beyond which κ is lost in rounding. Reaches form a geometric series.
+    Their periods come from a fixed series, so that the same waves serve many spectral densities. A period P is the span
+    of the times plus a reach, a distance beyond which κ is below rounding errors. Reaches form a geometric series.
     """
 
     times: Array

@@ -161,11 +161,11 @@ _OFF = 0.05
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
-    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at an
-    even pace.
+    """Return sets of signals at which searches start: the posterior means, a slower motion, and an even motion.
 
-    At an even pace, the path of the means is traversed without stops and without fast stretches. The slower motion has
-    half the means' distance from the prior means.
+    The slower motion has half the distance of the posterior means from the prior means. The even motion has the path of
+    the posterior means, at constant speed: without stops and without fast stretches. If the posterior means are
+    constant, only these are returned.
     """
     means = posterior.signals
     first, last, is_periodic = _span(problem, means)
