@@ -56,7 +56,7 @@ class Waves(NamedTuple):
 
     @property
     def frequencies(self) -> Array:
-        """The frequency ω [rad/s] of each column, shape (m,)."""
+        """The frequency ω [rad/s] of each column of Φ, shape (m,): 0, ω₁, ω₁, ω₂, ω₂, …"""
         return np.asarray((np.arange(len(self.products)) + 1) // 2 * (math.tau / self.period))
 
 
@@ -69,7 +69,10 @@ def waves_at(times: Array, period: float, count: int) -> Array:
 
 
 def harmonic_count(density: SpectralDensity, period: float) -> int:
-    """Return the number m = 1 + 2k of waves whose frequencies are 0 and the k lines of the `period` [s]."""
+    """Return the number m = 1 + 2k of waves of a `period` [s], up to the k-th harmonic.
+
+    The `density` is negligible at higher frequencies.
+    """
     return 1 + 2 * round(density.limit * period / math.tau)
 
 
@@ -114,7 +117,7 @@ class Ladder:
         return found.first(count)
 
     def harmonics(self, density: SpectralDensity, period: float, stencil: Stencil, most: float) -> Waves | None:
-        """Return the waves of the lines of a `period` [s], as the `stencil` measures them; None if over `most`.
+        """Return the harmonics of a `period` [s], as the `stencil` measures them; None if they are more than `most`.
 
         Whole periods are subtracted from times exactly, so that phases of samples after many periods lose no digits.
         """

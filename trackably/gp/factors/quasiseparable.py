@@ -254,6 +254,9 @@ def times(blocks: list[Block], c: Array) -> Array:
 
 
 def _add_to_tails(state: Array, of_tails: Array) -> Array:
-    """Add `of_tails` to the first entries of a state, those of polynomials times e^(−λ|r|), in place; return it."""
+    """Add `of_tails` to the first entries of the `state` between two blocks, in place; return the state.
+
+    These entries are the coefficients of tails (polynomials times e^(−λ|r|)); other entries are covariances with rows.
+    """
     state[: len(of_tails)] += of_tails
     return state
