@@ -183,9 +183,9 @@ class Gate:
         return to_chunk.followed_by(ends[k + 1 :], given.coefficients[:, k:])
 
     def _stopping(self, motion: JointTrajectory) -> JointTrajectory | None:
-        """Return the motion if it ends at rest; otherwise cut it where a stop can begin last, and append the stop.
+        """Return the motion if it ends at rest; otherwise cut it, and append the shortest stop.
 
-        None if no stop is possible at the end of any piece.
+        It is cut at the last end of a piece at which a stop is possible. None if no stop is possible at any of these.
         """
         if np.all(np.abs(motion.at_ends(self._order)[1:, -1]) <= self.tolerance / 2):
             return motion

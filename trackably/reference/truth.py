@@ -611,7 +611,7 @@ class Accuracy:
     `error` is the proved bound ε of the reference. `plant` is that of the disturbed plant at sampling instants, None if
     the plant is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of
     two signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program
-    finds for a reference that the plant can follow at sampling instants, with the same sides of the true signal.
+    finds for a reference that the plant can follow at sampling instants, with the same bounds of the true signal.
     """
 
     error: float
