@@ -133,7 +133,10 @@ def _kinks(draft: Draft) -> Array:
 
 
 def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:
-    """Return the parts of a box: it is divided at the kink inside that is nearest to its middle, or else there."""
+    """Return the two parts of a box, each as (start, end) [s].
+
+    The box is divided at the kink inside that is nearest to its middle; without a kink inside, at its middle.
+    """
     middle = _middle(box)
     inside = kinks[np.searchsorted(kinks, box.start, side="right") : np.searchsorted(kinks, box.end)].tolist()
     return pairwise(sorted({box.start, min(inside, key=lambda t: abs(t - middle), default=middle), box.end}))

@@ -31,12 +31,12 @@ class Counterexample:
 
     @property
     def box(self) -> tuple[float, float]:
-        """The time as an interval [s], as of an `Unproved`."""
+        """The interval [time, time] in seconds: the same property as that of an `Unproved`."""
         return self.time, self.time
 
     @property
     def shortfall(self) -> float:
-        """What the margin lacks, as of an `Unproved`: the violation."""
+        """The violation: the amount by which the margin is too small, as in an `Unproved`."""
         return self.violation
 
     @property

@@ -219,7 +219,8 @@ class _ProofProblem:
         """Return how a quantity fails at `time` [s]; None if it keeps its bounds there.
 
         If only instants k T_s are to be proved, the nearest instant takes the place of this time. The value is
-        enclosed, which takes long for many kernels.
+        enclosed, which takes long for many kernels. If a bound jumps at this time, the float64 times just before and
+        after are examined too.
         """
         found = self._failure_exactly_at(quantity, time)
         beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
@@ -231,7 +232,10 @@ class _ProofProblem:
         return found
 
     def _failure_exactly_at(self, quantity: Quantity, time: float) -> Failure | None:
-        """Return what `_failure_at` says, without a look beside the time."""
+        """Return how a quantity fails at exactly `time` [s], or at the nearest instant; None if it does not fail.
+
+        The times just before and after are not examined.
+        """
         step, at, T = None, Fraction(time), self.reference.plant.sampling_time
         if isinstance(self.claim, Instants):
             step = max(round(time / T), 0)

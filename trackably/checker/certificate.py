@@ -124,10 +124,11 @@ class SignalClass:
 
 @dataclass(frozen=True)
 class Derived:
-    """An upper and a lower bound for all signals of a class at a `time` [s], from several measurements (`truth`).
+    """An upper and a lower bound, at a `time` [s], of all signals of a `SignalClass`, from several measurements.
 
-    `upper` and `lower` give each bound by pairs: the number of a measurement, and its multiplier. Numbers count the
-    samples from 0 on, then the rates.
+    Each bound is a weighted sum of measurements, plus what their errors and the bounds of derivatives allow (module
+    `truth`). `upper` and `lower` have its terms as pairs: the number of a measurement, and its weight, the multiplier.
+    Numbers count the samples from 0 on, then the rates (samples of f′).
     """
 
     time: float

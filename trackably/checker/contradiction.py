@@ -172,8 +172,8 @@ def check_contradiction(of: Contradiction) -> None:
 class _Weighted:
     """The inequality lower ≤ row · (x_k, u_k) ≤ upper at a step k, and its multiplier μ.
 
-    `lower` and `upper` are already further out, as the theorem says: for the last given value, or, without values, for
-    all rows.
+    The theorem moves some bounds outwards by d: those of the last given value, or, without given values, of all rows.
+    For these, `lower` and `upper` are the moved bounds.
     """
 
     step: int

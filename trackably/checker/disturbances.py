@@ -99,9 +99,9 @@ class Robust:
     model: tuple[Vertex, ...] = ()
 
     def model_generators(self, system: LinearSystem) -> list[Vector]:
-        """Return the generators of the set D that a wrong `model` adds to W; none without one.
+        """Return the generators of the set D that a `model` with an error adds to W; none without such a model.
 
-        Raise FailedStepError if D is unknown.
+        Raise FailedStepError if W is no zonotope, or if bounds that D needs are missing.
         """
         if self.model and not isinstance(self.disturbance, Zonotope):
             raise FailedStepError(
@@ -169,7 +169,10 @@ def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
 
 
 def _errors_of(system: LinearSystem, robust: Robust) -> "Errors":
-    """Return the set Z of the errors of a disturbed system. Raise FailedStepError if its model has no set D."""
+    """Return the set Z of the errors of a disturbed system.
+
+    Raise FailedStepError if the effect of its model error, a set D of further disturbances, cannot be bounded.
+    """
     W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
     if isinstance(W, Zonotope):
         W = of_measured_state(W, V, system.A) if V else W
@@ -235,7 +238,7 @@ class Errors:
         return above * left.denominator <= left.numerator * below
 
     def moved(self, row: Sequence[int]) -> list[int]:
-        """Return row · q (A + B K), a row vector of integers."""
+        """Return row · q (A + B K), a row of integers, where q is the common denominator of A + B K."""
         return [product(row, column) for column in zip(*self.whole[0][1], strict=True)]
 
 

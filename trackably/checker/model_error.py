@@ -30,7 +30,11 @@ Vector = tuple[Fraction, ...]
 def of_model_error(
     system: Vertex, vertices: Sequence[Vertex], state_set: Polytope, input_set: Polytope
 ) -> list[Vector]:
-    """Return the generators of the set D (see the module). Raise FailedStepError if there is no such set."""
+    """Return the generators of a zonotope that contains (A′ − A) x + (B′ − B) u + c′ − c for all x and u in the sets.
+
+    A, B, c are those of the `system`, and (A′, B′, c′) is any point of the convex hull of the `vertices`. Raise
+    FailedStepError if a vertex has another shape, or if an uncertain column belongs to a state or input without bounds.
+    """
     n, m = len(system.A), len(system.B[0])
     found: list[Vector] = []
     if not all(vertex.fits(n, m) for vertex in vertices):

@@ -106,7 +106,7 @@ def bits_of(numbers: Iterable[float | Fraction]) -> int:
 
 @lru_cache(maxsize=32)  # many rows are made of the same few signals
 def _bits(z: Pieces) -> tuple[int, int]:
-    """Return `bits_of` the breakpoints, and of the coefficients."""
+    """Return two numbers e, the least for which 2^e times each breakpoint, or each coefficient, is an integer."""
     return bits_of(z.breakpoints), bits_of(c for piece in z.coefficients for c in piece)
 
 

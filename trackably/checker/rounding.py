@@ -114,9 +114,9 @@ def largest_sums(signal: Signal) -> Decay:
     """Over-estimate Σ_i |c_i| |κ(t − t_i)| for all times t, and the same sum of κ̇.
 
     Few centres are near t, and kernels of all other centres are small at t. Times are cut into cells of equal width.
-    Centres within one width of t lie in three neighbouring cells, whose weights add up to at most those of the
-    `heaviest` three. For centres beyond the width, the bound of |κ| at this distance holds; for nearer centres, the
-    larger bound at half the width, and so on. Weights are added in float64, with at most n roundings for n numbers.
+    Centres within one width of t lie in three neighbouring cells. The largest sum of weights of three such cells is an
+    upper bound for all t. For centres beyond the width, the bound of |κ| at this distance holds; for nearer centres,
+    the larger bound at half the width, and so on. Weights are added in float64, with at most n roundings for n numbers.
     """
     first = Fraction(min(signal.centres))
     width = (Fraction(max(signal.centres)) - first) / 2**_HALVINGS
@@ -197,7 +197,10 @@ class FormulaNeeds:
 
     @classmethod
     def of(cls, certificate: Certificate, quantities: list[Quantity]) -> "FormulaNeeds":
-        """Return the data for these quantities; `of_arguments` is empty if all are linear combinations of signals."""
+        """Return what is needed to bound the rounding errors of these quantities.
+
+        `of_arguments` is empty if all of them are linear combinations of signals, because they have no formulas.
+        """
         subject = certificate.subject
         arguments = {name: argument for q in quantities for name, argument in q.arguments.items() if name != ITSELF}
         of_signals = signal_errors(subject, certificate.until) if arguments else []

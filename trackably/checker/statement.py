@@ -31,7 +31,10 @@ _RADIUS = 1e-30
 
 
 def statement(certificate: Certificate, first_pass: FirstPass) -> str:
-    """Return the statement that a certificate proves, with the identity of its reference."""
+    """Return what a certificate proves, in words and numbers, and which reference it is about (`identity`).
+
+    `first_pass` is the check in float64 intervals, which also computes the printed values of the states.
+    """
     subject, robust, truth = certificate.subject, certificate.robust, certificate.truth
     kept = ", ".join(bound_text(bound, bound.names) for bound in subject.bounds)
     inputs = "these inputs"
@@ -51,7 +54,7 @@ def statement(certificate: Certificate, first_pass: FirstPass) -> str:
 
 
 def refutation(counterexample: Counterexample) -> str:
-    """Return the statement that a counterexample shows, with the identity of its reference."""
+    """Return what a counterexample shows, in words and numbers, and which reference it is about (`identity`)."""
     subject, at = counterexample.subject, f"t = {counterexample.at!r} s"
     bound = next(bound for bound in subject.bounds if bound.name == counterexample.name)
     if isinstance(counterexample.claim, Instants):
@@ -92,10 +95,11 @@ def table_refutation(refuted: RefutedTable) -> str:
 
 
 def identity(subject: Subject, first_pass: FirstPass) -> str:
-    """Return the reference's identity: its fingerprint, where its kernels or pieces are, and its states at a time.
+    """Return a sentence that identifies a reference: its SHA-256, the times of its kernels or pieces, and its states.
 
-    The time is zero, or for polynomial pieces a time when all signals have begun. For a flat form, signals take the
-    place of states. They are printed with six digits.
+    The states are those at time zero, or for polynomial pieces at a time when all signals have begun. For a flat form,
+    they are the values of the signals instead. All are printed with six digits, by the `first_pass`, the check in
+    float64 intervals, or in mpmath where this does not determine them.
     """
     names, at = subject.system.states, "0"
     if subject.pieces:
@@ -118,7 +122,7 @@ def identity(subject: Subject, first_pass: FirstPass) -> str:
 def _at_zero(subject: Subject, first_pass: FirstPass) -> Iterator[str]:
     """Yield six digits of each state at t = 0, or of each signal of a nonlinear system.
 
-    They are computed in mpmath if the `first_pass` does not determine them.
+    They are computed in float64 intervals by the `first_pass`, and in mpmath if this does not determine all digits.
     """
     states = states_of(subject)
     wanted = {shifted for state in states for shifted in shifts_of(state)}

@@ -1,4 +1,4 @@
-"""The problem of one step: its optimal plan, or how much the sets would have to be widened for a plan."""
+"""The optimal control problem of one step: its optimal plan, or how much wider sets would allow a plan."""
 
 from __future__ import annotations
 

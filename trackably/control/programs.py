@@ -89,8 +89,7 @@ class Program:
 
 
 class StartSet(NamedTuple):
-    """The set of errors at which plans start: e(0) = x − x_r − `centre` − p · `directions` with
-    `lower` ≤ p ≤ 1 and `sums` p = 1.
+    """All errors at which plans may start: e(0) = x − x_r − `centre` − p · `directions`, `lower` ≤ p ≤ 1, `sums` p = 1.
 
     So `centre` + p · `directions` leads from a plan's first state to the measured state x. The shapes of `centre`,
     `directions`, `lower` and `sums` are (n,), (q, n), (q,) and (h, q). Bounds are imposed on e(i) for

@@ -1,4 +1,4 @@
-"""One step of a nonlinear system: linearisations near the guess, and a search for a plan if they do not converge."""
+"""Plan one step of a nonlinear system: by linearisations near the guess, and by a search if they do not converge."""
 
 from typing import Any
 
@@ -64,7 +64,10 @@ _UNDEFINED = 1e3
 
 
 def missed_by(formulation: Formulation, at: Window) -> float:
-    """Return Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁ with states divided by their scales; infinite if f is undefined."""
+    """Return by how much the trajectory `at` violates the dynamics: Σ_i ‖f(x_i, u_i) − x_(i+1)‖₁.
+
+    States are divided by their scales. The result is infinite if f is undefined at a step.
+    """
     missed = float(np.sum(np.abs(formulation.defects(at))))
     return missed if np.isfinite(missed) else np.inf
 

@@ -122,7 +122,7 @@ class Infeasible:
 
     @property
     def explanation(self) -> str:
-        """One sentence: how much the sets would have to be widened for a plan, and the terminal error without this."""
+        """One sentence: the least widening with which a plan exists, and the least terminal error without widening."""
         if self.terminal_error is None:
             missed = "no plan that keeps them was found"
         else:

@@ -57,17 +57,20 @@ class ErrorSet:
 
     @cached_property
     def directions(self) -> Array:
-        """The generators, then the vertices of all hulls, shape (q, n)."""
+        """The generators of Z, then the vertices of all its convex hulls: shape (q, n)."""
         return np.vstack([self.generators, self.hulls.reshape(-1, self.dimension)])
 
     @cached_property
     def lower(self) -> Array:
-        """The least multiples of the directions (q,): −1 of a generator, and 0 of a vertex."""
+        """The lower bounds of p (q,) in Z = {`centre` + p · `directions`}: −1 for a generator, and 0 for a vertex."""
         return np.repeat([-1.0, 0.0], [len(self.generators), len(self.directions) - len(self.generators)])
 
     @cached_property
     def sums(self) -> Array:
-        """The matrix (N, q) that adds up the shares of each hull's vertices; it has no rows if there are no hulls."""
+        """The 0–1 matrix (N, q) in `sums` p = 1, a condition in Z = {`centre` + p · `directions`}; empty without hulls.
+
+        Row i selects the vertices of hull i: their coefficients p_j ≥ 0 add up to 1, a convex combination.
+        """
         N, v, _ = self.hulls.shape
         return np.hstack([np.zeros((N, len(self.generators))), np.kron(np.eye(N), np.ones(v))])
 
@@ -85,13 +88,13 @@ class ErrorSet:
 
     @property
     def centre(self) -> Array:
-        """The sum (n,) of the centres of A_Kⁱ W for i < N, where a hull has the mean of its vertices as centre."""
+        """The centre of Z (n,): the sum over i < N of the centre of A_Kⁱ W, or of its vertices' mean if W is a hull."""
         centres = self._head[:, 0] if self._is_zonotope else self._head.mean(axis=1)
         return np.asarray(centres.sum(axis=0))
 
     @cached_property
     def generators(self) -> Array:
-        """The generators g_j, one in each row (g, n), without those that are zero."""
+        """The generators g_j of the zonotope in Z, one in each row (g, n), without those that are zero."""
         Z = self.invariant
         tail = self._images(np.diag(Z.box) / (1 - Z.contraction), Z.head + Z.terms)[Z.head :]
         of_head = self._head[:, 1:] if self._is_zonotope else self._head[:0]
@@ -100,7 +103,7 @@ class ErrorSet:
 
     @cached_property
     def hulls(self) -> Array:
-        """The vertices (N, v, n) of A_Kⁱ W for i < N, relative to their mean; empty if W is a zonotope."""
+        """The v vertices of each hull A_Kⁱ W, i < N, minus their mean: (N, v, n); (0, v, n) if W is a zonotope."""
         found = np.asarray(self._head - self._head.mean(axis=1, keepdims=True))
         return found[:0] if self._is_zonotope else found
 
@@ -110,7 +113,7 @@ class ErrorSet:
 
     @cached_property
     def _head(self) -> Array:
-        """A_Kⁱ W for i < N: the centre and the generators, or the vertices; shape (N, v, n)."""
+        """A_Kⁱ W for i < N, each by v vectors: its centre and generators, or its vertices; shape (N, v, n)."""
         return self._images(self.invariant.disturbance.matrix, self.invariant.head)
 
     def _images(self, vectors: Array, count: int) -> Array:

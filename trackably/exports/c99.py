@@ -442,7 +442,7 @@ def _story(proved: Proved, name: str) -> str:
 def _at_ends(certificate: Certificate) -> list[str]:
     """Return a sentence about steps at the ends of the claim: k T_s in float64 may lie just outside of it.
 
-    The generated function answers such steps. There is no sentence if it is not needed.
+    The generated function returns values for such steps. There is no sentence if it is not needed.
     """
     ends = [f"{end:.17g} s" for end in certificate.claim.span if math.isfinite(end) and end]
     if not ends or certificate.reference.pieces:

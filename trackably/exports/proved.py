@@ -123,7 +123,10 @@ def _steps_between(proved: Proved, start: float, end: float) -> tuple[int, int]:
 
 
 def margins_found(proved: Proved) -> list[Reached]:
-    """Return all bounded quantities at up to 2000 times: evidence of their margins, in addition to the proof."""
+    """Return each bounded quantity with its values at up to 2000 times worth showing, or at all steps among them.
+
+    The margins at these times are evidence of how near a quantity comes to its bounds, in addition to the proof.
+    """
     times = shown_times(proved, _MOST)
     signals = proved.reference.signals
     return [Reached(quantity, times, quantity(signals, times)) for quantity in proved.reference.quantities]

@@ -240,7 +240,7 @@ class Given:
         return Reference(self.signals, self.plant)
 
     def prove(self, reference: Reference) -> Outcome:
-        """Return a proof of the claim that the checker accepts, or why there is none. ValueError: wrong claim."""
+        """Return a certificate of the claim that the checker accepts, or why there is none. ValueError as `prove`."""
         return prove(reference, Window(*self.span) if self.beyond == "end" else None)
 
     def off(self, certificate: Certificate) -> dict[str, float]:
@@ -277,12 +277,13 @@ def _as_trajectory() -> Iterator[None]:
 def _span(
     claim: Claim | None, curves: Mapping[str, PolynomialPieces], beyond: Beyond, step: float
 ) -> tuple[float, float]:
-    """Return the first and the last time [s] of `Given.span`.
+    """Return the first and the last time [s] for which the curves are proved, or repaired.
+
+    They are the ends of the claimed window, or by default of the window in which all curves are given; one period for
+    all phases; and for all times the start and the end of the motion. If this motion begins after t = 0, up to a
+    quarter of its duration before it is included, in which a repair may begin.
 
     ValueError: a claimed window exceeds the curves, or curves to be proved at all phases have different periods.
-
-    If a motion begins after t = 0, the span also has up to a quarter of its duration at rest before it, in which a
-    repair may begin.
     """
     firsts, lasts = ([float(curve.breakpoints[i]) for curve in curves.values()] for i in (0, -1))
     if beyond == "end":

@@ -212,7 +212,7 @@ def repair(
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
 
-    Arguments and exceptions are those of `certify`, without its `disturbance`: give a plant with smaller sets. The
+    Arguments and exceptions are those of `certify`. To leave room for disturbances, give a plant with smaller sets. The
     spline has up to 400 pieces. Its degree is 5, or one more than the number of later steps that inputs depend on, if
     that is larger. It is nearest in the root mean square of all curves, each relative to its own range. It begins with
     the states of the reference that `certify` examines, to the precision of the solver, because a system in these

@@ -176,7 +176,11 @@ Limit = tuple[Part, int, str, float, Array]
 
 
 def _limits(table: Table, plant: ConstrainedSystem, off: Array, tolerance: float) -> Iterator[Limit]:
-    """Yield the bounds of states and inputs, and the tolerance of the differences `off` for each state."""
+    """Yield each bound of states and inputs, then the `tolerance` for each state, with how far each row exceeds them.
+
+    `off`, shape (N − 1, n), are the differences |x(k + 1) − f(x(k), u(k))|. Excesses are negative where a limit is
+    kept.
+    """
     sides: tuple[tuple[str, Part, Array], ...] = (("state", "states", table.states), ("input", "inputs", table.inputs))
     for side, part, values in sides:
         times = (table.first_step + np.arange(float(len(values)))) * plant.sampling_time

@@ -1,1 +1,1 @@
-"""Gaussian processes over time: kernels, posterior, likelihood. Knows time series; knows no control."""
+"""Gaussian processes over time: kernels, posterior, likelihood. Nothing here depends on control."""

@@ -53,8 +53,9 @@ def compact(signal: KernelSum) -> KernelSum:
 def within_a_period(signal: KernelSum) -> KernelSum:
     """Return the function as a sum of kernels within one period, or unchanged if that is not half as many at most.
 
-    κ(t − s) with m waves is interpolated exactly in s, from m times s_j that divide the period evenly, up to their
-    rounding: equations for their waves hold for the rounded times. Whole periods are subtracted exactly.
+    A periodic kernel is a sum of m cosines and sines. So κ(t − s) is interpolated exactly in s from m equidistant times
+    s_j of a period. Their rounding does no harm, because the weights solve equations for the rounded s_j. Whole periods
+    are subtracted from times without rounding errors.
     """
     kernel, centres = signal.kernel, signal.centres
     if len(centres) < _FEWEST or not (lines := kernel.lines) or not (period := kernel.period):

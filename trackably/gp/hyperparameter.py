@@ -162,30 +162,33 @@ class Parametrized(ABC):
 
 
 def amplitude(scales: Scales) -> Search:
-    """Return where to search for a signal's standard deviation: down to tiny values, as only these may keep bounds."""
+    """Return the search interval of a signal's standard deviation.
+
+    It has tiny values, because these may be the only ones with which a signal keeps its bounds.
+    """
     size = scales.amplitude
     return Search((1e-12 * size, 1e3 * size), (0.1 * size, 10.0 * size))
 
 
 def noise(scales: Scales) -> Search:
-    """Return the interval in which the standard deviation of noise is searched, in the unit of the samples."""
+    """Return the search interval of the noise's standard deviation, in the unit of the samples."""
     size = scales.amplitude
     return Search((1e-4 * size, 1e1 * size), (1e-2 * size, size))
 
 
 def duration(scales: Scales) -> Search:
-    """Return where to search for a time [s] over which the signal changes."""
+    """Return the search interval of a length scale: a time [s] over which the signal changes."""
     most = 100 * scales.span
     return Search((min(max(scales.spacing / 10, scales.shortest), most), most))
 
 
 def fraction_of_period(_: Scales) -> Search:
-    """Return where to search for a length scale in units of the period."""
+    """Return the search interval of a length scale without unit, that of a periodic kernel."""
     return Search((0.1, 10.0))
 
 
 def repetition(scales: Scales) -> Search:
-    """Return where to search for a time [s] after which the signal repeats.
+    """Return the search interval of a period: a time [s] after which the signal repeats.
 
     The longest period is the span of the samples. The shortest period contains three samples, because a period with two
     may be an alias; it is at most half the span. The likelihood has local minima in the whole interval, so searches
@@ -196,7 +199,7 @@ def repetition(scales: Scales) -> Search:
 
 
 def tail_weight(_: Scales) -> Search:
-    """Return where to search for the shape of a rational quadratic kernel, which has no unit."""
+    """Return the search interval of the shape α of a rational quadratic kernel, which has no unit."""
     return Search((0.1, 1e4), (0.3, 30.0))
 
 

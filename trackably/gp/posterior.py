@@ -122,7 +122,10 @@ class Posterior:
 
     @cached
     def misfit_gradient(self) -> Array:
-        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c for fixed weights c; the shape is (p,)."""
+        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m) with A = K + σ_n² I; the shape is (p,).
+
+        It equals ∂/∂ln θ of cᵀ A c for fixed weights c = A⁻¹ (y − m).
+        """
         return self._form_gradient(self.weights)
 
     def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:

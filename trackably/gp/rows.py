@@ -229,13 +229,13 @@ class RowKernel:
         return self._by_row(np.einsum("pn,npi->pi", self.moments, jet))
 
     def _by_row(self, values: Array) -> Array:
-        """Return the sum over the parts of each row, from values (P, …); the shape is (count, …)."""
+        """Return for each row the sum of the `values` (P, …) of its parts; the shape is (count, …)."""
         total = np.zeros((self.count, *values.shape[1:]))
         np.add.at(total, self.of_row, values)
         return total
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of Σ_pi Σ_nm u_pn w_im (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(times_p − t_i).
+        """Return ∂/∂ln θ of Σ_pi Σ_nm u_pn w_im (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(times_p − t_i), with w = `weights` and all times in s.
 
         Long sums over terms use moments if the kernel is a sum of decays, for which no row is a series.
         """

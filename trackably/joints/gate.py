@@ -1,4 +1,8 @@
-"""A gate for streamed chunks of motion: it lets only proved motion run, which always ends with a proved stop."""
+"""A gate for streamed chunks of motion: it lets only proved motion run, which always ends with a proved stop.
+
+A chunk is the next part of a motion, a trajectory of all joints that a planner or a learned policy sends while the
+robot moves. The running motion is the proved trajectory that the robot executes.
+"""
 
 from __future__ import annotations
 
@@ -126,7 +130,11 @@ class Gate:
         return self._prove(before.followed_by(after.breakpoints[1:], after.coefficients))
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
-        """Return the running motion from the start of the piece at `now` [s] to the earliest start of a new motion."""
+        """Return the part of the running motion that is executed in any case: up to the start of a new motion.
+
+        A new motion starts `lead` after `now` [s]. The returned part begins with the polynomial piece that holds at
+        `now`. Raises the errors of `__call__` about `running` and `now`.
+        """
         instance("gate: running", running, CertifiedTrajectory, "a CertifiedTrajectory, from at_rest or from an answer")
         motion, t = running.trajectory, real("gate: now", now)
         if not motion.rests or motion.names != self.joints.names:
@@ -146,7 +154,7 @@ class Gate:
         return replace(motion.on(np.array([begins, *inner, start])), rests=False)
 
     def _turn(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
-        """Return a chunk with continuous joints moved by whole turns to near their current positions."""
+        """Return the chunk `given`, with whole turns added to continuous joints to move it near the end of `before`."""
         t = max(before.span[1], given.span[0])
         turns = np.where(self.joints.is_turning, np.rint((before(before.span[1]) - given(t)) / (2 * np.pi)), 0.0)
         c = given.coefficients.copy()
@@ -154,7 +162,7 @@ class Gate:
         return replace(given, coefficients=c)
 
     def _entry(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory | None:
-        """Return a motion from the end of `before`, the running motion, to the end of the chunk `given`.
+        """Return a motion from the end of `before`, a part of the running motion, to the end of the chunk `given`.
 
         None if no point of the chunk can be reached within the limits.
         """
@@ -175,9 +183,9 @@ class Gate:
         return to_chunk.followed_by(ends[k + 1 :], given.coefficients[:, k:])
 
     def _stopping(self, motion: JointTrajectory) -> JointTrajectory | None:
-        """Return the motion if it ends at rest; otherwise cut it where a stop can begin last, and append the stop.
+        """Return the motion if it ends at rest; otherwise cut it, and append the shortest stop.
 
-        None if no stop is possible at the end of any piece.
+        It is cut at the last end of a piece at which a stop is possible. None if no stop is possible at any of these.
         """
         if np.all(np.abs(motion.at_ends(self._order)[1:, -1]) <= self.tolerance / 2):
             return motion
@@ -202,10 +210,11 @@ class Gate:
         return None
 
     def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
-        """Return `before`, continued by the motion nearest to the chunk `given` and a pause; None if not found.
+        """Return `before`, a part of the running motion, continued by the motion nearest to the chunk `given`.
 
-        The pause, half as long as that motion or 0.1 s if longer, is the time in which it can stop. After `left` [s] of
-        computation, no further quadratic program is begun.
+        The chunk is followed by a pause in which the motion can stop: half as long as the chunk, but at least 0.1 s.
+        After `left` [s] of computation, no further quadratic program is begun. None if no such motion is found and
+        proved.
         """
         start, R = before.span[1], self._order
         state = before.state(start, R)

@@ -1,1 +1,1 @@
-"""Learning hyperparameters under the constraint that the posterior mean can be tracked."""
+"""Learn hyperparameters, or a function with its hyperparameters, so that bounds of a plant are kept at all times."""

@@ -25,8 +25,8 @@ def best_solution(
     Deterministic. The likelihood of periodic kernels has a basin for nearly every period: the most promising basins are
     searched one by one. For other kernels, the searches from the starts of the search space impose bounds at the same
     times. `near`, the solution of a problem with fewer or slightly different constraints, is one more start. `free` is
-    the solution without constraints, if it is known: it saves the first search for its minima. ValueError: the problem
-    has required values, which a posterior mean cannot meet.
+    the solution without constraints, if it is known: it is then not searched again. ValueError: the problem has
+    required values, which a posterior mean cannot meet.
     """
     if problem.required:
         raise ValueError(

@@ -38,8 +38,8 @@ class QuadraticProgram(NamedTuple):
     B is factored once, and the program is solved for several g (m,) and ρ. The step is limited to the box from `lower`
     to `upper` (p,). `rows` (1 + m + 2p, p) has zeros for s ≥ 0, J, and I and −I for the ends of the box. `inverse` is
     the inverse of the Cholesky factor of B, and `shift` is its product with c. The flags `active` (2, 1 + m + 2p) mark
-    rows that are probably active, and after each solution those that are active in it: first for usual penalties, then
-    for the largest one, with which many other rows are active.
+    rows that are probably active; each solution replaces them by the rows that are active in it. The first row of flags
+    is for usual penalties ρ, the second for the largest ρ, with which many other rows are active.
     """
 
     rows: Array

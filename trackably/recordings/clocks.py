@@ -269,10 +269,10 @@ def frames(rate: float) -> Ticks:
 
 
 def doubt(clock: Clock, first: Decimal) -> str | None:
-    """Return a question if the `first` time [s] of a clock is implausible; None otherwise.
+    """Return a warning's text if the `first` time [s] of a clock is implausible; None otherwise.
 
     Stamps since 1970 give a year from 2000 to 2100 in one unit only: in milliseconds, for example, and not in seconds.
-    The question names this unit.
+    The text names this unit.
     """
     if not isinstance(clock, Ticks) or clock is RECORDED or (clock.absolute and _is_likely(first)):
         return None

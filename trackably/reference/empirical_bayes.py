@@ -52,7 +52,7 @@ _SAME = 1e-9  # the search for an equilibrium ends when two steps differ by less
 
 @dataclass(frozen=True)
 class EmpiricalPrior:
-    """The `prior` for learning with bounds, and `questions` about intervals that may have been too narrow.
+    """The `prior` for learning with bounds, and `questions`: texts of warnings, for example about narrow intervals.
 
     `likeliest` is the posterior without bounds from which means and noise were taken; None if all were given.
     In `prior`, a learned σ_n may be taken as known; `with_noise` is then the prior in which it is learned again, else
@@ -73,10 +73,11 @@ class EmpiricalPrior:
         return _with_means(self.likeliest.prior, [part.mean for part in self.prior.parts]).as_known()
 
     def best(self, learn: Callable[[JointPrior], T]) -> T:
-        """Return the result of `learn` for `prior`, or for `with_noise` if J is smaller there.
+        """Return the result of `learn` for `prior`, or for `with_noise` if the objective J is smaller there.
 
         Minimising J over σ_n too would always lower it. So `with_noise`, in which σ_n is learned again, is tried only
-        if `prior` leads to no solution, or to one of hyperparameters alone whose J is well above l without bounds.
+        in two cases: `prior` leads to no solution; or only hyperparameters were learned, and J is well above l, which
+        is −2 ln p of the samples without bounds.
         """
         found = learn(self.prior)
         first = _solution_of(found)
@@ -156,7 +157,7 @@ def empirical_prior(
 
 
 class _Likelier(NamedTuple):
-    """A likelier `noise_std` of the samples of `name` than the kernel finds, and a `question` to the user about it."""
+    """A likelier `noise_std` of the samples of `name` than the kernel finds, and the text of a warning about it."""
 
     name: str
     noise_std: float

@@ -128,7 +128,10 @@ def leaves_last_samples(fit: Fit) -> Iterator[str]:
 
 
 def noise_questions(fit: Fit) -> Iterator[str]:
-    """Yield a question for each name whose σ_n, learned with bounds, differs by more than half from that without."""
+    """Yield a warning's text for each name whose σ_n with bounds differs by more than half from σ_n without bounds.
+
+    Only a σ_n that was learned with the bounds is examined.
+    """
     parts = zip(fit.prior.names, fit.prior.parts, fit.unconstrained_prior.parts, strict=True)
     for name, own, free in parts:
         if NOISE in own.learned and abs(own.noise_std - free.noise_std) > _OF_NOISE * free.noise_std:
@@ -141,7 +144,7 @@ def noise_questions(fit: Fit) -> Iterator[str]:
 
 
 def outlying(misfits: Iterable[Misfit]) -> Iterator[str]:
-    """Yield a question for each name with a few samples that are far off the fit without bounds, if most are near it.
+    """Yield a warning's text for each name of which a few samples are far off the fit without bounds, but most near.
 
     A single outlier is enough to raise the learned noise, and so to pull the reference away from all other samples.
     """

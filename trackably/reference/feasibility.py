@@ -155,8 +155,9 @@ def _whole(time: float, start: float, step: float, most: int) -> int:
 class Courses:
     """Trajectories x_(k+1) = A_k x_k + B_k u_k + c, as vectors v = (x_0, u_0, …, x_K, u_K), with a relaxation e ≥ 0.
 
-    `steps` are the [A_k, B_k], shape (K, n, n + m). For the `rows` of v, lower − e growth ≤ rows v ≤ upper + e growth,
-    and all entries of v have `bounds`.
+    `steps` are the [A_k, B_k], shape (K, n, n + m), and `rows` is a matrix of r rows. All v satisfy
+    `lower` − e `growth` ≤ `rows` v ≤ `upper` + e `growth`: e = 1 widens row i by `growth`[i]. Entries of v also have
+    `bounds` (lower, upper) that are not widened, with None for no bound.
     """
 
     steps: Array

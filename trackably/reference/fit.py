@@ -75,12 +75,12 @@ _OF_SPREAD = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Misfit:
-    """The residuals of the samples called `name`: `off` from the reference, and `unconstrained`
-    from the fit without bounds.
+    """The residuals of the samples called `name`: samples minus reference, and minus the fit without bounds.
 
-    Both have shape (n,). `noise_std` is σ_n of the reference, and `noise_unconstrained` that of the fit without bounds;
-    `is_learned` tells whether the latter was learned from the samples. If the samples are centres that represent more
-    samples, root mean squares are over all represented samples, weighted by the inverse of their relative variances.
+    They are `off` and `unconstrained`, both of shape (n,). `noise_std` is σ_n of the reference, and
+    `noise_unconstrained` that of the fit without bounds; `is_learned` tells whether the latter was learned from the
+    samples. If the samples are centres that represent more samples, root mean squares are over all represented samples,
+    weighted by the inverse of their relative variances.
     """
 
     name: str
@@ -93,17 +93,17 @@ class Misfit:
 
     @property
     def size(self) -> float:
-        """The root mean square of `off`, in the unit of the samples."""
+        """The root mean square of samples minus reference, in the unit of the samples."""
         return self._size(self.off)
 
     @property
     def size_unconstrained(self) -> float:
-        """The root mean square of `unconstrained`, in the unit of the samples."""
+        """The root mean square of samples minus the fit without bounds, in the unit of the samples."""
         return self._size(self.unconstrained)
 
     @property
     def in_noise(self) -> float:
-        """The root mean square of `off`, in standard deviations of each sample's noise."""
+        """The root mean square of samples minus reference, each divided by the standard deviation of its noise."""
         return self._weigh(self.off) / self.noise_std
 
     @property
@@ -157,7 +157,7 @@ class Edge:
 
 
 def narrow_limits(edges: Iterable[Edge]) -> list[str]:
-    """Return a question for each hyperparameter that lies at an end of an interval that the user gave."""
+    """Return a warning's text for each hyperparameter that lies at an end of an interval that the user gave."""
     return [
         f"{edge}, {edge.interval}: widen it, unless this end is meant as a limit" for edge in edges if edge.is_given
     ]

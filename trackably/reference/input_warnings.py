@@ -47,7 +47,7 @@ _ROUNDING = 1e-9  # part of a rate by which rounding may change it
 
 
 def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
-    """Issue each of `questions` as a warning, and return them.
+    """Issue each of the texts `questions` as a warning, and return them.
 
     Warnings point to the line of the user's call, which is `frames` stack frames up.
     """
@@ -59,9 +59,9 @@ def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
 
 @contextmanager
 def repeated(questions: Sequence[str]) -> Iterator[None]:
-    """Append `questions`, which were asked as warnings before, to the message of an error raised in this context.
+    """Append `questions`, texts of warnings that were issued, to the message of an error raised in this context.
 
-    Those that the caller adds to `questions` within this context are appended too.
+    Texts that the caller adds to `questions` within this context are appended too.
     """
     try:
         yield
@@ -104,9 +104,9 @@ def doubts(
 
 
 def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampled: Collection[str]) -> Iterator[str]:
-    """Yield a question for each state or input whose bounds are far too tight for most samples to be followed.
+    """Yield a warning's text for each state or input whose bounds are far too tight for most samples to be followed.
 
-    Its values follow from the fit without bounds, `likeliest`; without this fit, nothing is asked. States that are
+    Its values follow from the fit without bounds, `likeliest`; without this fit, there are no warnings. States that are
     `sampled` are examined by `doubts`.
     """
     if likeliest is None:
@@ -122,7 +122,7 @@ def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampl
 
 
 def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
-    """Yield a question if all times t ≥ 0 are claimed, but the samples still move at their end."""
+    """Yield a warning's text if all times t ≥ 0 are claimed, but the samples still move at their end."""
     if isinstance(claim, AllTimes) and (rate := _last_rate(samples)):
         yield (
             f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
@@ -147,7 +147,7 @@ def _last_rate(samples: Samples) -> float:
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Yield a question if A is singular, or if a formula has no derivative somewhere within the bounds.
+    """Yield a warning's text if A is singular, or if a formula has no derivative somewhere within the bounds.
 
     In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
     equation in place of exp(A T_s), which is never singular.
@@ -241,7 +241,7 @@ def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]
 
 
 def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
-    """Yield a question if a gap between samples is much longer than usual; about the longest one."""
+    """Yield a warning's text if a gap between samples is much longer than usual; about the longest one."""
     if gaps := samples.gaps:
         start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
         usual = float(np.median(np.diff(samples.times)))
@@ -252,7 +252,7 @@ def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: Interval | None) -> Iterator[str]:
-    """Ask about the sample that is farthest off, if only a few samples are far off.
+    """Yield a warning's text about the sample that is farthest off, if only a few samples are far off.
 
     Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
     compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
@@ -314,7 +314,7 @@ def beyond_neighbours(values: Array) -> Array:
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:
-    """Yield a question if a value jumps by a whole turn between two samples, and changes little between all others."""
+    """Yield a warning's text if a value jumps by a whole turn between two samples, and changes little elsewhere."""
     moves = np.abs(np.diff(samples.values))
     for turn, remedy in _TURNS.items():
         jumps = moves > turn / 2
@@ -329,7 +329,7 @@ def _of_turns(name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
-    """Yield a question if most samples of a state are outside of its bounds by more than their width.
+    """Yield a warning's text if most samples of a state are outside of its bounds by more than their width.
 
     This happens, for example, if metres and millimetres are mixed up.
     """
@@ -352,7 +352,7 @@ def _outside(samples: Samples, bounds: Interval) -> Array:
 
 
 def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
-    """Yield a question if the known σ_n exceeds the range of the samples, as it may if units are mixed up."""
+    """Yield a warning's text if the known σ_n exceeds the range of the samples, as it may if units are mixed up."""
     extent = float(np.ptp(samples.values))
     if len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
         yield (
@@ -362,7 +362,10 @@ def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
 
 
 def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
-    """Yield a question if the prior mean is far outside of the bounds; used for windows, as other claims refuse it."""
+    """Yield a warning's text if the prior mean is far outside of the bounds.
+
+    It is used for claims of windows, as other claims refuse such a mean.
+    """
     if -bounds.rest.margin(np.array(mean)) > _FAR_BEYOND * bounds.width:
         yield (
             f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "

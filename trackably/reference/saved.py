@@ -36,8 +36,8 @@ class Saved(ABC):
     """What is known of a reference, as its file has it; subclasses add what was learned.
 
     `proved_from` and `proved_until` [s] are the ends of the proved window, or None if all times are proved. The bounds
-    of the plant were tightened as `tightening` says. ValueError: the window is none, or the plant has other bounds than
-    `tightening` gives.
+    of the plant were tightened as `tightening` says. ValueError: the window does not end after it begins, or the plant
+    has other bounds than `tightening` gives.
     """
 
     proved_from: float | None

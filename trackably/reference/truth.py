@@ -122,11 +122,11 @@ def true_signals(
     """Return the plant with a bound for each `tolerance`, and the possible true signals of each state in `truth`.
 
     For each state x with a tolerance ε, the plant has one more bound U(t) − ε ≤ x(t) ≤ D(t) + ε from the first sample
-    to the last, where U and D are the upper and the lower side of the possible signals; none if ε is so near the least
-    possible that a search may find nothing within: `with_truth` then decides. TypeError or ValueError:
-    `truth` does not fit the samples or the plant; a tolerance is no positive number, is of another state, or all phases
-    are claimed. NotTrackableError: no signal of a class explains its samples, or a tolerance is too small for every
-    reference.
+    to the last, where U and D are the upper and the lower bound of the possible signals. If ε is hardly larger than
+    the least possible error, this bound is left out, because learning would hardly succeed; `with_truth` then shows
+    whether the reference is within ε. TypeError or ValueError: `truth` does not fit the samples or the plant; a
+    tolerance is no positive number, is of another state, or all phases are claimed. NotTrackableError: no signal of a
+    class explains its samples, or a tolerance is too small for every reference.
     """
     if truth is not None and not isinstance(truth, Mapping):
         truth = {next(iter(samples)): truth}
@@ -191,7 +191,7 @@ def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
 
 
 def _pair_bounds(of: SignalClass, times: Array, known: Points) -> tuple[Any, Array, Array]:
-    """Return pairs (P, 2) of nearby measurements, and the upper and lower bounds (P, T) that they give of the signal.
+    """Return pairs (P, 2) of nearby measurements, and the upper and lower bounds (P, T) of the signal that each gives.
 
     The bounds are those at times (T,) [s]; no measurement may lie between these times. `known` has the times, values,
     noise bounds and indices of samples and derived points.
@@ -548,7 +548,10 @@ _FEWER = 100  # about this many cells, in which moving bounds are polynomials; m
 
 
 def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
-    """Return the sides U and D of a class in each cell (interval of time); the error is half their largest distance."""
+    """Return a class with its upper side U and lower side D in each cell, an interval of time.
+
+    All signals of the class are between D and U. The error of a cell is half the largest U − D in it.
+    """
     edges = _edges(name, of, claim, _FEWER)
     found = _with_sides(name, of, edges, lambda t: np.mean(sides_at(of, t.ravel()), axis=0).reshape(t.shape))
     since = np.linspace(0.0, 1.0, 65)[:, None] * np.diff(edges)
@@ -608,7 +611,7 @@ class Accuracy:
     `error` is the proved bound ε of the reference. `plant` is that of the disturbed plant at sampling instants, None if
     the plant is not disturbed. `radius` is a lower bound of the worst-case error of any estimate: half the distance of
     two signals that both explain the samples (radius of information). `least` is the smallest ε that a linear program
-    finds for a reference that the plant can follow at sampling instants, with the same sides of the true signal.
+    finds for a reference that the plant can follow at sampling instants, with the same bounds of the true signal.
     """
 
     error: float
@@ -640,9 +643,10 @@ def accuracy(certificate: Certificate, name: str | None) -> Accuracy:
 
 
 def _radius(truth: TrueSignal) -> float:
-    """Return half the distance of two signals that explain the samples, by a linear program in float64.
+    """Return half the distance of the two most distant signals that explain the samples, by linear programs in float64.
 
-    They are compared at the time at which the sides are furthest apart. 0 if no program is solved.
+    They are compared at one time: that at which the upper and the lower bound of all signals are furthest apart.
+    Return 0 if no program is solved.
     """
     times = subdivide(np.array(truth.ends), 2)
     upper, lower = sides_at(truth.of, times, truth.derived)

@@ -49,7 +49,7 @@ class Waypoint:
     tolerances: dict[str, float]
 
     def required_values(self, plant: ConstrainedSystem) -> tuple[RequiredValue, ...]:
-        """Return the required values as the learning problem takes them: linear functionals of the signals, and values.
+        """Return the required values as the learning problem takes them: functions of the signals, and their values.
 
         A value next to a bound is moved inside, by half its tolerance at most, because bounds are tightened for the
         proof.
@@ -66,7 +66,10 @@ class Waypoint:
         )
 
     def found(self, reference: Reference) -> Self:
-        """Return the waypoint with its values. At rest, they are the equilibrium for the signals at `time`."""
+        """Return the waypoint itself if it has values; otherwise, for "rest", with those of an equilibrium.
+
+        It is the equilibrium in which all signals stay at the values that they have in the reference at `time`.
+        """
         if self.values:
             return self
         levels = [signal(np.asarray(self.time)).item() for signal in reference.signals]
@@ -135,10 +138,11 @@ def extent(plant: ConstrainedSystem, name: str, time: float) -> Interval | None:
 
 
 def _enough(failure: Failure) -> float:
-    """Return a tolerance with which one further proof is likely to succeed.
+    """Return a larger tolerance, with which the next proof is likely to succeed.
 
-    It is four times the one that failed with what was missing. As the error of float64 is at most their sum, there is
-    room for this error, and for a value that is off by three times as much.
+    It is four times the sum of the tolerance that failed and of the margin that the proof lacked. The error of float64
+    evaluation is at most this sum. So the larger tolerance covers this error, and a value that is off by three times
+    this sum.
     """
     return 4 * (failure.bounds.width / 2 + failure.shortfall)
 

@@ -1,4 +1,8 @@
-"""Signals of a reference: sums of kernels, or piecewise polynomials, evaluated in twice the precision of float64."""
+"""Piecewise polynomials of time, evaluated in twice the precision of float64: signals of references that are given.
+
+Signals of learned references are sums of kernels (`gp.signal`). Bounds that move in time are piecewise polynomials,
+too.
+"""
 
 from __future__ import annotations
 

@@ -259,14 +259,14 @@ _LARGEST_FRACTION = 1e6  # larger multiples of a disturbance set are not told ap
 class Tightening:
     """A `given` plant, and the `plant` with the same system and tightened bounds.
 
-    Each bound is tightened by `margin` times the distance to the opposite bound. If there are disturbances, each
-    bound is also tightened by the largest effect of an error in the `invariant` set Z: h_Z(row) for states, and h_Z(Kᵀ
-    row) for inputs, with the `feedback` K. If
-    a reference satisfies the bounds of `plant`, then for every disturbance sequence in W and every start in x_r(0) ⊕ Z,
-    the states and the inputs u = u_r + K (x − x_r) of the disturbed system satisfy the given bounds. W is the
-    `disturbance`. If the state is measured with `noise` V, y takes the place of x: Z is that of the disturbances of y,
-    and bounds of states are also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its
-    hull. ValueError: nothing is left of a set.
+    Each bound is tightened by `margin` times the distance to the opposite bound. If there are disturbances, each bound
+    is also tightened by the largest effect of an error in the `invariant` set Z: h_Z(row) for states, and h_Z(Kᵀ row)
+    for inputs, with the `feedback` K and the support function h_Z(η) = max {η · e : e ∈ Z}. If a reference satisfies
+    the bounds of `plant`, then for every sequence of disturbances in W, the `disturbance`, and every start in x_r(0) ⊕
+    Z, the states and the inputs u = u_r + K (x − x_r) of the disturbed system satisfy the given bounds. If the measured
+    state is y = x + v with `noise` v ∈ V, then u = u_r + K (y − x_r), Z contains the errors of y, and bounds of states
+    are also tightened by h_V(−row). With a `model_error`, all of this holds for every plant of its convex hull.
+    ValueError: nothing is left of a set.
     """
 
     given: ConstrainedSystem

@@ -142,7 +142,10 @@ class Trajectory:
 
     @cached_property
     def stencil(self) -> tuple[int, Stencil] | None:
-        """The signal c and its weights, if q is an affine function of exactly one signal; otherwise None."""
+        """The index c, and weights and offset, if q(t) = offset + Σ_j w_j z_c(t + j T_s) for one signal z_c.
+
+        None if q depends on several signals, or on one in a nonlinear way.
+        """
         anywhere = self.slopes({name: np.array(np.nan) for name, _ in self.arguments})
         if any(map(np.isnan, anywhere.values())):  # a slope that depends on an argument is NaN if the argument is
             return None

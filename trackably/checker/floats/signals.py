@@ -41,10 +41,10 @@ class CentresBefore:
     weights: Array
 
     def enclose(self, before: Indices, middles: Floats, along: Floats, radii: Floats, n: int) -> Model:
-        """Return Taylor models with n terms, in B boxes, of the sum over the first before[b] centres for box b.
+        """Return Taylor models with n terms, in B boxes, of the sum over all centres before each box.
 
-        `middles` [s] and half widths `along` [s] are those of the boxes; with time reversed, half widths are negative.
-        `radii` [s] are those of discs in Cauchy's estimate.
+        For box b, these are the first before[b] centres. `middles` [s] and half widths `along` [s] are those of the
+        boxes; with time reversed, half widths are negative. `radii` [s] are those of discs in Cauchy's estimate.
         """
         last, is_any, half = np.maximum(before - 1, 0), before > 0, abs(along)
         time = middles - Floats.exact(self.centres[last])
@@ -77,7 +77,11 @@ class CentresBefore:
 
 
 def _move(moments: list[Floats], d: Floats) -> list[Floats]:
-    """Return the moments of the same centres about times that are later by d/λ [s] (see the module)."""
+    """Return the moments of the same centres about later times: e^(−d) Σ_(j ≤ k) m_j d^(k−j)/(k−j)! for m_0, m_1, …
+
+    For centres t_i and weights c_i, the moments about a time a are m_k = Σ_i c_i v_iᵏ/k! e^(−v_i) with v_i = λ (a −
+    t_i). The new times are later by d/λ [s].
+    """
     powers: list[Any] = [ONE]
     for k in range(1, len(moments)):
         powers.append(powers[-1] * d / k)
@@ -103,7 +107,7 @@ class Boxes:
 
     @cached_property
     def moves(self) -> Floats:
-        """Intervals that contain the shifts."""
+        """Intervals that contain the shifts s [s], one for each box."""
         known = {shift: Floats.of(ratio(shift)) for shift in {*self.shifts}}
         return stack([known[shift] for shift in self.shifts], ())
 
@@ -134,7 +138,10 @@ class ManyCentres:
     @staticmethod
     @lru_cache(maxsize=8)
     def of(signal: Signal) -> "ManyCentres":
-        """Return z − m for a signal z with mean m, centres sorted. Results are cached, and so are their moments."""
+        """Return z − m, a sum of kernels, for a signal z with mean m; its centres are sorted.
+
+        Results are cached, so that moments (weighted sums over all earlier centres) are computed once for each signal.
+        """
         centres, weights = np.array(signal.centres), np.array(signal.weights)
         order = np.argsort(centres, kind="stable")
         reach, far = (0.0, ZERO) if isinstance(signal.kernel, Matern) else (signal.reach.distance, signal.far.size)

@@ -51,12 +51,12 @@ class Waves(NamedTuple):
     moved: Array | None = None
 
     def first(self, count: int) -> "Waves":
-        """Return the first `count` of these waves."""
+        """Return the first `count` of these waves, the columns of Φ with the lowest frequencies."""
         return Waves(self.period, self.scaled[:, :count], self.products[:count, :count])
 
     @property
     def frequencies(self) -> Array:
-        """The frequency ω [rad/s] of each column, shape (m,)."""
+        """The frequency ω [rad/s] of each column of Φ, shape (m,): 0, ω₁, ω₁, ω₂, ω₂, …"""
         return np.asarray((np.arange(len(self.products)) + 1) // 2 * (math.tau / self.period))
 
 
@@ -69,7 +69,10 @@ def waves_at(times: Array, period: float, count: int) -> Array:
 
 
 def harmonic_count(density: SpectralDensity, period: float) -> int:
-    """Return the number m = 1 + 2k of waves whose frequencies are 0 and the k lines of the `period` [s]."""
+    """Return the number m = 1 + 2k of waves of a `period` [s], up to the k-th harmonic.
+
+    The `density` is negligible at higher frequencies.
+    """
     return 1 + 2 * round(density.limit * period / math.tau)
 
 
@@ -77,8 +80,8 @@ def harmonic_count(density: SpectralDensity, period: float) -> int:
 class Ladder:
     """Waves at `times` [s] with `relative_noise` ϱ.
 
-    Their periods come from a fixed ladder, so that the same waves serve many densities. On each rung, the period P is
-    the span of the times plus a reach, a distance beyond which κ is lost in rounding. Reaches form a geometric series.
+    Their periods come from a fixed series, so that the same waves serve many spectral densities. A period P is the span
+    of the times plus a reach, a distance beyond which κ is below rounding errors. Reaches form a geometric series.
     """
 
     times: Array
@@ -114,7 +117,7 @@ class Ladder:
         return found.first(count)
 
     def harmonics(self, density: SpectralDensity, period: float, stencil: Stencil, most: float) -> Waves | None:
-        """Return the waves of the lines of a `period` [s], as the `stencil` measures them; None if over `most`.
+        """Return the harmonics of a `period` [s], as the `stencil` measures them; None if they are more than `most`.
 
         Whole periods are subtracted from times exactly, so that phases of samples after many periods lose no digits.
         """
@@ -153,7 +156,11 @@ class Fourier(Woodbury):
 
     @classmethod
     def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, density: SpectralDensity) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
+        """Factorise A = σ_n² ϱ (I + M Mᵀ) ϱ, the covariance of samples with noise, for σ_n² = `noise_variance`.
+
+        ϱ is the `relative_noise`; M follows from the `waves` and the kernel's spectral `density`. None if I + Mᵀ M is
+        not positive definite in float64.
+        """
         power, slope = density.at(waves.frequencies)
         power *= 2 / (waves.period * noise_variance)
         power[0] *= 0.5

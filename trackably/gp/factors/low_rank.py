@@ -125,7 +125,11 @@ class LowRank(Woodbury):
 
     @classmethod
     def of(cls, relative_noise: Array, noise_variance: float, basis: Basis, covariance: Covariance) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if B = I + R C Rᵀ/σ_n² is not positive definite in float64."""
+        """Factorise A = ϱ (σ_n² I + Q R C Rᵀ Qᵀ) ϱ, the covariance of samples with noise, for σ_n² = `noise_variance`.
+
+        ϱ is the `relative_noise`, ϱ Q R the interpolation of the `basis`, and C the `covariance` of its points. None if
+        I + R C Rᵀ/σ_n² is not positive definite in float64.
+        """
         between, gradient = covariance(basis.points[:, None] - basis.points)
         b = np.eye(len(between)) + basis.r @ between @ basis.r.T / noise_variance
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)

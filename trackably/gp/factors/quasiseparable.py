@@ -67,7 +67,7 @@ class Block(NamedTuple):
     near: int
 
     def at_samples(self, state: Array) -> Array:
-        """Return P x (b, …), the contribution of the state x (r, …) before the block to its samples."""
+        """Return P x (b, …): what the state x (r, …) before the block, due to earlier samples, adds to its samples."""
         count = self.by_tails.shape[1]
         found = self.by_tails @ state[:count]
         found[: self.near] += state[count:]
@@ -78,7 +78,7 @@ class Block(NamedTuple):
         return np.concatenate([self.by_tails.T @ values, values[: self.near]])
 
     def moved(self, state: Array) -> Array:
-        """Return Φ x, the state after the block that the state x (r, …) before it gives, without the block's samples.
+        """Return Φ x: the state x (r, …) before the block, taken to the end of the block; its own samples add nothing.
 
         Only its first entries, those of tails (polynomials times e^(−λ|r|)), are returned: all others are zero.
         """
@@ -254,6 +254,9 @@ def times(blocks: list[Block], c: Array) -> Array:
 
 
 def _add_to_tails(state: Array, of_tails: Array) -> Array:
-    """Add `of_tails` to the first entries of a state, those of polynomials times e^(−λ|r|), in place; return it."""
+    """Add `of_tails` to the first entries of the `state` between two blocks, in place; return the state.
+
+    These entries are the coefficients of tails (polynomials times e^(−λ|r|)); other entries are covariances with rows.
+    """
     state[: len(of_tails)] += of_tails
     return state

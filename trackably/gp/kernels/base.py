@@ -266,7 +266,7 @@ class Kernel(Parametrized):
 
     @property
     def lines(self) -> SpectralDensity | None:
-        """The lines of a kernel with a `period`, at multiples of 2π/period; None if it has none, or too many.
+        """The spectral lines of a periodic κ, at multiples of 2π/period; None if κ has no period, or too many lines.
 
         As κ never decays, `reach` is infinite. A line's power is 2/period times its density (1/period at ω = 0), and
         `at` returns the derivatives of the logarithm of this power.

@@ -22,9 +22,10 @@ _BACK = 0.995  # part of the longest step that keeps λ and s positive
 
 
 def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
-    """Return the multipliers λ (r,) of r rows (linear functionals) that have to exceed their posterior mean by d.
+    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ, for d = `demand` (r,) and the covariance K of the `system`.
 
-    d = `demand` (r,). Multipliers of inactive rows are zero. None if the method does not converge in float64.
+    They are the multipliers of r rows (linear functionals of a function) whose values have to exceed their posterior
+    means by d; λ_a = 0 if row a is inactive. None if the method does not converge in float64.
     """
     scale = np.sqrt(system.variances)
     if not np.all(scale > 0):

@@ -74,7 +74,7 @@ _FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
 
 @dataclass(frozen=True)
 class JointProgram:
-    """J(θ) with bounds at given `places` (times and sides) only, a relaxation of the problem with bounds at all times.
+    """J(θ) = l + D with bounds at given `places` (times and sides) only, a relaxation of the whole problem.
 
     Nonlinear formulas are linearised at the signals `near`. At the θ of these signals, the gradient of this J equals
     that of J with the formulas themselves (envelope theorem).
@@ -106,7 +106,7 @@ class JointProgram:
     def evaluate(
         self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None] | None = None
     ) -> sqp.Evaluation | None:
-        """Return J with its gradient (envelope theorem); None if J is undefined.
+        """Return J = l + D with its gradient by ln θ (envelope theorem); None if J is undefined.
 
         `mean_for` computes the function of a posterior; by default, this is `constrained_mean`.
         """
@@ -140,7 +140,7 @@ class Point:
 
     @property
     def allowed_gap(self) -> float:
-        """The amount by which J may exceed the least J."""
+        """The amount by which J = l + D may exceed its least value for this θ."""
         return gap_allowed(self.function.mean.price)
 
     @property
@@ -154,13 +154,13 @@ class Point:
 
     @property
     def ceiling(self) -> float:
-        """The value of J above which another point is worse than this one; infinite if this point is no solution."""
+        """The J = l + D above which another point is worse than this one; infinite if this point is no solution."""
         return self.objective if self.is_solution else np.inf
 
 
 @dataclass(frozen=True)
 class _Descent:
-    """The last point of a descent, the Hessian of J, and the largest next step, `reach`, in each ln θ.
+    """The last point of a descent of J = l + D, the Hessian of J, and the largest next step, `reach`, in each ln θ.
 
     `places` are the times and sides at which the functions of the descent touched or violated bounds.
     """
@@ -177,11 +177,11 @@ class _Descent:
 
 @dataclass
 class JointSearch:
-    """Local searches for minima of J: `best` is the best point, `closest` the one with the smallest violation.
+    """Local searches for minima of J = l + D over θ: `best` is the best point found, `closest` violates bounds least.
 
-    A search takes at most `steps` steps in θ. If bounded quantities are nonlinear formulas, it begins with the best
-    function from several starts, or, if it `is_brief`, with the first function that it finds. `fits` counts the
-    programs in θ. `spread` is the range of J among the functions with which a search could begin.
+    A search takes at most `steps` steps in θ. If bounded quantities are nonlinear formulas, functions for the first θ
+    are searched from several starts, and the best of them is used; if the search `is_brief`, the first one that is
+    found. `spread` is the range of J among these functions. `fits` counts the nonlinear programs in θ that were solved.
     """
 
     problem: ConstrainedProblem
@@ -198,7 +198,7 @@ class JointSearch:
     def follow(
         self, start: Array, places: Places | None = None, near: Signals | None = None, farthest: float = np.inf
     ) -> None:
-        """Minimise J from ln θ = `start`, and keep the result if it is the best.
+        """Minimise J = l + D from ln θ = `start`, and keep the result if it is the best.
 
         Functions may violate their bounds by 3e-3 of the width first, and hardly at all near the minimum. The search
         begins with bounds at the `places` (times and sides) and at the signals `near`, if they are given. The first
@@ -235,7 +235,7 @@ class JointSearch:
             self.best = found
 
     def _with_noise(self, start: Array) -> Array:
-        """Return the start with its noise doubled for as long as this lowers J.
+        """Return ln θ = `start` with its noise doubled for as long as this lowers J = l + D.
 
         The part of the samples that bounds cut off counts as noise. With the noise that is likeliest without bounds,
         functions with kinks violate their bounds nearly everywhere, and thousands of bounds are active in the descent.
@@ -251,7 +251,7 @@ class JointSearch:
         return best
 
     def _fine_gain(self, point: Point) -> float:
-        """Return the gain of J, relative to 1 + |J|, below which a fine descent for a linear plant ends.
+        """Return the decrease of J, relative to 1 + |J|, below which a fine descent for a linear plant ends.
 
         With many samples and a high price of the bounds, it is a part of the gap that is allowed for this price.
         """
@@ -291,7 +291,10 @@ class JointSearch:
         return None
 
     def _minimise_linearised(self, start: Array, places: Places, near: Signals) -> sqp.Minimum | None:
-        """Minimise J from a start, with formulas linearised at the signals `near`."""
+        """Minimise J = l + D from ln θ = `start`, with bounds at these `places` (times and sides) only.
+
+        Nonlinear formulas are linearised at the signals `near`. None if J is undefined at the start.
+        """
         self.fits += 1
         program = JointProgram(self.problem, places, near)
         found = program.minimise(start, None, np.inf, no_places(self.problem), _COARSE_GAIN)
@@ -309,10 +312,11 @@ class JointSearch:
         return next(filter(None, found), None)
 
     def _best_from(self, log_theta: Array, starts: Sequence[Signals]) -> Point | None:
-        """Return the best function found from these starts; None if none is found.
+        """Return the function with the least J for these hyperparameters, searched from several signals `starts`.
 
-        Bounds are tightened at first, then widened in steps, each searched from the functions found before. A step for
-        which no function is found is left out; the `problem` of this search keeps the last bounds with a function.
+        Bounds are tightened at first, and then less in each round, whose searches start from the functions of the round
+        before. A round without a function is left out; the `problem` of this search keeps the last bounds for which a
+        function was found. None if no round finds one.
         """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
@@ -351,7 +355,7 @@ class JointSearch:
         self.best = point if point and point.is_solution else None
 
     def _descend(self, path: "_Descent", tolerance: float, least_gain: float) -> "_Descent":
-        """Take steps in θ as long as they can lower J by more than `least_gain`, relative to 1 + |J|.
+        """Take steps in θ as long as they can lower J = l + D by more than `least_gain`, relative to 1 + |J|.
 
         If the bounds contradict each other at the first point, one step is taken to the minimiser of the relaxation
         (the program with bounds at finitely many times). If bounds contradict each other there too, or if no function

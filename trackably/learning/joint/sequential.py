@@ -47,9 +47,9 @@ _BROKEN = 1e-3  # part of a bound's width: a search that did not converge is acc
 
 @dataclass(frozen=True)
 class KnownValues:
-    """A signal that is known only at its sorted `times` [s].
+    """A signal of which only the `values` at the increasing `times` [s] are known.
 
-    Values at other times are arbitrary, as no row uses them.
+    It must be evaluated at these times only: at others, it returns the value at the next known time.
     """
 
     times: Array
@@ -161,11 +161,11 @@ _OFF = 0.05
 
 
 def starts_for(problem: ConstrainedProblem, posterior: JointPosterior) -> list[Signals]:
-    """Return signals at which searches start: the posterior means, a slower motion, and the path of the means at an
-    even pace.
+    """Return sets of signals at which searches start: the posterior means, a slower motion, and an even motion.
 
-    At an even pace, the path of the means is traversed without stops and without fast stretches. The slower motion has
-    half the means' distance from the prior means.
+    The slower motion has half the distance of the posterior means from the prior means. The even motion has the path of
+    the posterior means, at constant speed: without stops and without fast stretches. If the posterior means are
+    constant, only these are returned.
     """
     means = posterior.signals
     first, last, is_periodic = _span(problem, means)
