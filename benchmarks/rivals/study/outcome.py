@@ -25,7 +25,7 @@ SOLVERS: dict[str, Callable[[Problem], Found]] = {
     "unconstrained": _unconstrained,
     "grid of 100": partial(fine_grid.solve, points=_POINTS),
     "cones around 100": partial(tightened.solve, points=_POINTS),
-    "hat functions, mode": truncated.mode,
+    "hat functions, mode": truncated.solve,
     "spline on 100": partial(splines.solve, points=_POINTS),
     "governor": governor.solve,
     "ours, θ alone": ours.alone,
