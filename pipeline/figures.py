@@ -13,7 +13,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import LOGGED, ON, Courses, below, by_reference, read_loops
+from pipeline.loops.trajectory import LOGGED, ON, Courses, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -30,6 +30,7 @@ from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
 from pipeline.storage.archive import Fitted, read_margins
+from pipeline.storage.logs import below
 from pipeline.storage.results import Results, read_numbers
 from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array

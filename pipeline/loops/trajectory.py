@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from pipeline.storage.archive import read_stage, write_stage
-from pipeline.storage.logs import Series
+from pipeline.storage.logs import Series, below
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.control.references import TrackedReference
@@ -155,12 +155,6 @@ def many_courses(steps: Array, plant: ConstrainedSystem, runs: Array, kept: int)
 
 
 STAGE = "control"
-
-
-def below(courses: Courses, *path: str) -> dict[str, Course]:
-    """Return the courses whose topics begin with a path, by the rest of their topics."""
-    start = "".join(f"/{part}" for part in path) + "/"
-    return {topic.removeprefix(start): course for topic, course in courses.items() if topic.startswith(start)}
 
 
 def by_reference(courses: Courses) -> dict[str, dict[str, Course]]:
