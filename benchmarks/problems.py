@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.harness import ROOT, kept, root_mean_square
+from benchmarks.harness import ROOT, kept
 from benchmarks.rivals.problems import experiment
 from pipeline.generate import sampled_by
 from pipeline.published.scalar import state_and_input
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import goal_for
 from trackably.checker.certificate import Claim

@@ -11,7 +11,7 @@ from pipeline.experiments import Experiment
 from pipeline.loops.trajectory import Course, many_courses
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.bounds import Inequalities
 from trackably.control.controller import scaled_controller
@@ -206,15 +206,19 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
     assert tightened, "asked for where there is a disturbance"
     assert experiment.disturbance, "bounds are tightened for one"
     least = fitted.learned[UNCONSTRAINED.name].nlml
+
+    def misfit(reference: Reference) -> float:
+        return root_mean_square([*fitted.sampled.distances(reference.signals).values()])
+
     rows = {
-        size: (fitted.learned[name].objective - least, _misfit(fitted.sampled, fitted.learned[name].reference))
+        size: (fitted.learned[name].objective - least, misfit(fitted.learned[name].reference))
         for size, name in ((0.0, JOINT.name), (1.0, ROBUST.name))
     }
     start = fitted.learned[ROBUST.name].prior.log_hyperparameters
     for size in sorted(experiment.disturbance.sizes):
         found = _learned_for(experiment, fitted.sampled, tightened, size, start)
         if found is not None:
-            rows[size] = (found.solution.objective - least, _misfit(fitted.sampled, found.reference))
+            rows[size] = (found.solution.objective - least, misfit(found.reference))
             start = found.solution.posterior.prior.log_hyperparameters
     columns = zip(*((size, *rows[size]) for size in sorted(rows)), strict=True)
     table = dict(zip(("sizes", "price", "misfit"), map(list, columns), strict=True))
@@ -232,8 +236,3 @@ def _learned_for(
     nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), fallback=None)
     found = learn_certified(task.problem, plant, task.goal, learner=nearby)
     return found if isinstance(found, Certified) else None
-
-
-def _misfit(sampled: Sampled, reference: Reference) -> float:
-    """Return the root mean square of samples minus reference; all sampled names have the same weight."""
-    return float(np.sqrt(np.mean([*sampled.mean_squares(reference.signals).values()])))

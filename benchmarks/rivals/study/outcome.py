@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.harness import root_mean_square
 from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, NotFound, Problem
 from benchmarks.rivals.study.draws import Run
+from trackably.arrays import root_mean_square
 
 _POINTS = 100
 _SOLVED = 1e-9  # violations below are a solver's tolerance
