@@ -17,7 +17,6 @@ from typing import TypeVar
 import numpy as np
 
 from pipeline.environment import environment
-from trackably.arrays import Array
 
 T = TypeVar("T")
 ROOT = Path(__file__).resolve().parent.parent
@@ -160,11 +159,6 @@ def kept(found: object, wanted: type[T]) -> T:
 def grouped(count: int) -> str:
     """Return a number with a space after each group of three digits."""
     return f"{count:,}".replace(",", " ")
-
-
-def root_mean_square(values: Array) -> float:
-    """Return √(mean of squares)."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def in_new_process(*arguments: str, environment: dict[str, str] | None = None) -> str:

@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.harness import ROOT, kept, root_mean_square
+from benchmarks.harness import ROOT, kept
 from benchmarks.rivals.problems import experiment
 from pipeline.generate import sampled_by
-from pipeline.published.scalar import state_and_input
-from trackably.arrays import Array
+from pipeline.published.periodic import on_grid
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.certificates.goal import goal_for
 from trackably.checker.certificate import Claim
@@ -20,8 +20,6 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Steps
 from trackably.learning.learner import JOINT, Learner
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.search import best_solution
@@ -107,9 +105,7 @@ class Task:
 
     def at_instants(self, count: int, spacing: float) -> ConstrainedProblem:
         """Return the problem of a scalar system that is bounded at `count` instants, `spacing` [s] apart."""
-        state, entry = state_and_input(self.plant)
-        constraints = Constraint(state, Steps(0, count, spacing)), Constraint(entry, Steps(0, count - 1, spacing))
-        return replace(self.problem, constraints=constraints)
+        return replace(self.problem, constraints=on_grid(self.plant, count, spacing))
 
     def on_steps(self, last: int) -> ConstrainedProblem:
         """Return problem (4) of the paper: states are bounded up to step `last`, and the inputs that lead to them."""

@@ -11,8 +11,7 @@ import cvxpy as cp
 import numpy as np
 import scipy
 
-from benchmarks.harness import root_mean_square
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.prior import Prior

@@ -20,12 +20,12 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from benchmarks.harness import ROOT, Row, attempted, duel, part_of, root_mean_square, timed, within
+from benchmarks.harness import ROOT, Row, attempted, duel, part_of, timed, within
 from benchmarks.problems import BREATHING, NOISE, Task, box, irregular, misfit, task, tracked
 from benchmarks.programs import likeliest, smoothed
 from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
 from trackably import Periodic, TrackableReference, learn_reference
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified
 from trackably.checker.certificate import AllTimes, Window
 from trackably.gp.joint import JointPrior

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from benchmarks.harness import Row
 from benchmarks.rivals.tables import known, markdown
 from pipeline.drawings.style import save
-from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PAGE, PALE, with_style
+from trackably.exports.figures import BLUE, FAINT, INK, ORANGE, PALE, panels_of, with_style
 
 FOLDER = Path(__file__).parent
 RESULTS, TABLE, FIGURE = FOLDER / "results.json", FOLDER / "README.md", FOLDER / "figures" / "ratios.svg"
@@ -106,8 +106,7 @@ def _time(seconds: float) -> str:
 @with_style
 def figure(rows: Sequence[Row]) -> Figure:
     """Draw how many times longer others take, with the range over the rounds, and the targets."""
-    figure = Figure(figsize=(PAGE, 0.5 + 0.155 * len(rows)))
-    axes = figure.add_subplot()
+    figure, [[axes]] = panels_of(0.5 + 0.155 * len(rows))
     for place, row in enumerate(reversed(rows)):
         axes.axhline(place, color=FAINT, linewidth=0.5, zorder=0)
         if row.target is not None:

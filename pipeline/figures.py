@@ -13,7 +13,7 @@ from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import LOGGED, ON, Courses, below, by_reference, read_loops
+from pipeline.loops.trajectory import LOGGED, ON, Courses, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -30,6 +30,7 @@ from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
 from pipeline.storage.archive import Fitted, read_margins
+from pipeline.storage.logs import below
 from pipeline.storage.results import Results, read_numbers
 from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array
@@ -50,7 +51,6 @@ _GRID_POINTS = 56
 _SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
 # The figure of the likelihood shows hyperparameters from 1/factor to factor times the learned ones, in two views.
 _OVERVIEW, _CLOSER = 8.0, 1.25
-_FIRST_STEPS = 50
 _CURVE_POINTS = 1001
 _PAIRS = [(reference, controller) for controller in ("nominal", "tube") for reference in (JOINT.name, ROBUST.name)]
 
@@ -197,15 +197,12 @@ class _Figures:
 
         These are the steps around those at which a reference leaves X, or without `final_step` the first ones.
         """
-        published, samples = self.experiment.published.prediction, self.fitted.sampled.only
-        shown, steps = self.with_curves if final_step is None else self.shown, np.arange(last_step + 1.0)
-        beginning = (f"the first {_FIRST_STEPS} steps", 0, _FIRST_STEPS)
+        published, steps = self.experiment.published.prediction, np.arange(last_step + 1.0)
         return predictions.prediction(
-            samples,
-            shown,
+            self.fitted.sampled.only,
+            self.with_curves if final_step is None else self.shown,
             HYPERPARAMETERS.name,
             steps,
-            beginning if final_step is None else predictions.excursion(shown.values(), steps),
             true_reference=self.truth(steps * self.experiment.plant.sampling_time),
             published=read_numbers(published) if published else None,
             final_step=final_step,
@@ -284,7 +281,7 @@ class _Figures:
             return {}
         metrics: Any = read_json(self.results.control)
         runs = closed["/disturbed_range"]
-        price, units = metrics["price_of_room"], {experiment.units.get(name) for name in experiment.samples}
+        units = {experiment.units.get(name) for name in experiment.samples}
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         count = metrics["disturbed"]["tube"]["runs"]
         shown, failures = {}, {}
@@ -306,9 +303,7 @@ class _Figures:
             ),
             "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
             "price-of-room": lambda: loops.price_of_room(
-                price["sizes"],
-                price["price"],
-                price["misfit"],
+                metrics["price_of_room"],
                 {0.0: JOINT.name, 1.0: ROBUST.name},
                 units.pop() if len(units) == 1 else None,
             ),

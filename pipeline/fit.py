@@ -32,7 +32,7 @@ from pipeline.methods import (
 from pipeline.published.periodic import all_phases
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
 from pipeline.storage.results import ENVIRONMENT, Results, to_csv
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.errors import DoubtfulInputWarning, NoReferenceError
 from trackably.files import write_json, write_text
 from trackably.gp.joint import JointPosterior, period_of
@@ -94,8 +94,7 @@ def _solution(experiment: Experiment, seed: int, outcome: Solution | NoSolution)
 def _summary(solution: Solution, times: Array, truth: Array) -> list[float]:
     """Return l, the period, and the root mean square distance to the ground truth at the verified times."""
     (signal,) = solution.posterior.signals
-    off = signal(times) - truth
-    return [solution.objective, period_of([signal.kernel]), float(np.sqrt(np.mean(off**2)))]
+    return [solution.objective, period_of([signal.kernel]), root_mean_square(signal(times) - truth)]
 
 
 def _margins(plant: ConstrainedSystem, posterior: JointPosterior) -> list[float]:
@@ -113,8 +112,8 @@ def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: 
     (signal,), (of,), (truth,) = reference.signals, samples, experiment.truths.values()
     times = experiment.verified_times(samples)
     misfit = of.mean_square(of.values - of.stencil.measured(signal, of.times))
-    error = np.mean((reference.state_at(times)[:, 0] - truth(times)) ** 2)
-    return [upper, found.solution.objective, float(np.sqrt(misfit)), float(np.sqrt(error))]
+    error = root_mean_square(reference.state_at(times)[:, 0] - truth(times))
+    return [upper, found.solution.objective, float(np.sqrt(misfit)), error]
 
 
 _PROVED = (HYPERPARAMETERS.name, JOINT.name)

@@ -16,7 +16,7 @@ from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
 from pipeline.storage.archive import Sampled, write_margins
 from pipeline.storage.results import Results, to_csv
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import accepted_file, judge
 from trackably.certificates.outcome import Counterexample
@@ -132,7 +132,8 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
     """Return root mean square distances by name: `misfit` from the samples, `rmse` from the true signal, `held_out`.
 
     The true signal is compared at the verified steps, if it is known. `held_out` is the distance from the samples that
-    are held out, if there are any.
+    are held out, if there are any. Each is over all sampled names, with equal weights; if there are several, the
+    distance of each name follows.
     """
     times, signals = experiment.verified_times(sampled.samples), reference.kernel_sums
     known = {
@@ -140,8 +141,12 @@ def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> d
         "rmse": {name: Samples(times, truth(times)) for name, truth in experiment.truths.items()},
         "held_out": sampled.held_out_by_name,
     }
-    squares = {kind: sampled.mean_squares(signals, others) for kind, others in known.items()}
-    return {name: error for kind, of_kind in squares.items() for name, error in _roots(kind, of_kind).items()}
+    found: dict[str, float] = {}
+    for kind, others in known.items():
+        if by_name := sampled.distances(signals, others):
+            found[kind] = root_mean_square([*by_name.values()])
+            found |= {f"{kind}_{name}": of for name, of in by_name.items()} if len(by_name) > 1 else {}
+    return found
 
 
 def _condensed(sampled: Sampled) -> dict[str, Any]:
@@ -152,15 +157,6 @@ def _condensed(sampled: Sampled) -> dict[str, Any]:
         if of.scatter.count
     }
     return {"condensed": counts} if counts else {}
-
-
-def _roots(kind: str, mean_squares: Mapping[str, float]) -> dict[str, float]:
-    """Return the root mean square over all sampled names, with equal weights, and of each if there are several."""
-    by_name = {name: float(np.sqrt(square)) for name, square in mean_squares.items()}
-    if not by_name:
-        return {}
-    each = {f"{kind}_{name}": value for name, value in by_name.items()} if len(by_name) > 1 else {}
-    return {kind: float(np.sqrt(np.mean(np.square([*by_name.values()])))), **each}
 
 
 def _by_bound(active: Sequence[ActiveBound]) -> dict[str, float]:

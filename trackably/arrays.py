@@ -16,3 +16,8 @@ def subdivide(ends: Array, parts: ArrayLike) -> Array:
     counts = np.broadcast_to(parts, len(ends) - 1)
     inner = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], counts, strict=True)]
     return np.concatenate([*inner, ends[-1:]])
+
+
+def root_mean_square(values: ArrayLike) -> float:
+    """Return √(mean of squares) of all values."""
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -23,7 +23,7 @@ ON_GRIDS = {
     splines.solve: "smoothing spline on a grid",
     tightened.solve: "second-order cones",
 }
-AT_ONCE = (truncated.mode, ours.alone, ours.joint)
+AT_ONCE = (truncated.solve, ours.alone, ours.joint)
 
 
 def sweep(name: str = "axis") -> Iterator[table.Row]:

@@ -7,12 +7,12 @@ What it hands out is proved or refuted by the library, between its points; limit
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from time import process_time
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.harness import timed
 from benchmarks.rivals.tables import markdown
 from trackably.arrays import Array
 from trackably.joints.certify import BrokenLimits, CertifiedTrajectory, certify_joints, stretch_joints
@@ -97,11 +97,8 @@ PLANNERS: tuple[tuple[str, Callable[[np.random.Generator], JointTrajectory], dic
 def rows() -> Iterator[Row]:
     """Yield a row for each planner."""
     for planner, plan, limits in PLANNERS:
-        joints, motions = Joints(names=NAMES, **limits).widened(ROUNDING), []
-        began = process_time()
-        for number in range(PROBLEMS):
-            motions.append(plan(np.random.default_rng(number)))
-        seconds = (process_time() - began) / PROBLEMS
+        joints = Joints(names=NAMES, **limits).widened(ROUNDING)
+        motions, seconds = timed(lambda plan=plan: [plan(np.random.default_rng(number)) for number in range(PROBLEMS)])
         answers = [certify_joints(motion, joints, tolerance=1e-7) for motion in motions]
         broken = [each for answer in answers if isinstance(answer, BrokenLimits) for each in answer.broken]
         stretched = [stretch_joints(motion, joints, tolerance=1e-7) for motion in motions]
@@ -111,7 +108,7 @@ def rows() -> Iterator[Row]:
         worst, first = max(parts, default=(0.0, ""))
         kept = sum(isinstance(answer, CertifiedTrajectory) for answer in answers)
         slowdown = max(factors) if len(factors) == PROBLEMS else None
-        yield Row(planner, ", ".join(limits), kept, PROBLEMS, worst, seconds, first, slowdown)
+        yield Row(planner, ", ".join(limits), kept, PROBLEMS, worst, seconds / PROBLEMS, first, slowdown)
 
 
 def page(found: Sequence[Row]) -> str:

@@ -17,8 +17,7 @@ from benchmarks.rivals.study.summary import TIGHTNESS, Entry
 from benchmarks.rivals.table import Row
 from benchmarks.rivals.tables import markdown, read
 from pipeline.drawings.style import save
-from trackably.exports.figures import INK, with_style
-from trackably.exports.figures import PAGE as WIDTH
+from trackably.exports.figures import INK, panels_of, with_style
 from trackably.files import read_yaml
 
 _MARKERS = "osD^vP*X<>"
@@ -28,8 +27,7 @@ _NOTHING = 1e-13  # where "none" is drawn, on a logarithmic axis
 @with_style
 def violations(rows: Sequence[Row]) -> Figure:
     """Each marker is one fineness of the grid; below the line nothing is broken, and that is proved."""
-    figure = Figure(figsize=(WIDTH, 2.6))
-    axes = figure.add_subplot()
+    figure, [[axes]] = panels_of(2.6)
     for i, name in enumerate(dict.fromkeys(row.rival for row in rows)):
         found = [row for row in rows if row.rival == name and row.least is not None and row.seconds is not None]
         heights = [row.least if row.least else _NOTHING for row in found]
@@ -44,8 +42,7 @@ def violations(rows: Sequence[Row]) -> Figure:
 @with_style
 def tightness(rows: Sequence[Row]) -> Figure:
     """The error to the truth as the upper bound of the state is tightened; an open marker breaks its bounds."""
-    figure = Figure(figsize=(WIDTH, 2.8))
-    axes = figure.add_subplot()
+    figure, [[axes]] = panels_of(2.8)
     shown = [row for row in rows if row.tightness is not None and row.error is not None]
     for i, name in enumerate(dict.fromkeys(row.rival for row in shown)):
         found = sorted((row.tightness, row.error, row.least or 0.0) for row in shown if row.rival == name)
@@ -77,8 +74,7 @@ def errors(entries: Sequence[Entry]) -> Figure:
     Levels in which a rival never has a curve are left out.
     """
     systems, rivals = (dict.fromkeys(names) for names in zip(*[(e.system, e.rival) for e in entries], strict=True))
-    figure = Figure(figsize=(WIDTH, 5.4))
-    axes = figure.subplots(3, len(systems), sharex=True, sharey="row", squeeze=False)
+    figure, axes = panels_of(5.4, 3, len(systems), sharex=True, sharey="row")
     for (row, (said, drawn)), (column, system) in product(enumerate(_DRAWN.items()), enumerate(systems)):
         for i, rival in enumerate(rivals):
             of = [e for e in entries if (e.system, e.rival, e.factor) == (system, rival, TIGHTNESS)]

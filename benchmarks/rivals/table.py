@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import root_mean_square
 from benchmarks.rivals.model import Found, NotFound, Problem, Rival
 from benchmarks.rivals.tables import markdown, number, percent, seconds
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.gp.joint import JointPosterior
 
 _HEAD = ("", "rival", "answer", "its objective", "J", "misfit", "held out", "error", "time", "asked at")

@@ -62,9 +62,7 @@ class Landscape:
 
 
 def evaluate_on_grid(problem: ConstrainedProblem, theta1: Array, theta2: Array) -> Landscape:
-    """Evaluate a problem on a grid of its two learned hyperparameters. ValueError unless there are two."""
-    if len(problem.prior.learned) != 2:
-        raise ValueError(f"landscape: expected two learned hyperparameters, got {', '.join(problem.prior.learned)}")
+    """Evaluate a problem on a grid of its two learned hyperparameters."""
     values = np.array([[_at(problem, np.log([first, second])) for first in theta1] for second in theta2])
     return Landscape(theta1, theta2, values[..., 0], values[..., 1])
 

@@ -218,7 +218,7 @@ def feasible_intervals(
         axes.plot(ends.steps, ends.together(["lower", "upper"]), **style)
     last, name = max(ends.steps[-1] for ends in feasible.values()), plant.system.states[0]
     part = loops[ON].until(int(last))
-    axes.plot(part.steps, part[f"{name}_reference"], color=INK, linewidth=0.7, zorder=4, label="reference")
+    axes.plot(part.steps, part[f"{name}_reference"], **_REFERENCE | {"zorder": 4})
     for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
         axes.axhline(bound / plant.state_set.rows[0, 0], **BOUND)
     axes.set(xlabel=step_label(plant.sampling_time), ylabel=axis_label(name, units), xlim=(0, last))
@@ -279,8 +279,7 @@ def loops_in_plane(
             if np.linalg.norm(here - there) > _CLOSE * np.max(np.ptp(reference, axis=0)):
                 axes.plot(*np.array([here, there]).T, color=GREY, linewidth=0.5, zorder=2.0)
     longest = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step)
-    reference = longest.together(plane, "_reference")
-    axes.plot(*reference.T, color=INK, linewidth=0.7, zorder=3.6, label="reference")
+    axes.plot(*longest.together(plane, "_reference").T, **_REFERENCE)
     label_plane(axes, plane, units)
     return legend_above(figure)
 
@@ -374,25 +373,19 @@ def disturbed_loops(
 
 
 @with_style
-def price_of_room(
-    sizes: Sequence[float],
-    price: Sequence[float],
-    misfit: Sequence[float],
-    named: Mapping[float, str],
-    misfit_unit: str | None = None,
-) -> Figure:
-    """Draw price and misfit of robust references over the size of the disturbance sets; some sizes are `named`.
+def price_of_room(columns: Mapping[str, list[float]], named: Mapping[float, str], unit: str | None = None) -> Figure:
+    """Draw the `price` and the `misfit` of robust references over the `sizes` of the disturbance sets, by `columns`.
 
-    Sizes are factors of the given sets. A misfit may have a unit, if `misfit_unit` names one.
+    Sizes are factors of the given sets, and some of them are `named`. A misfit may have a unit.
     """
     figure, (panels,) = panels_of(2.8, 1, 2)
-    unit = f" [{misfit_unit}]" if misfit_unit else ""
-    labels = (r"price $J - \min l$ [–]", f"misfit of the samples{unit}")
-    for axes, values, label in zip(panels, (price, misfit), labels, strict=True):
+    labels = {"price": r"price $J - \min l$ [–]", "misfit": "misfit of the samples" + (f" [{unit}]" if unit else "")}
+    sizes = columns["sizes"]
+    for axes, (column, label) in zip(panels, labels.items(), strict=True):
+        values = columns[column]
         axes.plot(sizes, values, color=GREEN, marker="o", markersize=3.5, linewidth=1.4)
         for (size, name), (color, marker) in zip(named.items(), cycle(_NAMED)):
-            value = values[list(sizes).index(size)]
-            axes.plot(size, value, marker, color=color, markersize=6, zorder=4, label=name)
+            axes.plot(size, values[sizes.index(size)], marker, color=color, markersize=6, zorder=4, label=name)
         axes.margins(x=0.1, y=0.12)
         axes.set(xlabel="disturbance sets / those given [–]", ylabel=label)
         axes.set_ylim(0)
@@ -410,8 +403,7 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
         axes.fill_between(steps, beyond, outside, **OUTSIDE)
 
 
-def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:
+def _margins(course: Course, plant: ConstrainedSystem) -> list[Array]:
     """Return the smallest margins of the states and of the inputs at each step, as parts of widths: shapes (K,)."""
-    states, inputs = course.together(plant.system.states), course.together(plant.system.inputs)
-    X, U = (Inequalities.of(bounded) for bounded in (plant.state_set, plant.input_set))
-    return np.min(X.slack(states), axis=1), np.min(U.slack(inputs), axis=1)
+    sets = (plant.state_set, plant.system.states), (plant.input_set, plant.system.inputs)
+    return [np.min(Inequalities.of(bounded).slack(course.together(names)), axis=1) for bounded, names in sets]

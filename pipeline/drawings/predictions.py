@@ -44,6 +44,7 @@ _MARKERS: Final = 16
 
 Closer = tuple[str, float, float]
 """A second panel: its title, and the first and the last step that it shows."""
+_BEGINNING: Final[Closer] = ("the first 50 steps", 0, 50)
 
 
 @with_style
@@ -52,7 +53,6 @@ def prediction(
     references: Mapping[str, Reference],
     tube_of: str,
     steps: Array,
-    closer: Closer | None,
     *,
     true_reference: Array | None = None,
     published: Mapping[str, Array] | None = None,
@@ -60,11 +60,12 @@ def prediction(
 ) -> Figure:
     """Draw scalar references by their labels at consecutive `steps`, and the reachable tube of the reference `tube_of`.
 
-    Dots mark steps that need an inadmissible input; a second panel shows the steps of `closer`. `true_reference` has
-    the values of the true signal at `steps`. `final_step` k̄ is the last constrained step; if it is None, both bounds
-    of the state are shown. `published` are curves over the steps `k`: means, and the ends of the tube at k + 1, which
-    is reachable from step k.
+    Dots mark steps that need an inadmissible input. `true_reference` has the values of the true signal at `steps`.
+    `final_step` k̄ is the last constrained step; if it is None, both bounds of the state are shown. A second panel shows
+    the steps around those at which a reference leaves X, or without `final_step` the first ones. `published` are curves
+    over the steps `k`: means, and the ends of the tube at k + 1, which is reachable from step k.
     """
+    closer = _BEGINNING if final_step is None else _excursion(references.values(), steps)
     windows: list[Closer] = [("", float(steps[0] - 0.01 * np.ptp(steps)), float(steps[-1]))]
     windows += [closer] if closer else []
     figure, (panels,) = panels_of(3.3, 1, len(windows), width_ratios=[1.8, 1][: len(windows)])
@@ -100,7 +101,7 @@ def prediction(
     return legend_above(figure, columns=min(4, ceil(len({*panels[0].get_legend_handles_labels()[1]}) / 2)))
 
 
-def excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
+def _excursion(references: Iterable[Reference], steps: Array) -> Closer | None:
     """Return the range of steps at which a reference is outside X, and a few steps around it.
 
     None if no reference leaves X, or if this range has more than a third of the length of all steps.

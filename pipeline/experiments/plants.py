@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Self
 
-import numpy as np
 from pydantic import BeforeValidator, PlainValidator, PositiveFloat, model_validator
 
 from pipeline.experiments.fields import LISTED, read_by
@@ -69,7 +68,7 @@ class DisturbanceSetFields(Fields):
             ("lower", "upper"): Zonotope.box,
             ("H", "h"): ConvexHull.halfspaces,
             ("vertices",): ConvexHull,
-            ("centre", "generators"): lambda centre, generators: Zonotope(np.array(centre), np.array(generators)),
+            ("centre", "generators"): Zonotope,
         }
         given = tuple(name for form in forms for name in form if getattr(self, name) is not None)
         if given not in forms:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -12,7 +11,7 @@ from pipeline.experiments import Experiment
 from pipeline.loops.trajectory import Course, many_courses
 from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified, learn_certified
 from trackably.control.bounds import Inequalities
 from trackably.control.controller import scaled_controller
@@ -23,35 +22,15 @@ from trackably.control.tube import TubeController
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import DisturbanceSet, ModelError
-from trackably.systems.polytopes import Polytope
+from trackably.systems.disturbances import DisturbanceSet
 from trackably.systems.reference import Reference, Window
-from trackably.systems.tightening import Tightening, tightening
+from trackably.systems.tightening import Tightening
 
 
 def drawn(of: DisturbanceSet, seed: int) -> Disturbances:
     """Return a function that draws another point of a set at each call, and the same sequence for the same seed."""
     rng = np.random.default_rng(seed)
     return lambda k, successor: of.draw(rng)
-
-
-def constant(of: DisturbanceSet, row: Array) -> Disturbances:
-    """Return a function that gives, at all steps, the point of a set that lies farthest in the direction `row` (n,)."""
-    point = of.farthest(row)
-    return lambda k, successor: point
-
-
-def greedy(of: DisturbanceSet, state_set: Polytope) -> Disturbances:
-    """Return a function that gives the point of a set which takes the state furthest towards its nearest bound.
-
-    The nearest bound has the smallest distance relative to the width between bounds.
-    """
-    X = Inequalities.of(state_set)
-
-    def pushed(k: int, successor: Array) -> Array:
-        return of.farthest(X.rows[int(np.argmin(X.slack(successor)))])
-
-    return pushed
 
 
 COUNT, KEPT = 300, 9
@@ -62,19 +41,22 @@ _WARM_UP = 60
 def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Successor, Disturbances]:
     """Return the plant's successor function and its disturbances in W, which are drawn, greedy or constant.
 
-    The plant obeys its model. With a model error, it obeys one of the error's vertices: "drawn" draws a vertex at each
-    step, "greedy" takes the vertex that brings the state nearest to a bound, and "constant" keeps the same vertex.
+    A greedy disturbance takes the state furthest towards its nearest bound, relative to the width between bounds; a
+    constant one is always the point that lies farthest in one direction. The plant obeys its model. With a model error,
+    it obeys one of the error's vertices: "drawn" draws a vertex at each step, "greedy" takes the vertex that brings the
+    state nearest to a bound, and "constant" keeps the same vertex.
     """
-    W, of_disturbance, of_plant = tightened.disturbance, np.random.default_rng(seed), np.random.default_rng(seed)
+    W, X, of_plant = tightened.disturbance, Inequalities.of(tightened.given.state_set), np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
-    pushed = {
+    farthest = W.farthest(np.random.default_rng(seed).standard_normal(W.dimension))
+    pushed: Disturbances = {
         "drawn": drawn(W, seed),
-        "greedy": greedy(W, tightened.given.state_set),
-        "constant": constant(W, of_disturbance.standard_normal(W.dimension)),
+        "greedy": lambda k, successor: W.farthest(X.rows[int(np.argmin(X.slack(successor)))]),
+        "constant": lambda k, successor: farthest,
     }[kind]
     if tightened.model_error is None:
         return lambda k, x, u: tightened.given.linear.successor(x, u), pushed
-    vertices, X = tightened.model_error.vertices, Inequalities.of(tightened.given.state_set)
+    vertices = tightened.model_error.vertices
     same = int(of_plant.integers(len(vertices)))
 
     def moved(k: int, x: Array, u: Array) -> Array:
@@ -224,52 +206,33 @@ def prices(experiment: Experiment, fitted: Fitted) -> Columns:
     assert tightened, "asked for where there is a disturbance"
     assert experiment.disturbance, "bounds are tightened for one"
     least = fitted.learned[UNCONSTRAINED.name].nlml
+
+    def misfit(reference: Reference) -> float:
+        return root_mean_square([*fitted.sampled.distances(reference.signals).values()])
+
     rows = {
-        size: (fitted.learned[name].objective - least, _misfit(fitted.sampled, fitted.learned[name].reference))
+        size: (fitted.learned[name].objective - least, misfit(fitted.learned[name].reference))
         for size, name in ((0.0, JOINT.name), (1.0, ROBUST.name))
     }
     start = fitted.learned[ROBUST.name].prior.log_hyperparameters
     for size in sorted(experiment.disturbance.sizes):
         found = _learned_for(experiment, fitted.sampled, tightened, size, start)
         if found is not None:
-            rows[size] = (found.solution.objective - least, _misfit(fitted.sampled, found.reference))
+            rows[size] = (found.solution.objective - least, misfit(found.reference))
             start = found.solution.posterior.prior.log_hyperparameters
     columns = zip(*((size, *rows[size]) for size in sorted(rows)), strict=True)
     table = dict(zip(("sizes", "price", "misfit"), map(list, columns), strict=True))
     return {**table, "largest": tightened.largest_fraction}
 
 
-def scaled(tightened: Tightening, size: float) -> Tightening:
-    """Return the tightening for W, V and a model error that are `size` times as large.
-
-    Raises ValueError if tightened bounds leave no admissible states or inputs.
-    """
-    W, V, by = tightened.disturbance, tightened.noise, Fraction(size)
-    assert W is not None, "asked for where there is a disturbance"
-    assert tightened.invariant is not None, "it belongs to a disturbance"
-    noise, wrong = None if V is None else V.scaled(by), None
-    if tightened.model_error:
-        A, B, c = (getattr(tightened.given.linear, name) for name in "ABc")
-        parts = (
-            (A + size * (v.A - A), B + size * (v.B - B), c + size * (v.c - c)) for v in tightened.model_error.vertices
-        )
-        wrong = ModelError.of([*parts])
-    return tightening(tightened.given, W.scaled(by), tightened.invariant.feedback, tightened.margin, noise, wrong)
-
-
 def _learned_for(
     experiment: Experiment, sampled: Sampled, tightened: Tightening, size: float, start: Array
 ) -> Certified | None:
     try:
-        plant = scaled(tightened, size).plant
+        plant = tightened.plant_for(size)
     except ValueError:  # tightened bounds leave nothing
         return None
     task = experiment.task(sampled.samples)
     nearby = replace(learner.JOINT, solve=partial(learn_from, (start,)), fallback=None)
     found = learn_certified(task.problem, plant, task.goal, learner=nearby)
     return found if isinstance(found, Certified) else None
-
-
-def _misfit(sampled: Sampled, reference: Reference) -> float:
-    """Return the root mean square of samples minus reference; all sampled names have the same weight."""
-    return float(np.sqrt(np.mean([*sampled.mean_squares(reference.signals).values()])))

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from pipeline.storage.archive import read_stage, write_stage
-from pipeline.storage.logs import Series
+from pipeline.storage.logs import Series, below
 from pipeline.storage.results import Results
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop
 from trackably.control.stepping import Plan
@@ -70,7 +70,7 @@ def loop_metrics(loop: ClosedLoop, plant: ConstrainedSystem) -> dict[str, float 
         "worst_input_margin": _smallest(plant.input_set.margin(loop.inputs)),
     }
     for i, name in enumerate(plant.system.states):
-        found[f"rms_error_{name}"] = float(np.sqrt(np.mean(errors[:, i] ** 2)))
+        found[f"rms_error_{name}"] = root_mean_square(errors[:, i])
         found[f"last_error_{name}"] = float(abs(errors[-1, i]))
     return found
 
@@ -155,12 +155,6 @@ def many_courses(steps: Array, plant: ConstrainedSystem, runs: Array, kept: int)
 
 
 STAGE = "control"
-
-
-def below(courses: Courses, *path: str) -> dict[str, Course]:
-    """Return the courses whose topics begin with a path, by the rest of their topics."""
-    start = "".join(f"/{part}" for part in path) + "/"
-    return {topic.removeprefix(start): course for topic, course in courses.items() if topic.startswith(start)}
 
 
 def by_reference(courses: Courses) -> dict[str, dict[str, Course]]:

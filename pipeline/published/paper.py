@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import linprog, minimize_scalar
 
 from pipeline.published.scalar import coefficients, interval_sets, scalar
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
@@ -37,7 +37,7 @@ def period_of_curve(times: Array, values: Array, between: tuple[float, float], h
     def left(period: float) -> float:
         angles = 2 * np.pi / period * t[:, None] * np.arange(harmonics + 1)
         basis = np.concatenate([np.cos(angles), np.sin(angles[:, 1:])], axis=1)
-        return float(np.sqrt(np.mean((y - basis @ np.linalg.lstsq(basis, y)[0]) ** 2)))
+        return root_mean_square(y - basis @ np.linalg.lstsq(basis, y)[0])
 
     best = minimize_scalar(left, bounds=between, method="bounded", options={"xatol": 1e-9})
     return float(best.x), float(best.fun)

@@ -112,15 +112,15 @@ def _extremes(
     return np.array(smallest), np.array([times[i][np.argmax(values[i])] for i in inside])
 
 
-def on_grid(plant: ConstrainedSystem, last_step: int) -> tuple[Constraint, Constraint]:
+def on_grid(plant: ConstrainedSystem, last_step: int, spacing: float | None = None) -> tuple[Constraint, Constraint]:
     """Constrain the state at steps 0 … k̄ and the input at the steps before k̄ = `last_step` ≥ T_p/T_s: problem (4).
 
     The paper's closing remark prefers this to (8). If the period is no multiple of T_s, nothing is proved for k > k̄.
-    Raises ValueError for systems that are not scalar.
+    Instants have a `spacing` [s], which is T_s by default. Raises ValueError for systems that are not scalar.
     """
     state, input_ = state_and_input(plant)
-    states, inputs = Steps(0, last_step, plant.sampling_time), Steps(0, last_step - 1, plant.sampling_time)
-    return Constraint(state, states), Constraint(input_, inputs)
+    step = spacing or plant.sampling_time
+    return Constraint(state, Steps(0, last_step, step)), Constraint(input_, Steps(0, last_step - 1, step))
 
 
 def on_intervals(

@@ -1,5 +1,6 @@
 """Write and read the logs by which stages pass on results: samples, references with their studies, and margins."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -50,10 +51,10 @@ class Sampled:
         flat = zip(self.names, self.samples, strict=True)
         return {name: of for first, together in flat for name, of in together.by_name(first).items()}
 
-    def mean_squares(self, signals: Sequence[Signal], others: Mapping[str, Samples] | None = None) -> dict[str, float]:
-        """Return by name the mean square of samples minus the values that these flat outputs have without noise.
+    def distances(self, signals: Sequence[Signal], others: Mapping[str, Samples] | None = None) -> dict[str, float]:
+        """Return by name the root mean square of samples minus the values that these flat outputs have without noise.
 
-        With `others`, the means are over these samples of the same names.
+        With `others`, these samples of the same names take the place of the own ones.
         """
         flat = zip(self.names, self.samples, signals, strict=True)
         measured = {
@@ -62,7 +63,7 @@ class Sampled:
             for name, of in together.by_name(first).items()
         }
         found = self.by_name if others is None else others
-        return {name: of.mean_square(of.values - measured[name](of.times)) for name, of in found.items()}
+        return {name: math.sqrt(of.mean_square(of.values - measured[name](of.times))) for name, of in found.items()}
 
     @property
     def held_out_by_name(self) -> dict[str, Samples]:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
@@ -23,6 +23,7 @@ from trackably.errors import InputError
 from trackably.files import from_json, read_bytes, write_atomically
 from trackably.recordings.mcap_file import records_in
 
+T = TypeVar("T")
 KNOWN = "foxglove."
 """The beginning of the names of schemas that viewers know and draw."""
 
@@ -211,3 +212,13 @@ def logs_of(results: Results) -> tuple[Path, ...]:
 def topics_of(results: Results) -> dict[str, Documents]:
     """Return the topics with messages in all logs of an experiment, by name. Raises InputError."""
     return {of.topic: of for path in logs_of(results) for of in read_log(path).topics if of.messages}
+
+
+def below(topics: Mapping[str, T], *path: str) -> dict[str, T]:
+    """Return what belongs to the topics `/path/…` by the rest of their names, which is '' for the topic `/path`."""
+    start = "".join(f"/{part}" for part in path)
+    return {
+        name.removeprefix(start).removeprefix("/"): of
+        for name, of in topics.items()
+        if f"{name}/".startswith(f"{start}/")
+    }

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 from pipeline.experiments import Experiment
 from pipeline.storage.archive import write_stage
-from pipeline.storage.logs import KNOWN, Documents, topics_of
+from pipeline.storage.logs import KNOWN, Documents, below, topics_of
 from pipeline.storage.results import Results
 from pipeline.viewer.scene import COLORS, FRAME, GREY, INK, LOG, SCENE, documents_of, plane_of
 from trackably.files import read_json, to_json, write_json
@@ -61,7 +61,7 @@ def plot(title: str, lines: Iterable[Line], levels: Mapping[str, float] | None =
     return panel("Plot", title, paths=paths, **across)
 
 
-def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> dict[str, Any]:
+def layout(tabs: Mapping[str, Sequence[Panel]], always: Sequence[Panel] = ()) -> dict[str, Any]:
     """Return the layout with one tab for each group of panels, and below the tabs panels that are always visible."""
     configs: dict[str, Any] = {}
 
@@ -74,9 +74,9 @@ def layout(tabs: Mapping[str, Sequence[Panel]], below: Sequence[Panel] = ()) -> 
         {"title": title, "layout": _tiled([*map(add, _with_one_legend(panels))])} for title, panels in tabs.items()
     ]
     tree: Tree = add(panel("Tab", tabs=pages))
-    if below:
-        always = _split([*map(add, below)], "row")
-        tree = {"direction": "column", "first": tree, "second": always, "splitPercentage": 80}
+    if always:
+        below_tabs = _split([*map(add, always)], "row")
+        tree = {"direction": "column", "first": tree, "second": below_tabs, "splitPercentage": 80}
     about = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
     return {"configById": configs, **about, "layout": tree}
 
@@ -126,16 +126,6 @@ Topics = Mapping[str, Documents]
 """Topics that have messages, by name."""
 
 
-def group(topics: Topics, name: str) -> dict[str, Documents]:
-    """Return the topics `/name/…` by the rest of their names, which is '' for the topic `/name` itself."""
-    start = f"/{name}"
-    return {
-        topic.topic.removeprefix(start).removeprefix("/"): topic
-        for topic in topics.values()
-        if f"{topic.topic}/".startswith(f"{start}/")
-    }
-
-
 def of_schema(topics: Topics, schema: str) -> list[str]:
     """Return the names of the topics with this schema."""
     return [name for name, topic in topics.items() if topic.name == schema]
@@ -175,7 +165,7 @@ def by_topic(topics: Topics) -> Iterator[Panel]:
 def observed(topics: Topics, name: str) -> Iterator[Line]:
     """Yield the lines of a coordinate's samples, held-out samples and true signal, if the logs have them."""
     for kind, (color, joined) in OBSERVED.items():
-        if topic := group(topics, kind).get(name):
+        if topic := below(topics, kind).get(name):
             yield line(topic.topic, "value", _spoken(kind), color, joined)
 
 
@@ -210,16 +200,15 @@ def layout_of(plant: ConstrainedSystem, topics: Topics, plane: tuple[str, str] |
         "References": _references(plant, topics),
         "Scene": scene_panel(topics, *_view(plant, plane)),
         "Margins": _margins(topics),
-        "Iterations": by_field(plant, group(topics, "iterations"), ["k_bar"]),
-        "Closed loops": by_field(plant, group(topics, "loops")),
+        "Iterations": by_field(plant, below(topics, "iterations"), ["k_bar"]),
+        "Closed loops": by_field(plant, below(topics, "loops")),
         "Feasible sets": _feasible(plant, topics),
-        "Learned again": chain(by_field(plant, group(topics, "online")), by_topic(group(topics, "offers"))),
-        "Uncertainty": by_field(plant, group(topics, "references"), plant.names),
+        "Learned again": chain(by_field(plant, below(topics, "online")), by_topic(below(topics, "offers"))),
+        "Uncertainty": by_field(plant, below(topics, "references"), plant.names),
         "Further": by_topic(further),
     }
-    logs = of_schema(topics, LOG)
-    below = [panel("RosOut", topic, topicToRender=topic) for topic in logs]
-    return layout({title: panels for title, every in tabs.items() if (panels := [*every])}, below)
+    logs = [panel("RosOut", topic, topicToRender=topic) for topic in of_schema(topics, LOG)]
+    return layout({title: panels for title, every in tabs.items() if (panels := [*every])}, logs)
 
 
 def levels_of(plant: ConstrainedSystem, name: str) -> dict[str, float]:
@@ -240,18 +229,18 @@ def _view(plant: ConstrainedSystem, plane: tuple[str, str] | None) -> tuple[tupl
 
 
 def _references(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
-    references = group(topics, "references")
+    references = below(topics, "references")
     for name in plant.names:
         lines = [*lines_of(references, name), *observed(topics, name)]
         if lines:
             yield plot(name, lines, levels_of(plant, name))
-    sampled = dict.fromkeys(name for kind in OBSERVED for name in group(topics, kind))
+    sampled = dict.fromkeys(name for kind in OBSERVED for name in below(topics, kind))
     for name in sampled.keys() - set(plant.names):
         yield plot(name, observed(topics, name))
 
 
 def _margins(topics: Topics) -> Iterator[Panel]:
-    margins, active = (_by_last(group(topics, kind)) for kind in ("margins", "active_bounds"))
+    margins, active = (_by_last(below(topics, kind)) for kind in ("margins", "active_bounds"))
     for quantity, by_method in margins.items():
         yield plot(f"margin of {quantity}", lines_of(by_method, "margin"), {"bound": 0.0})
     prices = {f"{method}, {name}": topic for name, by in active.items() for method, topic in by.items()}
@@ -270,7 +259,7 @@ def _by_last(topics: Topics) -> dict[str, dict[str, Documents]]:
 
 def _feasible(plant: ConstrainedSystem, topics: Topics) -> Iterator[Panel]:
     """Yield plots of feasible sets: intervals over time for one state, and polygons for two."""
-    sets = group(topics, "feasible")
+    sets = below(topics, "feasible")
     if len(plant.system.states) == 1:
         ends = [of | {"label": f"{of['label']}, {end}"} for end in ("lower", "upper") for of in lines_of(sets, end)]
         if ends:

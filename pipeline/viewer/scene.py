@@ -1,7 +1,7 @@
 """Topics for viewers that show an experiment in space and in words: scene, vehicle, proofs and events."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -10,10 +10,10 @@ from matplotlib.colors import to_rgba
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.loops.trajectory import ON, Course, Courses, below, read_loops, runs_of
+from pipeline.loops.trajectory import ON, Course, Courses, read_loops, runs_of
 from pipeline.methods import JOINT
 from pipeline.storage.archive import Fitted
-from pipeline.storage.logs import Documents
+from pipeline.storage.logs import Documents, below
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.files import read_json
@@ -196,19 +196,10 @@ Event = tuple[int, int, str, str]
 """An event for the viewer's list of messages: time [ns], level of the log, subject, and a sentence."""
 
 
-def event_topic(events: Sequence[Event]) -> Documents:
-    """Return a topic with all events, in the order of time."""
+def log_topic(topic: str, events: Iterable[Event]) -> Documents:
+    """Return a topic with events, in the order of time."""
     messages = tuple((event[0], _entry(*event)) for event in sorted(events, key=lambda event: event[0]))
-    return Documents("/events", LOG, SCHEMAS[LOG], messages)
-
-
-def proof_topic(metrics: Mapping[str, Any]) -> Documents:
-    """Return a topic that says what is proved about each method's reference, what refutes it, or what a proof lacks.
-
-    It has one message, at time 0: viewers show the last message before the time that they display.
-    """
-    told = "\n".join(f"{method}: {found['proof']}" for method, found in metrics.items())
-    return Documents("/proofs", LOG, SCHEMAS[LOG], ((0, _entry(0, _INFO, "proofs", told)),))
+    return Documents(topic, LOG, SCHEMAS[LOG], messages)
 
 
 def losses(name: str, course: Course, sampling_time: float) -> Iterator[Event]:
@@ -242,9 +233,11 @@ def documents_of(experiment: Experiment, results: Results) -> Iterator[Documents
     """
     closed = read_loops(results, experiment.plant)
     metrics: Any = read_json(results.metrics)
-    yield proof_topic(metrics)
+    # Proofs are one message, at time 0: viewers show the last message before the time that they display.
+    told = "\n".join(f"{method}: {found['proof']}" for method, found in metrics.items())
+    yield log_topic("/proofs", [(0, _INFO, "proofs", told)])
     if events := [*_events_of(experiment, results, closed)]:
-        yield event_topic(events)
+        yield log_topic("/events", events)
     if (plane := plane_of(experiment.plant, experiment.plane)) is not None:
         yield from scene_topics(experiment, plane, read_fit_of(experiment, results), closed)
 

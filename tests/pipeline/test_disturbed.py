@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.disturbed import Case, disturbed_runs, random_case
 from pipeline.loops import disturbed as loops
-from pipeline.loops.disturbed import constant, many_runs
+from pipeline.loops.disturbed import many_runs
 
 SEEDS = (0, 3, 11, 12)
 
@@ -29,9 +29,9 @@ def test_no_bound_is_broken_and_no_step_is_without_a_plan(seed):
 def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
     """Disturbances that are thirty times too large break bounds, and the counts tell."""
     case = case_of(11)
-    pushed = constant(case.tightening.invariant.disturbance, np.ones(1))
+    pushed = case.tightening.invariant.disturbance.farthest(np.ones(1))
     as_modelled = case.tightening.given.linear.successor
-    plant = (lambda k, x, u: as_modelled(x, u), lambda k, x: 30 * pushed(k, x))
+    plant = (lambda k, x, u: as_modelled(x, u), lambda k, x: 30 * pushed)
     monkeypatch.setattr(loops, "disturbed_plant", lambda kind, tightened, seed: plant)
     found = disturbed_runs(case, 1)
     assert found["steps_outside"] + found["steps_without_plan"] > 0

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from pipeline.loops import disturbed as runs
-from pipeline.loops.trajectory import below, by_reference
+from pipeline.loops.trajectory import by_reference
 from pipeline.storage.archive import read_stage
+from pipeline.storage.logs import below
 from pipeline.storage.results import read_numbers
 from pipeline.story import table_of_methods
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops

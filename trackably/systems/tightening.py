@@ -290,10 +290,17 @@ class Tightening:
     @cached_property
     def plant(self) -> ConstrainedSystem:
         """The plant with tightened bounds."""
-        if (fraction := self.largest_fraction) <= 1:
+        return self.plant_for(1.0)
+
+    def plant_for(self, size: float) -> ConstrainedSystem:
+        """Return the plant with bounds tightened for disturbances and a model error `size` times as large, same K.
+
+        ValueError: nothing is left of a set.
+        """
+        if (fraction := self.largest_fraction) <= size:
             raise ValueError(self._shortage(fraction))
         state_set, input_set = (
-            bounded.with_bounds([self._tighten(*of) for of in zip(bounded.bounds, taken, strict=True)])
+            bounded.with_bounds([self._tighten(*of, size) for of in zip(bounded.bounds, taken, strict=True)])
             for bounded, taken in self._sides
         )
         return replace(self.given, state_set=state_set, input_set=input_set)
@@ -329,9 +336,9 @@ class Tightening:
         V = self.noise if constraint.side == "state" else None
         return Z.support(down) + support_of(V, up), Z.support(up) + support_of(V, down)
 
-    def _tighten(self, bounds: Interval, taken: Taken) -> Interval:
+    def _tighten(self, bounds: Interval, taken: Taken, size: float) -> Interval:
         width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
-        low, high = (by + Fraction(self.margin) * width for by in taken)
+        low, high = (by * Fraction(size) + Fraction(self.margin) * width for by in taken)
         return Interval(
             move_end(bounds.low, lambda value: float_above(Fraction(value) + low)),
             move_end(bounds.high, lambda value: float_below(Fraction(value) - high)),

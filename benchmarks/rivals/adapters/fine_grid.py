@@ -4,9 +4,8 @@ g = m⁺ + Σ_a λ_a κ⁺(·, L_a) with the least ‖g − m⁺‖ in the poste
 rows a of the grid. With K⁺ = F Fᵀ and v = Fᵀ λ it is the program of the least |v|² with the rows in their bounds.
 """
 
-from benchmarks.rivals.adapters.bounded_normal import root
 from benchmarks.rivals.adapters.convex import shortest
-from benchmarks.rivals.adapters.rows import POINTS, Grid, evenly
+from benchmarks.rivals.adapters.rows import POINTS, Grid, evenly, root
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, Problem
 from trackably.gp.row_posterior import RowPosterior

@@ -62,6 +62,22 @@ def prior_covariance(posterior: JointPosterior, rows: Rows) -> Array:
     return np.asarray(sum(each, np.zeros((len(rows), len(rows)))))
 
 
+_NEGLIGIBLE = 1e-12  # smaller eigenvalues, relative to the largest, are dropped: they are rounding errors
+
+
+def root(covariance: Array) -> Array:
+    """Return F (n, r) with F Fᵀ = Σ, up to 1e-12 n of each variance, for a covariance Σ (n, n) of any rank.
+
+    F has few columns where the values depend on each other, as those of a smooth process at close times do. Rows are
+    scaled to the same variance before, so that their units do not matter.
+    """
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(std > 0, std, np.inf)
+    values, vectors = np.linalg.eigh(covariance / scale / scale[:, None])
+    kept = values > _NEGLIGIBLE * values[-1]
+    return np.asarray(std[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
+
+
 Basis = Callable[[Array], Array]
 """Functions at times (n,) [s], one column each: a signal is a sum of them."""
 

@@ -11,9 +11,8 @@ as |L_t g − L_m g| ≤ ‖L_t κ − L_m κ‖ ‖g − m‖. For a stationary
 import cvxpy as cp
 import numpy as np
 
-from benchmarks.rivals.adapters.bounded_normal import root
 from benchmarks.rivals.adapters.convex import minimised
-from benchmarks.rivals.adapters.rows import POINTS, Grid, evenly, prior_covariance, sample_rows
+from benchmarks.rivals.adapters.rows import POINTS, Grid, evenly, prior_covariance, root, sample_rows
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, Problem
 from trackably.arrays import Array

@@ -2,54 +2,30 @@
 
 A. F. López-Lopera, F. Bachoc, N. Durrande and O. Roustant, Finite-dimensional Gaussian approximation with linear
 inequality constraints (SIAM/ASA JUQ 6, 2018): g = Σ_j ξ_j φ_j with hats φ_j at knots and ξ ~ N(m, K), K that of the
-knots, given Φ ξ + noise = y and lower ≤ Λ ξ ≤ upper. The mode is a quadratic program; the mean is estimated
-from draws.
+knots, given Φ ξ + noise = y and lower ≤ Λ ξ ≤ upper. The mode, the most likely ξ, is a quadratic program.
 
 Sums of shifted hats are linear between shifted knots: bounds at all of these hold at all times.
 """
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import scipy
 
-from benchmarks.rivals.adapters.bounded_normal import BoundedNormal, root
 from benchmarks.rivals.adapters.convex import shortest
-from benchmarks.rivals.adapters.rows import Grid, by_basis
+from benchmarks.rivals.adapters.rows import Grid, by_basis, root
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
 from trackably.systems.pieces import PolynomialPieces
 
-_DRAWS, _SEED = 2000, 0
 _MOST_KNOTS = 700
 
 
-@dataclass(frozen=True)
-class Truncated:
-    """Values ξ = `mean` + `root` w at knots with w ~ N(0, I), where `lower` ≤ `rows` ξ ≤ `upper`."""
-
-    mean: Array
-    root: Array
-    rows: Array
-    lower: Array
-    upper: Array
-
-    @property
-    def bounds(self) -> tuple[Array, Array, Array]:
-        """D, lower and upper: the bounds of w are lower ≤ D w ≤ upper."""
-        at = self.rows @ self.mean
-        return self.rows @ self.root, self.lower - at, self.upper - at
-
-    def mode(self) -> Array:
-        """Return the most likely ξ within the bounds."""
-        return np.asarray(self.mean + self.root @ shortest(*self.bounds).w)
-
-    def average(self, draws: int = _DRAWS) -> Array:
-        """Return the mean of as many draws within the bounds. NotFound: there is nothing to draw from."""
-        drawn = BoundedNormal(*self.bounds).draws(draws, _SEED)
-        return np.asarray(self.mean + self.root @ np.mean(drawn, axis=0))
+def most_likely(mean: Array, factor: Array, rows: Array, lower: Array, upper: Array) -> Array:
+    """Return the most likely ξ = `mean` + `factor` w at knots, w ~ N(0, I), with `lower` ≤ `rows` ξ ≤ `upper`."""
+    at = rows @ mean
+    return np.asarray(mean + factor @ shortest(rows @ factor, lower - at, upper - at).w)
 
 
 def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array, values: Array) -> tuple[Array, Array]:
@@ -61,8 +37,8 @@ def conditioned(covariance: Array, prior_mean: Array, seen: Array, noise: Array,
     return prior_mean + gain @ (values - seen @ prior_mean), root((after + after.T) / 2)
 
 
-def solve(problem: Problem, of: str) -> Found:
-    """Return the "mode" or the "mean", with a knot at every sampling instant."""
+def solve(problem: Problem) -> Found:
+    """Return the mode, with a knot at every sampling instant."""
     task = problem.task
     step = task.plant.sampling_time
     longest = max(task.plant.flatness.orders)
@@ -81,17 +57,13 @@ def solve(problem: Problem, of: str) -> Found:
         parts.append(conditioned(covariance, level, seen, noise, values))
     means, roots = zip(*parts, strict=True)
     lower, upper = (ends - grid.rows.offsets for ends in (grid.lower, grid.upper))
-    whole = Truncated(np.concatenate(means), scipy.linalg.block_diag(*roots), by_basis(grid.rows, basis), lower, upper)
-    found = whole.mode() if of == "mode" else whole.average()
+    whole = np.concatenate(means), scipy.linalg.block_diag(*roots)
+    found = most_likely(*whole, by_basis(grid.rows, basis), lower, upper)
     lines = (dict(zip(knots.tolist(), values.tolist(), strict=True)) for values in np.split(found, len(parts)))
     curve = curve_of([PolynomialPieces.lines(values) for values in lines], problem)
-    says = f"{len(knots)} knots" + ("" if of == "mode" else f", {_DRAWS} draws")
-    return Found(curve, None, "", len(knots), says=says)
+    return Found(curve, None, "", len(knots), says=f"{len(knots)} knots")
 
 
 def hats(t: Array, knots: Array) -> Array:
     """Return the hat functions at t: shape (t, knots)."""
     return np.stack([np.interp(t, knots, row) for row in np.eye(len(knots))], axis=1)
-
-
-mode, mean = partial(solve, of="mode"), partial(solve, of="mean")

@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.harness import root_mean_square
 from benchmarks.rivals.adapters import fine_grid, governor, ours, splines, tightened, truncated
 from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, NotFound, Problem
 from benchmarks.rivals.study.draws import Run
+from trackably.arrays import root_mean_square
 
 _POINTS = 100
 _SOLVED = 1e-9  # violations below are a solver's tolerance
@@ -25,7 +25,7 @@ SOLVERS: dict[str, Callable[[Problem], Found]] = {
     "unconstrained": _unconstrained,
     "grid of 100": partial(fine_grid.solve, points=_POINTS),
     "cones around 100": partial(tightened.solve, points=_POINTS),
-    "hat functions, mode": truncated.mode,
+    "hat functions, mode": truncated.solve,
     "spline on 100": partial(splines.solve, points=_POINTS),
     "governor": governor.solve,
     "ours, θ alone": ours.alone,

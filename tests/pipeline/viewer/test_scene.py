@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.loops.trajectory import Course, below
-from pipeline.storage.logs import Documents, topics_of
+from pipeline.loops.trajectory import Course
+from pipeline.storage.logs import Documents, below, topics_of
 from pipeline.viewer.layout import layout_of
 from pipeline.viewer.scene import SCHEMAS, allowed_region, documents_of, losses, plane_of
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, fitted, loops

@@ -21,9 +21,13 @@ def test_the_largest_fraction_is_the_largest(name, margin):
     found = tightening(given.plant, given.disturbance, margin=margin)
     K, size = found.invariant.feedback, Fraction(found.largest_fraction)
     less, more = (given.disturbance.scaled(size * Fraction(part)) for part in (0.95, 1.05))
-    tightening(given.plant, less, K, margin)
+    kept, scaled = tightening(given.plant, less, K, margin).plant, found.plant_for(0.95 * found.largest_fraction)
+    for one, other in ((kept.state_set, scaled.state_set), (kept.input_set, scaled.input_set)):
+        np.testing.assert_allclose([one.lower, one.upper], [other.lower, other.upper], rtol=1e-6)
     with pytest.raises(ValueError, match=r"with this feedback .* at most 0\.9\d* times this disturbance set is"):
         tightening(given.plant, more, K, margin)
+    with pytest.raises(ValueError, match=r"times this disturbance set is"):
+        found.plant_for(1.05 * found.largest_fraction)
 
 
 def test_bounds_that_leave_nothing_together_are_said_to():
