@@ -22,7 +22,7 @@ from trackably.arrays import Array
 from trackably.checker.subject import Beyond
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
+from trackably.systems.pieces import PolynomialPieces, is_spline
 
 _DEFAULT_END = 1.0  # s: T of a basis of python-control, if none is given
 _MISSED = 1e-9  # states count as polynomials if a fit misses their values by at most this part of the largest value
@@ -127,13 +127,7 @@ def as_pieces(
     if not is_spline(given):
         times, values = _samples(given, step)
         given = interpolate(times, values, interpolation, beyond)
-    ends, c = pieces_of_spline(given)
-    if c.ndim != 2:
-        raise ValueError(
-            f"trajectory: expected one number at each time, got arrays of shape {c.shape[2:]}; "
-            "give one curve for each number"
-        )
-    return PolynomialPieces(ends, c.T, beyond)
+    return PolynomialPieces.of_spline(given, beyond)
 
 
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:

@@ -214,6 +214,7 @@ class PolynomialPieces:
         """Return the pieces that a file describes: {0.0: 0.05, 2.5: 0.08}, {steps: …} or {lines: …}, and a `period`.
 
         The first form means steps. Keys may be texts, as in JSON. ValueError: `written` has none of these forms.
+        TypeError: a value or the period is no number.
         """
         makers = {"steps": cls.steps, "lines": cls.lines}
         (kind, *others) = [name for name in makers if name in written] or ["steps"]
@@ -223,12 +224,22 @@ class PolynomialPieces:
                 "expected values by their times [s], as {0.0: 0.05, 2.5: 0.08}, or these under `steps` or `lines`, "
                 f"with a `period` if they repeat, got {written}"
             )
-        period = written.get("period") if given is not written else None
-        try:
-            values = {float(t): float(value) for t, value in given.items()}
-            return makers[kind](values, None if period is None else float(period))
-        except TypeError as error:
-            raise ValueError(f"expected numbers as times [s], values and period, got {written}") from error
+        values = {float(t) if isinstance(t, str) else t: value for t, value in given.items()}
+        return makers[kind](values, written.get("period") if given is not written else None)
+
+    @classmethod
+    def of_spline(cls, given: PPoly | BPoly | BSpline, beyond: Beyond) -> Self:
+        """Return the pieces of a spline of SciPy.
+
+        ValueError: as `pieces_of_spline`, or it has several values at a time.
+        """
+        ends, c = pieces_of_spline(given)
+        if c.ndim != 2:
+            raise ValueError(
+                f"spline: expected one number at each time, got arrays of shape {c.shape[2:]}; give one curve for each "
+                "number"
+            )
+        return cls(ends, c.T, beyond)
 
     @property
     def degree(self) -> int:

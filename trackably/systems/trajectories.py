@@ -203,9 +203,8 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> 
 
     Otherwise, arguments of equal names in several q_i have to be equal functionals.
     """
-    every = list(zip(row, coordinates, strict=True))
-    used = [(r, q) for r, q in every if r] or every
-    functionals = [q.functional for _, q in used if q.functional is not None]
+    used = [(r, q) for r, q in zip(row, coordinates, strict=True) if r] or [(Fraction(0), coordinates[0])]
+    functionals = [q.functional for _, q in used if q.functional]
     if len(functionals) == len(used):
         found = sum_of_functionals([r for r, _ in used], functionals)
         return Trajectory.of(Functional(found.offset, found.weights, functionals[0].sampling_time))
