@@ -19,6 +19,7 @@ from scipy.interpolate import (
 
 from trackably.arguments import numbers
 from trackably.arrays import Array
+from trackably.checker import polynomials
 from trackably.checker.subject import Beyond
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
@@ -83,11 +84,8 @@ def shift(c: Array, by: Array | float) -> Array:
 
     `by` is a number, or an array whose shape fits the other axes of c.
     """
-    found = c.copy()
-    for i in range(c.shape[-1] - 1):
-        for k in range(c.shape[-1] - 2, i - 1, -1):
-            found[..., k] += by * found[..., k + 1]
-    return found
+    by_power = [*np.moveaxis(c, -1, 0).copy()]
+    return np.stack(polynomials.shift(by_power, by), axis=-1)
 
 
 Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]

@@ -120,11 +120,11 @@ class Zonotope(checker.Zonotope, _ExactSet):
         return f"Zonotope(centre={self.matrix[0].tolist()}, generators={self.generator_matrix.tolist()})"
 
     def __str__(self) -> str:
-        axes = [[i for i, value in enumerate(generator) if value] for generator in self.generators]
-        if all(len(axis) == 1 for axis in axes) and len({axis[0] for axis in axes}) == len(axes):
-            half = {axis[0]: abs(generator[axis[0]]) for axis, generator in zip(axes, self.generators, strict=True)}
-            ends = [(float(c - half.get(i, 0)), float(c + half.get(i, 0))) for i, c in enumerate(self.centre)]
-            return " × ".join(f"[{', '.join(ends_within(*of))}]" for of in ends)
+        middle, G = exact(self.centre), exact(self.generators).reshape(-1, self.dimension)
+        if np.all(np.sum(G != 0, axis=0) <= 1) and np.all(np.sum(G != 0, axis=1) == 1):
+            half = np.sum(np.abs(G), axis=0)
+            ends = zip(middle - half, middle + half, strict=True)
+            return " × ".join(f"[{', '.join(ends_within(*map(float, of)))}]" for of in ends)
         return f"a zonotope with {len(self.generators)} generators"
 
 

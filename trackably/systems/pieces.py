@@ -251,16 +251,18 @@ class PolynomialPieces:
         """The length of time [s] from the first breakpoint to the last."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
-    def repeated_breakpoints(self, start: float, end: float) -> Array:
-        """Return the breakpoints of other periods than the first, from `start` to `end` [s], rounded to float64.
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        """Return the breakpoints between `start` and `end` [s], and some beyond.
 
-        Some may be earlier or later. There are none if the pieces do not repeat.
+        Those of other periods than the first are rounded to float64; their neighbours in float64 are included.
         """
         if self.beyond != "period":
-            return np.empty(0)
+            return self.breakpoints
         first, last = self.breakpoints[[0, -1]]
         turns = np.arange(np.floor((start - last) / self.period), np.ceil((end - first) / self.period) + 1)
-        return np.asarray(np.add.outer(turns[turns != 0] * self.period, self.breakpoints[:-1]).ravel())
+        repeated = np.add.outer(turns[turns != 0] * self.period, self.breakpoints[:-1]).ravel()
+        beside = [np.nextafter(repeated, -np.inf), np.nextafter(repeated, np.inf)]
+        return np.concatenate([self.breakpoints, repeated, *beside])
 
     @property
     def checked(self) -> Pieces:
