@@ -192,7 +192,7 @@ class LinearSystem:
     @classmethod
     def scalar(cls, a: float, b: float, c: float = 0.0, *, sampling_time: float) -> Self:
         """Return the system x(k+1) = a x(k) + b u(k) + c with one state and one input."""
-        return cls(np.array([[a]]), np.array([[b]]), np.array([c]), sampling_time=sampling_time)
+        return cls([[a]], [[b]], [c], sampling_time=sampling_time)
 
     @classmethod
     def discretised(

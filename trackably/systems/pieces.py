@@ -6,8 +6,10 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
 from math import factorial
+from operator import add
 from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Self, TypeGuard, get_args
 
@@ -115,11 +117,7 @@ class ExactSum:
     @classmethod
     def of(cls, terms: Iterable[Array]) -> Self:
         """Return the exact sum of float64 numbers."""
-        first, *others = terms
-        found = cls((first,))
-        for term in others:
-            found = found + term
-        return found
+        return reduce(add, terms, cls(()))
 
     def __add__(self, term: Array) -> Self:
         found, total = [], term
@@ -131,10 +129,7 @@ class ExactSum:
     @property
     def rounded(self) -> Array:
         """The sum in float64, with the right sign; the relative error is at most 8 u = 2⁻⁵⁰ for up to eight parts."""
-        total = self.parts[0]
-        for part in self.parts[1:]:
-            total = total + part
-        return total
+        return reduce(add, self.parts)
 
     @property
     def double_double(self) -> DoubleDouble:
