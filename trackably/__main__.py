@@ -57,11 +57,11 @@ def main(arguments: list[str]) -> int:
         "--emulated", action="store_true", help="let Coq emulate float64, and not use the processor's; takes longer"
     )
     given = parser.parse_args(arguments)
-    if given.command == "certify":
-        from trackably.given.command import run  # noqa: PLC0415  loads all modules that search for proofs
-
-        return run(given)
     try:
+        if given.command == "certify":
+            from trackably.given.command import run  # noqa: PLC0415  loads all modules that search for proofs
+
+            return run(given)
         if given.command == "theorem":
             return _state(given.file, given.output or Path(f"{given.file.stem}.v"), given.emulated)
     except (InputError, ValueError) as error:

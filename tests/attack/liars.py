@@ -43,7 +43,6 @@ from trackably import (
     Samples,
     SquaredExponential,
     Table,
-    Zonotope,
     certify_joints,
     certify_table,
     learn_reference,
@@ -283,21 +282,26 @@ def of_models(rng: np.random.Generator) -> Found:
 
 
 def _part(rng: np.random.Generator, honest: Any) -> Any:
-    def added(self: ModelError, W: Zonotope, plant: ConstrainedSystem) -> Zonotope:
-        D = honest(self, W, plant).generators[len(W.generators) :]
-        return Zonotope(W.centre, [*W.generators, *(each for each in D if rng.random() < 0.5)])
+    def generators(self: ModelError, plant: ConstrainedSystem) -> list[Any]:
+        return [each for each in honest(self, plant) if rng.random() < 0.5]
 
-    return added
+    return generators
 
 
 OF_MODELS: Lies = {
-    "the model adds nothing": (ModelError, "added_to", lambda rng, honest: lambda self, W, *a: W),
-    "the model adds a part": (ModelError, "added_to", _part),
-    "nothing is taken": (Tightening, "_of_row", always((Fraction(0), Fraction(0)))),
+    "the model adds nothing": (ModelError, "generators", always([])),
+    "the model adds a part": (ModelError, "generators", _part),
+    "nothing is taken": (Tightening, "taken_from", always((Fraction(0), Fraction(0)))),
     "less is taken": (
-        Tightening, "_of_row", after(lambda rng, row: tuple(end * Fraction(float(rng.uniform(0.3, 1))) for end in row)),
+        Tightening,
+        "taken_from",
+        after(lambda rng, row: tuple(end * Fraction(float(rng.uniform(0.3, 1))) for end in row)),
     ),
-    "the set is smaller": (tightening, "invariant_set", scaled(-3, -0.01, "box")),
+    "the set is smaller": (
+        tightening,
+        "invariant_set",
+        after(lambda rng, Z: replace(Z, box=[p * 10 ** rng.uniform(-3, -0.01) for p in Z.box])),
+    ),
     "errors decay faster": (
         tightening, "_contraction", after(lambda rng, found: (max(1, found[0] // 2), found[1] * rng.uniform(0.1, 0.9))),
     ),

@@ -58,7 +58,7 @@ def test_what_is_added_to_the_disturbance_holds_all_differences(seed):
     nominal = LinearSystem(*(of.mean(axis=0) + draw.normal(size=of.shape[1:]) for of in (A, B, c)), sampling_time=1.0)
     (x_low, u_low), (x_high, u_high) = np.split(low, [n]), np.split(high, [n])
     plant = ConstrainedSystem(nominal, Polytope.box(x_low, x_high), Polytope.box(u_low, u_high))
-    D = ModelError.of(list(zip(A, B, c, strict=True))).added_to(Zonotope(np.zeros(n)), plant)
+    D = Zonotope(np.zeros(n), ModelError.of(list(zip(A, B, c, strict=True))).generators(plant))
     rows = draw.normal(size=(40, n))
     for hull in draw.dirichlet(np.ones(q), 40):
         x, u = np.split(np.where(draw.random(n + m) < 0.5, low, high), [n])
@@ -145,5 +145,5 @@ def test_what_nothing_bounds_is_refused():
         tightening(free, W, [[-100.0, -20.0]], model_error=wrong)
     opens = replace(SLIDE, state_set=Polytope.box([-0.2, -0.5], [0.2, {0.0: 0.5, 1.0: 0.6}]))
     with pytest.raises(ValueError, match="no constant bounds of the state 1"):
-        wrong.added_to(W, opens)
+        wrong.generators(opens)
     tightening(free, W, [[-100.0, -20.0]], model_error=gain(0.1))

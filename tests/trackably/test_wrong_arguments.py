@@ -78,7 +78,7 @@ WRONG = {
         lambda: Polytope.box([-0.0], [np.inf]),
         "got [1.0] in [0.0, inf]; if one side does not matter, give a bound",
     ),
-    "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1 - 2 x2 has no lower bound on it"),
+    "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1-2x2 has no lower bound on it"),
     "bare system": (lambda: learn(plant=AXIS.system), "plant: expected a ConstrainedSystem(system, state_set"),
     "starts": (lambda: learn(starts=1.5), "search: starts: expected a whole number, got 1.5"),
     "noise, text": (lambda: learn(noise_std="0.1"), "with 0 < lower < upper (learned), got '0.1' for position"),

@@ -8,7 +8,6 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.claim import times_of
 from trackably.checker.certificate import AllPhases, Claim, Cover, Steps, TrueSignal
-from trackably.systems.constrained import LinearConstraint
 from trackably.systems.intervals import ends_within, rounded_text
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
@@ -123,7 +122,7 @@ def _truth(of: TrueSignal) -> str:
     )
 
 
-def bounds_text(bounded: Iterable[Quantity | LinearConstraint]) -> str:
+def bounds_text(bounded: Iterable[Quantity]) -> str:
     """Format bounds for people: "position in [-1, 0.2], force in [-2, 2]"."""
     return ", ".join(f"{of.name} in {of.bounds}" for of in bounded)
 
@@ -140,6 +139,6 @@ def _robust_text(tightening: Tightening) -> str:
         under.append(f"plant in {model}")
     return (
         f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
-        f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.feedback.tolist()} "
+        f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.K} "
         f"keeps {bounds_text(tightening.given.given_constraints)}"
     )

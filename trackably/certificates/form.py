@@ -94,7 +94,7 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
     """
     if plant.allocation is None:
         return {}
-    rows = [limit for limit in plant.constraints if limit.side == "input"]
+    rows = [limit for limit in plant.quantities if limit.side == "input"]
     return {
         "attainable": [
             {"row": as_written(limit.row), "lower": limit.bounds.lower, "upper": limit.bounds.upper} for limit in rows
@@ -112,14 +112,14 @@ def _robust(tightening: Tightening | None) -> dict[str, Any]:
         "disturbance": {
             "state_set": as_written(given.state_set),
             "input_set": as_written(given.input_set),
-            "feedback": Z.feedback.tolist(),
+            "feedback": Z.K,
             "set": _set(W),
             **({"noise": _set(V)} if V else {}),
             **({"model": as_written(model.vertices)} if model else {}),
             "head": Z.head,
             "terms": Z.terms,
             "contraction": Z.contraction,
-            "box": Z.box.tolist(),
+            "box": Z.box,
         }
     }
 

@@ -48,8 +48,7 @@ def times_to_look_at(signals: Sequence[PolynomialPieces], shifts: Array, start: 
     """Return increasing times [s]: the ends of shifted pieces, their neighbours in float64, and times in between."""
     breaks = [np.array([start, end])]
     for signal in signals:
-        ends = np.append(signal.breakpoints, signal.repeated_breakpoints(start, end + shifts[-1]))
-        breaks.append(np.subtract.outer(ends, shifts).ravel())
+        breaks.append(np.subtract.outer(signal.breakpoints_in(start, end + shifts[-1]), shifts).ravel())
     inner = np.unique(np.clip(np.concatenate(breaks), start, end))
     between = subdivide(inner, 2 * max(signal.degree for signal in signals) + 4)
     beside = [np.nextafter(inner, -np.inf), np.nextafter(inner, np.inf)]

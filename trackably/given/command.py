@@ -4,7 +4,6 @@ FILE has a system and its sets as `system`, `state_set` and `input_set`; TABLE h
 """
 
 import re
-import sys
 from argparse import Namespace
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -31,28 +30,28 @@ from trackably.systems.written import fields_of, read_part, set_of, system_of
 if TYPE_CHECKING:
     from trackably.given.certify import CertifiedReference
 
-PROVED, REFUTED, UNUSABLE, UNDECIDED = 0, 1, 2, 3
+PROVED, REFUTED, UNDECIDED = 0, 1, 3
 
 
 Answer: TypeAlias = "CertifiedReference | CertifiedTable | Counterexample | RefutedTable | Unproved"
 
 
 def run(given: Namespace) -> int:
-    """Print the answer, save it if asked to, and return the exit code."""
-    try:
-        plant = read_plant(given.system)
-        with progress_bar("certify"):
-            answer = _answer(given, plant)
-        print(answer.explanation)
-        code, save = _code_and_save(answer)
-        if given.save:
+    """Print the answer, save it if asked to, and return the exit code.
+
+    InputError or ValueError: a file cannot be read or written, or does not fit.
+    """
+    plant = read_plant(given.system)
+    with progress_bar("certify"):
+        answer = _answer(given, plant)
+    print(answer.explanation)
+    code, save = _code_and_save(answer)
+    if given.save:
+        try:
             save(given.save)
-        return code
-    except (InputError, ValueError) as error:
-        print(f"error: {error}", file=sys.stderr)
-    except OSError as error:
-        print(f"error: --save: {unwritable(error)}", file=sys.stderr)
-    return UNUSABLE
+        except OSError as error:
+            raise InputError(f"--save: {unwritable(error)}") from error
+    return code
 
 
 def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:

@@ -19,10 +19,11 @@ from scipy.interpolate import (
 
 from trackably.arguments import numbers
 from trackably.arrays import Array
+from trackably.checker import polynomials
 from trackably.checker.subject import Beyond
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
+from trackably.systems.pieces import PolynomialPieces, is_spline
 
 _DEFAULT_END = 1.0  # s: T of a basis of python-control, if none is given
 _MISSED = 1e-9  # states count as polynomials if a fit misses their values by at most this part of the largest value
@@ -83,11 +84,8 @@ def shift(c: Array, by: Array | float) -> Array:
 
     `by` is a number, or an array whose shape fits the other axes of c.
     """
-    found = c.copy()
-    for i in range(c.shape[-1] - 1):
-        for k in range(c.shape[-1] - 2, i - 1, -1):
-            found[..., k] += by * found[..., k + 1]
-    return found
+    by_power = [*np.moveaxis(c, -1, 0).copy()]
+    return np.stack(polynomials.shift(by_power, by), axis=-1)
 
 
 Interpolation = Literal["linear", "cubic", "quintic", "pchip", "akima"]
@@ -127,13 +125,7 @@ def as_pieces(
     if not is_spline(given):
         times, values = _samples(given, step)
         given = interpolate(times, values, interpolation, beyond)
-    ends, c = pieces_of_spline(given)
-    if c.ndim != 2:
-        raise ValueError(
-            f"trajectory: expected one number at each time, got arrays of shape {c.shape[2:]}; "
-            "give one curve for each number"
-        )
-    return PolynomialPieces(ends, c.T, beyond)
+    return PolynomialPieces.of_spline(given, beyond)
 
 
 def _samples(given: Any, step: float | None) -> tuple[Array, Array]:

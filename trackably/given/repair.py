@@ -16,6 +16,7 @@ from trackably.arrays import Array, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
+from trackably.control.bounds import Inequalities
 from trackably.control.programs import Program
 from trackably.given.accepted import RepairDistance
 from trackably.given.certify import CertifiedReference, Given
@@ -267,10 +268,9 @@ def _start_states(given: Given) -> Array | None:
     """
     if given.beyond == "period":
         return None
-    X, at_start = given.plant.state_set, given.reference.state_at(np.asarray(given.span[0]))
-    values = X.rows @ at_start
-    margins = np.minimum(values - X.lower, X.upper - values) / X.widths
-    return at_start if np.all(margins > _BACKOFFS[0]) else None
+    at_start = given.reference.state_at(np.asarray(given.span[0]))
+    slacks = Inequalities.of(given.plant.state_set).slack(at_start)
+    return at_start if np.all(slacks > _BACKOFFS[0]) else None
 
 
 def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unproved:

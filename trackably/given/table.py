@@ -41,8 +41,7 @@ class Table:
                 "table: expected two or more rows of states, and of inputs a row for each step (the last may be left "
                 f"out), got states of shape {x.shape} and inputs of shape {u.shape}"
             )
-        object.__setattr__(self, "states", x)
-        object.__setattr__(self, "inputs", u)
+        vars(self).update(states=x, inputs=u)
 
     @property
     def last_step(self) -> int:

@@ -26,7 +26,6 @@ from trackably.checker.answers import FailedStepError
 from trackably.checker.boxes import Box
 from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, SignalClass, TrueSignal, Window
 from trackably.checker.contradiction import Value
-from trackably.checker.disturbances import support_of
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import bernstein_of, stack
 from trackably.checker.polynomials import compose
@@ -408,11 +407,8 @@ def _bound(models: tuple[Any, Any]) -> float:
 
 def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
     """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
-    assert robust.invariant is not None, "the plant is disturbed"
-    up = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
-    down, Z, V = [-r for r in up], robust.invariant, robust.noise
-    sides = [Z.support(row) + support_of(V, back) for row, back in ((up, down), (down, up))]
-    return float_above(Fraction(proved.error) + max(sides))
+    row = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
+    return float_above(Fraction(proved.error) + max(robust.taken_from("state", row)))
 
 
 # Linear programs over the signals of a class whose highest bounded derivative is piecewise constant.

@@ -24,7 +24,7 @@ from trackably.checker.redundancy import demands
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import BoundedRow, Polytope
-from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, rank
+from trackably.systems.rationals import Rationals, exact, float_above, float_below, inverse, null_space, row_echelon
 
 _MAX_LAWS = 10_000  # an input set with more candidates for the smallest input (`Allocation.laws`) is refused
 _AT_ONCE = 2**22  # `smallest` treats inputs in blocks whose candidates have at most about this many numbers
@@ -142,7 +142,7 @@ class Allocation:
         for size in range(1, Z.shape[1] + 1):
             for hit in map(list, combinations(range(len(R)), size)):
                 P = R[hit] @ Z
-                if rank(P) == size:
+                if len(row_echelon(P)[1]) == size:
                     back = Z @ metric @ P.T @ inverse(P @ metric @ P.T)
                     gain = np.eye(m) - (back @ R[hit]).astype(float)
                     for sides in product(ends, repeat=size):

@@ -2,37 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
-from typing import Literal, NamedTuple
 
 import numpy as np
 
 from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.checker.formulas import text
-from trackably.checker.subject import numbered, sum_name
+from trackably.checker.subject import Side, numbered, sum_name
 from trackably.gp.samples import Samples
 from trackably.systems.allocation import Allocation
 from trackably.systems.flat_forms import FlatForm
-from trackably.systems.intervals import Interval
 from trackably.systems.linear import Flatness, LinearSystem
 from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import BoundedRow, Polytope
 from trackably.systems.trajectories import Quantity, Trajectory, weighted_sum
 
 System = LinearSystem | NonlinearSystem
-
-Side = Literal["state", "input"]
-
-
-class LinearConstraint(NamedTuple):
-    """The `bounds` of Σ_i `row`[i] x_i if `side` is "state", or of Σ_i `row`[i] u_i if `side` is "input"."""
-
-    name: str
-    side: Side
-    row: tuple[Fraction, ...]
-    bounds: Interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +49,7 @@ class ConstrainedSystem:
                     f"proves that the input exists, but {', '.join(free)} has no bounds; give bounds, however wide"
                 )
             object.__setattr__(self, "system", self.system.heading_in(self.state_set))
-        _ = self.flatness, self.constraints  # computed here, to raise errors as soon as the object is created
+        _ = self.flatness, self.quantities  # computed here, to raise errors as soon as the object is created
 
     @property
     def sampling_time(self) -> float:
@@ -151,31 +137,30 @@ class ConstrainedSystem:
         return Allocation.of(self.system, self.input_set) if isinstance(self.system, LinearSystem) else None
 
     @cached_property
-    def given_constraints(self) -> tuple[LinearConstraint, ...]:
+    def given_constraints(self) -> tuple[Quantity, ...]:
         """The given bounds of all rows of the state set X, then of all rows of the input set U."""
-        return self._constraints(self.input_set.bounded_rows)
+        return self._quantities(self.input_set.bounded_rows)
 
     @cached_property
-    def constraints(self) -> tuple[LinearConstraint, ...]:
-        """The bounds that a reference must satisfy at each step so that an input in U leads to its next state.
+    def quantities(self) -> tuple[Quantity, ...]:
+        """All bounded quantities: a reference is trackable if each is inside its bounds at t = k T_s for all k ≥ 0.
 
-        Without redundant inputs, they are the given constraints. With redundant inputs, combinations of the rows of U
-        replace the rows of U; an input satisfies the combinations if and only if some input in U has the same effect.
+        An input in U then leads from each state to the next one. Without redundant inputs, these are the given
+        constraints. With redundant inputs, combinations of the rows of U replace the rows of U; an input satisfies the
+        combinations if and only if some input in U has the same effect.
         """
-        return self._constraints(self.allocation.attainable) if self.allocation else self.given_constraints
+        return self._quantities(self.allocation.attainable) if self.allocation else self.given_constraints
 
-    def _constraints(self, of_inputs: list[BoundedRow]) -> tuple[LinearConstraint, ...]:
-        """Return the bounds of states, then those of inputs, each named after its row; equal names are numbered."""
+    def _quantities(self, of_inputs: list[BoundedRow]) -> tuple[Quantity, ...]:
+        """Return the rows of states, then those of inputs, each named after its row; equal names are numbered."""
         sides: tuple[tuple[Side, tuple[str, ...], list[BoundedRow]], ...] = (
             ("state", self.system.states, self.state_set.bounded_rows),
             ("input", self.system.inputs, of_inputs),
         )
         called = numbered(sum_name(row, names) for _, names, rows in sides for row, _ in rows)
         every = ((side, *of) for side, _, rows in sides for of in rows)
-        return tuple(LinearConstraint(name, *of) for name, of in zip(called, every, strict=True))
-
-    @cached_property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """All bounded quantities: a reference is trackable if each is inside its bounds at t = k T_s for all k ≥ 0."""
-        sums = ((of, weighted_sum(of.row, self.coordinates[of.side])) for of in self.constraints)
-        return tuple(Quantity(q.formula, q.arguments, of.name, of.bounds) for of, q in sums)
+        return tuple(
+            Quantity(q.formula, q.arguments, name, side, row, bounds)
+            for name, (side, row, bounds) in zip(called, every, strict=True)
+            for q in [weighted_sum(row, self.coordinates[side])]
+        )

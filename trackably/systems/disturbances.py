@@ -46,10 +46,6 @@ class _ExactSet(ABC):
     def vectors(self) -> tuple[Vector, ...]:
         """The vectors that define the set: a centre and generators, or vertices."""
 
-    @abstractmethod
-    def farthest(self, row: Array) -> Array:
-        """Return a point (n,) of the set, up to rounding, at which row · w is largest."""
-
     @property
     def dimension(self) -> int:
         return len(self.vectors[0])
@@ -124,11 +120,11 @@ class Zonotope(checker.Zonotope, _ExactSet):
         return f"Zonotope(centre={self.matrix[0].tolist()}, generators={self.generator_matrix.tolist()})"
 
     def __str__(self) -> str:
-        axes = [[i for i, value in enumerate(generator) if value] for generator in self.generators]
-        if all(len(axis) == 1 for axis in axes) and len({axis[0] for axis in axes}) == len(axes):
-            half = {axis[0]: abs(generator[axis[0]]) for axis, generator in zip(axes, self.generators, strict=True)}
-            ends = [(float(c - half.get(i, 0)), float(c + half.get(i, 0))) for i, c in enumerate(self.centre)]
-            return " × ".join(f"[{', '.join(ends_within(*of))}]" for of in ends)
+        middle, G = exact(self.centre), exact(self.generators).reshape(-1, self.dimension)
+        if np.all(np.sum(G != 0, axis=0) <= 1) and np.all(np.sum(G != 0, axis=1) == 1):
+            half = np.sum(np.abs(G), axis=0)
+            ends = zip(middle - half, middle + half, strict=True)
+            return " × ".join(f"[{', '.join(ends_within(*map(float, of)))}]" for of in ends)
         return f"a zonotope with {len(self.generators)} generators"
 
 
@@ -252,20 +248,6 @@ def _holds_zero(given: DisturbanceSet) -> bool:
     return program.x is not None
 
 
-# Measurement noise, as a larger disturbance of the measured state.
-
-
-def of_measured_state(W: Zonotope, V: Zonotope, A: Array) -> Zonotope:
-    """Return W ⊕ (−A V) ⊕ V, exactly.
-
-    A system with disturbances w(k) ∈ W, whose state is measured as y = x + v with v(k) ∈ V, has y⁺ = A y + B u + c + w
-    − A v + v⁺. So the measured state is disturbed by this set. If r y ≤ h − h_V(−r), then x = y − v satisfies the bound
-    r x ≤ h. A controller that receives y then keeps x in X and u in U.
-    """
-    found = checker.of_measured_state(W, V, A.tolist())
-    return Zonotope(found.centre, found.generators)
-
-
 # A wrong model: plants whose matrices lie in a convex hull, treated as a larger disturbance of the nominal plant.
 #
 # The plant is x⁺ = A x + B u + c + w with (A, B, c) anywhere in the convex hull of given vertices, possibly at another
@@ -370,18 +352,17 @@ class ModelError:
         systems = [LinearSystem.discretised(A, B, sampling_time, c[0] if c else None) for A, B, *c in known]
         return cls.of([(system.A, system.B, system.c) for system in systems])
 
-    def added_to(self, W: Zonotope, plant: ConstrainedSystem) -> Zonotope:
-        """Return W ⊕ D, exactly, with a zonotope D that contains the effect of the model's error on a plant.
+    def generators(self, plant: ConstrainedSystem) -> list[Vector]:
+        """Return the generators of a zonotope D around 0 that contains the effect of the model's error on a plant.
 
         ValueError: shapes do not fit, or a state or input without bounds has an uncertain coefficient.
         """
         every: Sequence[LinearSystem | Vertex] = (plant.linear, *self.vertices)
         nominal, *vertices = (subject.Vertex(of.A.tolist(), of.B.tolist(), of.c.tolist()) for of in every)
         try:
-            D = checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
+            return checked.of_model_error(nominal, vertices, plant.state_set.checked, plant.input_set.checked)
         except FailedStepError as error:
             raise ValueError(f"model_error: {str(error).removeprefix('model: ')}") from error
-        return Zonotope(W.centre, [*W.generators, *D])
 
     def __str__(self) -> str:
         return f"the convex hull of {len(self.vertices)} systems"
@@ -395,3 +376,31 @@ def _matrices(vertices: object) -> Sequence[Any]:
         if not isinstance(given, list | tuple) or len(given) not in (2, 3):
             raise TypeError(f"model_error: vertex {i + 1}: expected (A, B) or (A, B, c), got {short(given)}")
     return vertices
+
+
+# Measurement noise and a wrong model, as a larger disturbance.
+
+
+def disturbances_of_errors(
+    plant: ConstrainedSystem, disturbance: DisturbanceSet, noise: Zonotope | None, model_error: ModelError | None
+) -> DisturbanceSet:
+    """Return a set with every change of the error in one step that disturbance, noise and model error may cause.
+
+    A system with disturbances w(k) ∈ W, whose state is measured as y = x + v with v(k) in the `noise` set V, has
+    y⁺ = A y + B u + c + w − A v + v⁺. So the measured state is disturbed by W ⊕ (−A V) ⊕ V. If r y ≤ h − h_V(−r), then
+    x = y − v satisfies the bound r x ≤ h. A controller that receives y then keeps x in X and u in U.
+
+    With noise or a `model_error`, all sets are zonotopes. ValueError: a set does not fit the system. TypeError: a set
+    or the `model_error` is of another type.
+    """
+    if noise is None and model_error is None:
+        return disturbance
+    A, cause = plant.linear.A, "model_error" if noise is None else "measurement_noise"
+    W: checker.Zonotope = require_zonotope(f"disturbance, with {cause}", disturbance)
+    if noise is not None:
+        require_disturbance(noise, len(A), "measurement_noise")
+        W = checker.of_measured_state(W, noise, A.tolist())
+    if model_error is None:
+        return Zonotope(W.centre, W.generators)
+    instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.intervals(system, entries)")
+    return Zonotope(W.centre, [*W.generators, *model_error.generators(plant)])

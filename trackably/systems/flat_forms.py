@@ -27,7 +27,7 @@ from trackably.checker.formulas import (
     shared_parts,
 )
 from trackably.checker.identities import INVERSES
-from trackably.checker.inverse import UnsolvableError, inputs_of
+from trackably.checker.inverse import UnsolvableError, inputs_of, plus, times
 from trackably.checker.subject import shifted_name
 from trackably.systems.formulas import ONE, size_and_depth
 from trackably.systems.intervals import Interval
@@ -302,7 +302,7 @@ def _without_shells(formulas: Sequence[Formula], name: str) -> tuple[list[Formul
 # A heading matters up to whole turns only, so that formulas that differ by whole turns are equally good. No proof
 # relies on this code, because the resulting flat form is verified as any other flat form.
 
-_NOTHING, _QUARTER_TURN = Number(0.0), pi / 2
+_QUARTER_TURN = pi / 2
 _PARTS = 16  # tan(φ/2) is a multiple of 1/16, so that a heading jumps at most 1/16 rad from the intended direction
 _MOST_QUARTERS = 16
 """Largest number of quarter turns whose cosines and sines have a normal form (`checker.identities`)."""
@@ -335,37 +335,26 @@ def with_heading_in(form: FlatForm, state: int, bounds: Interval) -> FlatForm:
     n = round(middle / _QUARTER_TURN)
     if abs(n) > _MOST_QUARTERS or bounds.width >= 2 * pi:
         return form
-    turned: Formula = _turn_back(heading, n)
     more = middle - n * _QUARTER_TURN
-    if (parts := round(_PARTS * tan(more / 2))) and abs(more) + bounds.width / 2 >= pi:
-        turned = _turn_by(_turn_back(heading, n), parts)
-    elif n == 0:
+    parts = round(_PARTS * tan(more / 2)) if abs(more) + bounds.width / 2 >= pi else 0
+    if not (n or parts):
         return form
+    by = complex(_PARTS**2 - parts**2, 2 * _PARTS * parts) if parts else 1.0  # tan(φ/2) = parts/16 for its angle φ
+    turned: Formula = _turn_back(heading, by * (1, 1j, -1, -1j)[n % 4])
+    if parts:
+        turned = Operation("+", Angle(Number(by.imag), Number(by.real)), turned)
     if n:
-        turned = Operation("+", Operation("*", Number(float(n)), Angle(ONE, _NOTHING)), turned)
+        turned = Operation("+", Operation("*", Number(float(n)), Angle(ONE, Number(0.0))), turned)
     return replace(form, states=(*form.states[:state], turned, *form.states[state + 1 :]))
 
 
-def _turn_back(heading: Angle, quarters: int) -> Angle:
-    y, x = heading.y, heading.x
-    return (heading, Angle(_negative(x), y), Angle(_negative(y), _negative(x)), Angle(x, _negative(y)))[quarters % 4]
-
-
-def _turn_by(heading: Angle, parts: int) -> Formula:
-    """Return a heading as φ + (the heading turned back by φ), where tan(φ/2) = parts/16, so that
-    cos φ and sin φ are rational.
-    """
-    a, b = Number(float(_PARTS**2 - parts**2)), Number(float(2 * _PARTS * parts))
-    y, x = heading.y, heading.x
-    back = Angle(
-        Operation("-", Operation("*", a, y), Operation("*", b, x)),
-        Operation("+", Operation("*", a, x), Operation("*", b, y)),
-    )
-    return Operation("+", Angle(b, a), back)
-
-
-def _negative(formula: Formula) -> Formula:
-    return Operation("*", Number(-1.0), formula)
+def _turn_back(heading: Angle, by: complex) -> Angle:
+    """Return the heading of a vector that is turned back by the angle of the complex number `by`, and scaled."""
+    a, b, c = (Number(part) if part else None for part in (by.real, by.imag, -by.imag))
+    y, x = plus(times(a, heading.y), times(c, heading.x)), plus(times(a, heading.x), times(b, heading.y))
+    assert y is not None, "`by` is not zero"
+    assert x is not None
+    return Angle(y, x)
 
 
 def _without_jump(node: Formula, done: Mapping[Formula, Formula]) -> Formula | None:

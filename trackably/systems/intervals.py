@@ -171,11 +171,7 @@ class Interval:
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times between `start` and `end` [s] at which a bound may jump or bend."""
-        found = [np.empty(0)]
-        for z in self.moving:
-            repeated = z.repeated_breakpoints(start, end)
-            found += [z.breakpoints, repeated, np.nextafter(repeated, -np.inf), np.nextafter(repeated, np.inf)]
-        times = np.unique(np.concatenate(found))
+        times = np.unique(np.concatenate([np.empty(0), *(z.breakpoints_in(start, end) for z in self.moving)]))
         return times[(start < times) & (times < end)]
 
     def margin(self, values: Array, t: Array | None = None) -> Array:

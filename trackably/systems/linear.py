@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 import scipy
 
-from trackably.arguments import array, is_number, names, numbers, positive
+from trackably.arguments import array, is_number, names, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.formulas import IDENTIFIER
 from trackably.checker.subject import weighted_sum_text
@@ -172,10 +172,9 @@ class LinearSystem:
             raise TypeError(
                 "system: sampling_time: expected a number, as in LinearSystem(A, B, sampling_time=0.1), got None"
             )
-        A = numbers("system: A", A)
-        if A.ndim != 2 or len(A) != A.shape[1]:
-            raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
         A = array("system: A", A, None, None)
+        if len(A) != A.shape[1]:
+            raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
         B = array("system: B", B, len(A), None)
         n, m = B.shape
         alone = (n, m) == (1, 1)
@@ -193,7 +192,7 @@ class LinearSystem:
     @classmethod
     def scalar(cls, a: float, b: float, c: float = 0.0, *, sampling_time: float) -> Self:
         """Return the system x(k+1) = a x(k) + b u(k) + c with one state and one input."""
-        return cls(np.array([[a]]), np.array([[b]]), np.array([c]), sampling_time=sampling_time)
+        return cls([[a]], [[b]], [c], sampling_time=sampling_time)
 
     @classmethod
     def discretised(

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from typing import Self
 
 import numpy as np
@@ -14,12 +16,13 @@ from trackably.checker.formulas import Operation, parts, text
 from trackably.checker.formulas import names as names_in
 from trackably.checker.inverse import UnsolvableError, solved
 from trackably.checker.limits import DEPTH
+from trackably.checker.subject import shifted_name
 from trackably.systems.flat_forms import FlatForm, found_form, why_not_flat, with_heading_in, without_jumps
 from trackably.systems.formulas import evaluate_floats, plain_text, size_and_depth, slopes_in_floats
 from trackably.systems.linear import Flatness, require_names
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tracing import Dynamics, require_same_values, trace
-from trackably.systems.trajectories import Trajectory, shifted_outputs
+from trackably.systems.trajectories import Functional, Trajectory
 
 MAX_SIZE = 1000
 """A formula is refused if it has more operations, names and numbers than this, when it is written out."""
@@ -179,7 +182,14 @@ class NonlinearSystem(subject.NonlinearSystem):
 
         Without a flat form, the states are the flat outputs.
         """
-        form = self.flat or self._solved
-        functionals = shifted_outputs(form, self.sampling_time)
+        form, none = self.flat or self._solved, Fraction(0)
+        functionals = {
+            shifted_name(c, j): Functional(
+                none,
+                tuple((*[none] * j, Fraction(1)) if d == c else (none,) for d in range(form.outputs)),
+                self.sampling_time,
+            )
+            for c, j in product(range(form.outputs), range(2 + max(form.orders)))
+        }
         found = tuple(Trajectory.of_formula(formula, functionals) for formula in (*form.states, *form.inputs))
         return Flatness(found[: len(form.states)], found[len(form.states) :], form.orders)

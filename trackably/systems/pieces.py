@@ -10,8 +10,10 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
 from math import factorial
+from operator import add
 from reprlib import repr as short
 from typing import TYPE_CHECKING, Any, Self, TypeGuard, get_args
 
@@ -119,11 +121,7 @@ class ExactSum:
     @classmethod
     def of(cls, terms: Iterable[Array]) -> Self:
         """Return the exact sum of float64 numbers."""
-        first, *others = terms
-        found = cls((first,))
-        for term in others:
-            found = found + term
-        return found
+        return reduce(add, terms, cls(()))
 
     def __add__(self, term: Array) -> Self:
         found, total = [], term
@@ -135,10 +133,7 @@ class ExactSum:
     @property
     def rounded(self) -> Array:
         """The sum in float64, with the right sign; the relative error is at most 8 u = 2⁻⁵⁰ for up to eight parts."""
-        total = self.parts[0]
-        for part in self.parts[1:]:
-            total = total + part
-        return total
+        return reduce(add, self.parts)
 
     @property
     def double_double(self) -> DoubleDouble:
@@ -218,6 +213,7 @@ class PolynomialPieces:
         """Return the pieces that a file describes: {0.0: 0.05, 2.5: 0.08}, {steps: …} or {lines: …}, and a `period`.
 
         The first form means steps. Keys may be texts, as in JSON. ValueError: `written` has none of these forms.
+        TypeError: a value or the period is no number.
         """
         makers = {"steps": cls.steps, "lines": cls.lines}
         (kind, *others) = [name for name in makers if name in written] or ["steps"]
@@ -227,12 +223,22 @@ class PolynomialPieces:
                 "expected values by their times [s], as {0.0: 0.05, 2.5: 0.08}, or these under `steps` or `lines`, "
                 f"with a `period` if they repeat, got {written}"
             )
-        period = written.get("period") if given is not written else None
-        try:
-            values = {float(t): float(value) for t, value in given.items()}
-            return makers[kind](values, None if period is None else float(period))
-        except TypeError as error:
-            raise ValueError(f"expected numbers as times [s], values and period, got {written}") from error
+        values = {float(t) if isinstance(t, str) else t: value for t, value in given.items()}
+        return makers[kind](values, written.get("period") if given is not written else None)
+
+    @classmethod
+    def of_spline(cls, given: PPoly | BPoly | BSpline, beyond: Beyond) -> Self:
+        """Return the pieces of a spline of SciPy.
+
+        ValueError: as `pieces_of_spline`, or it has several values at a time.
+        """
+        ends, c = pieces_of_spline(given)
+        if c.ndim != 2:
+            raise ValueError(
+                f"spline: expected one number at each time, got arrays of shape {c.shape[2:]}; give one curve for each "
+                "number"
+            )
+        return cls(ends, c.T, beyond)
 
     @property
     def degree(self) -> int:
@@ -244,16 +250,18 @@ class PolynomialPieces:
         """The length of time [s] from the first breakpoint to the last."""
         return float(self.breakpoints[-1] - self.breakpoints[0])
 
-    def repeated_breakpoints(self, start: float, end: float) -> Array:
-        """Return the breakpoints of other periods than the first, from `start` to `end` [s], rounded to float64.
+    def breakpoints_in(self, start: float, end: float) -> Array:
+        """Return the breakpoints between `start` and `end` [s], and some beyond.
 
-        Some may be earlier or later. There are none if the pieces do not repeat.
+        Those of other periods than the first are rounded to float64; their neighbours in float64 are included.
         """
         if self.beyond != "period":
-            return np.empty(0)
+            return self.breakpoints
         first, last = self.breakpoints[[0, -1]]
         turns = np.arange(np.floor((start - last) / self.period), np.ceil((end - first) / self.period) + 1)
-        return np.asarray(np.add.outer(turns[turns != 0] * self.period, self.breakpoints[:-1]).ravel())
+        repeated = np.add.outer(turns[turns != 0] * self.period, self.breakpoints[:-1]).ravel()
+        beside = [np.nextafter(repeated, -np.inf), np.nextafter(repeated, np.inf)]
+        return np.concatenate([self.breakpoints, repeated, *beside])
 
     @property
     def checked(self) -> Pieces:

@@ -14,8 +14,9 @@ import scipy
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import subject
+from trackably.checker.subject import weighted_sum_text
 from trackably.systems.intervals import End, Interval, ends_shown
-from trackably.systems.pieces import PolynomialPieces, is_spline, pieces_of_spline
+from trackably.systems.pieces import PolynomialPieces, is_spline
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
@@ -161,10 +162,10 @@ class Polytope:
 
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
-        matrix, off, units, centre = self._centred
+        H, h, units, centre = self._centred
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: each can be at its middle
             return 0.5, units * centre
-        found = deepest(np.vstack([matrix, -matrix]), np.full(2 * len(matrix), 2.0), np.append(1 + off, 1 - off))
+        found = deepest(H, np.full(len(H), 2.0), h)
         return found[0], units * (centre + found[1])
 
     @property
@@ -189,16 +190,14 @@ class Polytope:
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:
-            matrix, off, units, centre = self._centred
-            direction = np.eye(self.dimension)[coordinate]
-            H, h = np.vstack([matrix, -matrix]), np.append(1 + off, 1 - off)
+            (H, h, units, centre), direction = self._centred, np.eye(self.dimension)[coordinate]
             ends = np.array([_least(direction, H, h), -_least(-direction, H, h)])
             low, high = np.sort(units[coordinate] * (centre[coordinate] + ends))  # of thin sets, rounding may swap them
         return Interval(float(low), float(high)) if np.isfinite([low, high]).all() else None
 
     @property
     def _centred(self) -> tuple[Array, Array, Array, Array]:
-        """M (r, n), o (r,), s (n,), z (n,) such that x = s (y + z) satisfies the bounds if and only if |M y − o| ≤ 1.
+        """H (2r, n), h (2r,), s (n,), z (n,) such that x = s (y + z) satisfies the bounds if and only if H y ≤ h.
 
         Linear programs are solved for y, whose entries are near 1 in all units: solvers treat numbers above 1e15 as
         infinite, and numbers below 1e-9 as zero.
@@ -207,7 +206,8 @@ class Polytope:
         units = _units(_reach(self.rows, half))
         matrix, middle = self.rows * units / half[:, None], (self.upper / 2 + self.lower / 2) / half
         centre = np.asarray(np.linalg.lstsq(matrix, middle)[0], dtype=float)
-        return matrix, middle - matrix @ centre, units, centre
+        off = middle - matrix @ centre
+        return np.vstack([matrix, -matrix]), np.append(1 + off, 1 - off), units, centre
 
     def margin(self, points: Array) -> Array:
         """Return the smallest distance of R x to a bound at points (…, n), in units of R x; negative outside."""
@@ -245,10 +245,7 @@ def _end(given: Any) -> Any:
     if isinstance(given, Mapping):
         return PolynomialPieces.from_mapping(given)
     if is_spline(given):
-        ends, c = pieces_of_spline(given)
-        if c.ndim != 2:
-            raise ValueError(f"set: expected a spline with one value at each time, got values of shape {c.shape[2:]}")
-        return PolynomialPieces(ends, c.T, "period" if given.extrapolate == "periodic" else "rest")
+        return PolynomialPieces.of_spline(given, "period" if given.extrapolate == "periodic" else "rest")
     return given
 
 
@@ -287,10 +284,8 @@ def _lower_bound(row: Array, H: Array, h: Array) -> float:
 
 
 def _formula(row: Array) -> str:
-    """Return row · x as text, for example "x1 - 2 x2"."""
-    sizes = ["" if abs(weight) == 1 else f"{abs(weight):g} " for weight in row]
-    terms = [f"{'-' if weight < 0 else '+'} {sizes[i]}x{i + 1}" for i, weight in enumerate(row) if weight]
-    return " ".join(terms).removeprefix("+ ")
+    """Return row · x as text, for example "x1-2x2"."""
+    return weighted_sum_text([*map(Fraction, row.tolist())], [f"x{i + 1}" for i in range(len(row))], 6)
 
 
 # Scales of coordinates, from the widths of a set: a problem divided by them has the same numbers in all units.

@@ -27,11 +27,6 @@ def row_echelon(matrix: Rationals) -> tuple[Rationals, list[int]]:
     return np.array(rows, dtype=object).reshape(matrix.shape), pivots
 
 
-def rank(matrix: Rationals) -> int:
-    """Return the rank of a matrix, exactly."""
-    return len(row_echelon(matrix)[1])
-
-
 def inverse(matrix: Rationals) -> Rationals:
     """Return the inverse of a square matrix, exactly. ZeroDivisionError: the matrix is singular."""
     n = len(matrix)

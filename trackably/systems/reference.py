@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from trackably.arrays import Array
+from trackably.checker.subject import Side
 from trackably.gp.joint import common_period
 from trackably.gp.signal import KernelSum
-from trackably.systems.constrained import ConstrainedSystem, Side
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import DoubleDouble, PolynomialPieces, Signal, moved_back, two_product
 from trackably.systems.trajectories import Functional, Quantity, Trajectory, weighted_sum
 

@@ -12,12 +12,13 @@ import scipy
 from trackably.arguments import array, instance, real
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.disturbances import Errors, support_of
-from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
+from trackably.checker.subject import Side
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import (
     DisturbanceSet,
     ModelError,
     Zonotope,
-    of_measured_state,
+    disturbances_of_errors,
     require_disturbance,
     require_zonotope,
 )
@@ -164,41 +165,28 @@ _LEAST_EXTENT = 1e-3  # least half-width p_i of P, relative to the largest exten
 
 
 @dataclass(frozen=True, eq=False)
-class InvariantSet:
+class InvariantSet(Errors):
     """Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P with A_K = A + B K: e ∈ Z and w ∈ W imply A_K e + w ∈ Z.
 
     N = `head` ≥ 1, s = `terms` ≥ 1, 0 ≤ α = `contraction` < 1, and P = {|x_i| ≤ p_i} with p = `box` (n,). It is
     invariant because W ⊆ P and A_Kˢ P ⊆ α P. For then Z_P = (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P is invariant for P, and so for W
     (Raković et al., 2005: Invariant approximations of the minimal robust positively invariant set). Hence A_K Z ⊕ W =
     ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (W ⊕ A_K Z_P) ⊆ Z. P has an interior even if W is flat. The sum over W is part of every
-    invariant set that contains 0, so Z exceeds the smallest of these sets by at most the last part of Z.
+    invariant set that contains 0, so Z exceeds the smallest of these sets by at most the last part of Z. `support`
+    returns h_Z(row) = max {row · e : e ∈ Z} as numerator and denominator.
     """
 
-    system: LinearSystem
-    feedback: Array
     disturbance: DisturbanceSet
-    head: int
-    terms: int
-    contraction: float
-    box: Array
 
-    def __post_init__(self) -> None:
-        for of in (self.feedback, self.box):
-            of.flags.writeable = False
-
-    def support(self, row: Sequence[Fraction]) -> Fraction:
-        """Return h_Z(row) = max {row · e : e ∈ Z}, exactly."""
-        return Fraction(*self._errors.support(row))
+    @cached_property
+    def feedback(self) -> Array:
+        """K in float64, shape (m, n)."""
+        return np.array(self.K)
 
     @cached_property
     def closed_loop(self) -> Array:
         """A_K in float64, shape (n, n)."""
-        return closed_loop(self.system, self.feedback)
-
-    @cached_property
-    def _errors(self) -> Errors:
-        A, B, K = (of.tolist() for of in (self.system.A, self.system.B, self.feedback))
-        return Errors(A, B, K, self.disturbance, self.head, self.terms, self.contraction, self.box.tolist())
+        return np.array(self.A) + np.array(self.B) @ self.feedback
 
 
 def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: DisturbanceSet) -> InvariantSet:
@@ -206,16 +194,16 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
 
     For W = {0} it is {0}. Raises NoInvariantSetError if the error does not decay, or decays too slowly.
     """
-    system, scales = plant.linear, unit_scales(plant.state_set)
-    A_K, n = closed_loop(system, feedback), len(scales)
+    scales, A_K = unit_scales(plant.state_set), closed_loop(plant.linear, feedback)
+    (A, B, K), n = (of.tolist() for of in (plant.linear.A, plant.linear.B, feedback)), len(scales)
     extents = np.maximum(*errors_reach(plant, feedback, disturbance, np.eye(n)))
     size = float(np.max(extents / scales))
     if not size:
-        return InvariantSet(system, feedback, disturbance, 1, 1, 0.0, np.zeros(n))
+        return InvariantSet(A, B, K, disturbance, 1, 1, 0.0, [0.0] * n)
     box = np.maximum(extents, _LEAST_EXTENT * size * scales) * (1 + _ROUNDING)
     terms, contraction = _contraction(A_K, box)
     head = _head(A_K, disturbance, box, terms, contraction, error_rows(plant, feedback), bound_widths(plant))
-    return InvariantSet(system, feedback, disturbance, head, terms, contraction, box)
+    return InvariantSet(A, B, K, disturbance, head, terms, contraction, box.tolist())
 
 
 def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
@@ -313,7 +301,7 @@ class Tightening:
     @cached_property
     def taken(self) -> list[Taken]:
         """By how much the error tightens the lower and the upper bound of each row, states first, exactly."""
-        return [self._of_row(constraint) for constraint in self.given.given_constraints]
+        return [self.taken_from(of.side, of.row) for of in self.given.given_constraints]
 
     @cached_property
     def largest_fraction(self) -> float:
@@ -326,15 +314,14 @@ class Tightening:
         X, U = self.given.state_set, self.given.input_set
         return (X, self.taken[: len(X.rows)]), (U, self.taken[len(X.rows) :])
 
-    def _of_row(self, constraint: LinearConstraint) -> Taken:
+    def taken_from(self, side: Side, row: Sequence[Fraction]) -> Taken:
+        """Return by how much errors tighten the lower and the upper bound of row · x or row · u, exactly."""
         if (Z := self.invariant) is None:
             return Fraction(0), Fraction(0)
-        row = exact(constraint.row)
-        if constraint.side == "input":
-            row = row @ exact(Z.feedback)
-        up, down = row.tolist(), (-row).tolist()
-        V = self.noise if constraint.side == "state" else None
-        return Z.support(down) + support_of(V, up), Z.support(up) + support_of(V, down)
+        of_error = (exact(row) if side == "state" else exact(row) @ exact(Z.K)).tolist()
+        V = self.noise if side == "state" else None
+        up, down = (Fraction(*Z.support([sign * r for r in of_error])) for sign in (1, -1))
+        return down + support_of(V, row), up + support_of(V, [-r for r in row])
 
     def _tighten(self, bounds: Interval, taken: Taken, size: float) -> Interval:
         width = Fraction(bounds.width) if bounds.moving else Fraction(bounds.upper) - Fraction(bounds.lower)
@@ -403,25 +390,6 @@ def tightening(
     of_errors = disturbances_of_errors(plant, W, V, model_error)
     K = best_feedback(plant, of_errors) if feedback is None else array("feedback: K", feedback, *plant.linear.B.T.shape)
     return Tightening(plant, margin, W, K, V, model_error)
-
-
-def disturbances_of_errors(
-    plant: ConstrainedSystem, disturbance: DisturbanceSet, noise: Zonotope | None, model_error: ModelError | None
-) -> DisturbanceSet:
-    """Return a set with every change of the error in one step that disturbance, noise and model error may cause.
-
-    With noise or a `model_error`, all sets are zonotopes. ValueError: a set does not fit the system. TypeError: a set
-    or the `model_error` is of another type.
-    """
-    found = disturbance
-    if noise is not None:
-        require_disturbance(noise, len(plant.linear.A), "measurement_noise")
-        W = require_zonotope("disturbance, with measurement_noise", found)
-        found = of_measured_state(W, noise, plant.linear.A)
-    if model_error is not None:
-        instance("model_error", model_error, ModelError, "a ModelError, such as ModelError.intervals(system, entries)")
-        found = model_error.added_to(require_zonotope("disturbance, with model_error", found), plant)
-    return found
 
 
 def _largest_fraction(bounded: Polytope, taken: Sequence[Taken], margin: float) -> float:

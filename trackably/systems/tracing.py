@@ -209,14 +209,13 @@ def require_same_values(
     rng, n = np.random.default_rng(0), len(states)
     drawn = np.concatenate([size * rng.normal(size=(_DRAWS, n + len(inputs))) for size in _SIZES])
     drawn[::2] = abs(drawn[::2])
-    names = (*states, *inputs)
-    columns = [evaluate_floats(of, dict(zip(names, drawn.T, strict=True))) for of in formulas]
-    rounded = np.stack([np.broadcast_to(column, len(drawn)) for column in columns], axis=-1)
-    for at, expected in zip(drawn, rounded, strict=True):
-        seen, said = _values_of(f, *np.split(at.copy(), [n]))
-        for state, formula, number, value in zip(states, formulas, seen.tolist(), expected.tolist(), strict=True):
-            if not _agree(formula, dict(zip(names, at.tolist(), strict=True)), number, value):
-                where = ", ".join(f"{name} = {of:.6g}" for name, of in zip(names, at.tolist(), strict=True))
+    columns = dict(zip((*states, *inputs), drawn.T, strict=True))
+    rounded = [np.broadcast_to(evaluate_floats(of, columns), len(drawn)) for of in formulas]
+    for at, *expected in zip(drawn, *rounded, strict=True):
+        (seen, said), values = _values_of(f, *np.split(at.copy(), [n])), dict(zip(columns, at.tolist(), strict=True))
+        for state, formula, number, value in zip(states, formulas, seen.tolist(), map(float, expected), strict=True):
+            if not _agree(formula, values, number, value):
+                where = ", ".join(f"{name} = {of:.6g}" for name, of in values.items())
                 raise ValueError(
                     f"system: f must be one formula for all states, inputs and calls, but at {where} it "
                     f"{said or f'gives {state} = {number!r}'}, and its formula gives {state} = {value!r}; use "

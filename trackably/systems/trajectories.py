@@ -12,12 +12,11 @@ import numpy.typing as npt
 from trackably.arrays import Array
 from trackably.checker import subject
 from trackably.checker.flatness import substitute
-from trackably.checker.formulas import Formula, Name, Number, Operation, names
+from trackably.checker.formulas import Formula, Name, Number, names
 from trackably.checker.inverse import plus, times
 from trackably.checker.quantities import weighted_sum as sum_of_functionals
-from trackably.checker.subject import shifted_name
+from trackably.checker.subject import Side
 from trackably.gp.stencil import Stencil
-from trackably.systems.flat_forms import FlatForm
 from trackably.systems.formulas import evaluate_floats, slopes_in_floats
 from trackably.systems.intervals import Interval
 
@@ -37,14 +36,6 @@ class Functional(subject.Functional):
 
     sampling_time: float
 
-    def __call__(self, signals: Signals, t: Array) -> Array:
-        """Return q at t [s]; an array of the same shape as t."""
-        return np.asarray(self._alone(signals, np.asarray(t, dtype=float))[0])
-
-    @cached_property
-    def _alone(self) -> "Functionals":
-        return Functionals((self,))
-
     @cached_property
     def rounded(self) -> list[tuple[int, Array]]:
         """Pairs (c, w_c) for each signal c with a nonzero weight; w_c[j] is the float64 weight of z_c(t + j T_s)."""
@@ -55,10 +46,10 @@ class Functional(subject.Functional):
         """Return the value of q if every signal z_c is constant at `levels[c]`."""
         return float(self.offset + sum(sum(w) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)))
 
-    @property
-    def later(self) -> Self:
-        """The functional one step later, q(t + T_s)."""
-        return replace(self, weights=tuple((Fraction(0), *of) for of in self.weights))
+    def padded(self, before: int, after: int) -> Self:
+        """Return q(t + `before` T_s), with a number of further weights that are zero after the last one."""
+        none = [Fraction(0)]
+        return replace(self, weights=tuple((*none * before, *of, *none * after) for of in self.weights))
 
 
 Indices = npt.NDArray[np.intp]
@@ -163,9 +154,10 @@ class Trajectory:
 
     def __call__(self, signals: Signals, t: Array) -> Array:
         """Return q at t [s]; an array of the same shape as t, NaN or infinite where q is undefined."""
-        return self.value(self._arguments_at(signals, t))
+        return self.value(self.arguments_at(signals, t))
 
-    def _arguments_at(self, signals: Signals, t: Array) -> dict[str, Array]:
+    def arguments_at(self, signals: Signals, t: Array) -> dict[str, Array]:
+        """Return the values of the arguments q_i at t [s], by name."""
         values = self._functionals(signals, np.asarray(t, dtype=float))
         return dict(zip((name for name, _ in self.arguments), values, strict=True))
 
@@ -180,16 +172,12 @@ class Trajectory:
     @property
     def rate(self) -> "Trajectory":
         """The trajectory of the rate (q(t + T_s) − q(t)) / T_s; a functional if q is a functional."""
+        names = {name: f"{name}⁺" for name, _ in self.arguments}
+        (formula,) = substitute([self.formula], {name: Name(later) for name, later in names.items()})
+        later = Trajectory(formula, tuple((names[name], q.padded(1, 0)) for name, q in self.arguments))
+        now = Trajectory(self.formula, tuple((name, q.padded(0, 1)) for name, q in self.arguments))
         T = Fraction(self.sampling_time)
-        if (q := self.functional) is not None:
-            pairs = [zip(w, (*w[1:], Fraction(0)), strict=True) for w in q.later.weights]
-            return Trajectory.of(
-                Functional(Fraction(0), tuple(tuple((b - a) / T for b, a in of) for of in pairs), float(T))
-            )
-        later = {name: f"{name}⁺" for name, _ in self.arguments}
-        (there,) = substitute([self.formula], {name: Name(new) for name, new in later.items()})
-        arguments = (*self.arguments, *((later[name], functional.later) for name, functional in self.arguments))
-        return Trajectory(Operation("/", Operation("-", there, self.formula), Number(float(T))), arguments)
+        return weighted_sum([1 / T, -1 / T], [later, now])
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
         """Return the derivatives ∂q/∂levels[c], if every signal c is constant at `levels[c]`: one number a signal."""
@@ -209,7 +197,7 @@ class Trajectory:
         """Linearise q at one time t [s]: pairs (c, w_c) with δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small δz_c."""
         if self.functional is not None:
             return self.functional.rounded
-        slopes = self.slopes(self._arguments_at(signals, t))
+        slopes = self.slopes(self.arguments_at(signals, t))
         return self._functionals.combined(np.array([slopes[name].item() for name, _ in self.arguments]))
 
 
@@ -218,9 +206,8 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> 
 
     Otherwise, arguments of equal names in several q_i have to be equal functionals.
     """
-    every = list(zip(row, coordinates, strict=True))
-    used = [(r, q) for r, q in every if r] or every
-    functionals = [q.functional for _, q in used if q.functional is not None]
+    used = [(r, q) for r, q in zip(row, coordinates, strict=True) if r] or [(Fraction(0), coordinates[0])]
+    functionals = [q.functional for _, q in used if q.functional]
     if len(functionals) == len(used):
         found = sum_of_functionals([r for r, _ in used], functionals)
         return Trajectory.of(Functional(found.offset, found.weights, functionals[0].sampling_time))
@@ -232,28 +219,16 @@ def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> 
     return Trajectory.of_formula(total, arguments)
 
 
-# Single flat outputs at shifted times, as functionals.
-
-
-def shifted_outputs(form: FlatForm, sampling_time: float) -> dict[str, Functional]:
-    """Return the functionals z_c(t + j T_s) by name, for all c, and j up to one step later than the formulas use."""
-    found = {}
-    for c in range(form.outputs):
-        weights: list[tuple[Fraction, ...]] = [(Fraction(0),)] * form.outputs
-        for j in range(2 + max(form.orders)):
-            weights[c] = (*[Fraction(0)] * j, Fraction(1))
-            found[shifted_name(c, j)] = Functional(Fraction(0), tuple(weights), sampling_time)
-    return found
-
-
 # A bounded quantity of a reference: a state, an input, or a weighted sum of either.
 
 
 @dataclass(frozen=True)
 class Quantity(Trajectory):
-    """A trajectory that must stay in `bounds`, with its `name`."""
+    """A trajectory q = Σ_i `row`[i] v_i that must stay in `bounds`; v are the states or the inputs, as `side` says."""
 
     name: str
+    side: Side
+    row: tuple[Fraction, ...]
     bounds: Interval
 
     def margin(self, signals: Signals, t: Array) -> Array:
@@ -281,10 +256,6 @@ class Quantities:
         known = dict(zip(map(id, arguments.functionals), arguments(self.signals, t), strict=True))
         return np.stack([q.value({name: known[id(of)] for name, of in q.arguments}) for q in self.quantities])
 
-    def values_of(self, which: Indices, t: Array) -> Array:
-        """Return quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): an array of t's shape."""
-        return _chosen(self.values(t), which)
-
     def margins(self, t: Array) -> Array:
         """Return the distances to the nearer bounds at t [s]; the result has shape (Q, *t.shape).
 
@@ -295,14 +266,9 @@ class Quantities:
         return np.where(np.isnan(margins), -np.inf, margins)
 
     def margins_of(self, which: Indices, t: Array) -> Array:
-        """Return the margin of quantity `which[i]` at t[..., i] [s]; an array of the same shape as t."""
-        return _chosen(self.margins(t), which)
-
-    def ends_of(self, which: Indices, t: Array) -> tuple[Array, Array]:
-        """Return the bounds of quantity `which[i]` at t[..., i] [s], each of the shape of t."""
-        each = [np.broadcast_to(end, t.shape) for quantity in self.quantities for end in quantity.bounds.ends(t)]
-        lower, upper = np.array(each[::2]), np.array(each[1::2])
-        return _chosen(lower, which), _chosen(upper, which)
+        """Return the margin of quantity `which[i]` at t[..., i] [s], for indices (m,) and times (…, m): t's shape."""
+        margins = self.margins(t)
+        return np.asarray(np.take_along_axis(margins, np.broadcast_to(which, t.shape)[None], axis=0)[0])
 
     def breakpoints_in(self, start: float, end: float) -> Array:
         """Return the times between `start` and `end` [s] at which some bound may jump or have a kink."""
@@ -314,8 +280,3 @@ class Quantities:
         """The functionals on which the quantities depend; each appears once, however many quantities use it."""
         every = {id(of): of for quantity in self.quantities for _, of in quantity.arguments}
         return Functionals(tuple(every.values()))
-
-
-def _chosen(values: Array, which: Indices) -> Array:
-    """Return values[which[i], ..., i] for `values` (Q, …, m): an array of the shape (…, m)."""
-    return np.asarray(np.take_along_axis(values, np.broadcast_to(which, values.shape[1:])[None], axis=0)[0])

@@ -43,9 +43,9 @@ def system_of(written: object) -> System:
         raise ValueError(f"continuous: expected true or false, got {short(continuous)}")
     A, B = (read_part(given, name, matrix) for name in ("A", "B"))
     return (LinearSystem.discretised if continuous else LinearSystem)(
-        np.array(A),
-        np.array(B),
-        c=None if given.get("c") is None else np.array(read_part(given, "c", vector)),
+        A,
+        B,
+        c=None if given.get("c") is None else read_part(given, "c", vector),
         states=given.get("states", ()),
         inputs=given.get("inputs", ()),
         sampling_time=given["sampling_time"],

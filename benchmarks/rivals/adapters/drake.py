@@ -8,8 +8,9 @@ from scipy.interpolate import BSpline
 from benchmarks.rivals.curves import is_driven_by_accelerations, moving
 from benchmarks.rivals.model import Found, NotFound, Problem
 from trackably.arrays import Array
-from trackably.systems.constrained import ConstrainedSystem, LinearConstraint
+from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
+from trackably.systems.trajectories import Quantity
 
 _ORDER = 6
 _FEWEST, _MOST = 24, 60
@@ -66,7 +67,7 @@ def _boxes(plant: ConstrainedSystem) -> list[Array]:
     return np.split(np.array([[of.lower, of.upper] for of in extents]).T, 3, axis=1)
 
 
-def _add_row(program: Any, points: Any, limit: LinearConstraint, derivatives: list[Array], m: int) -> None:
+def _add_row(program: Any, points: Any, limit: Quantity, derivatives: list[Array], m: int) -> None:
     """Bound a row that mixes positions, velocities or accelerations of one kind, at its control points."""
     touched = [i for i, w in enumerate(limit.row) if w]
     if len(touched) == 1:

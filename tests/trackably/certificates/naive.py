@@ -82,7 +82,7 @@ def evaluated(reference: Reference, times: list[float], steps: list[int]) -> Ite
     looks = [(t, reference.state_at(np.array(t)), reference.input_at(np.array(t))) for t in times]
     looks += [(instant(reference, k), reference.state(k), reference.input(k)) for k in steps]
     for t, x, u in looks:
-        for limit in reference.plant.constraints:
+        for limit in reference.plant.quantities:
             value = np.array(limit.row, dtype=float) @ {"state": x, "input": u}[limit.side]
             yield limit.name, off(reference, limit.name, value, t)
 

@@ -71,7 +71,7 @@ def in_error_set(Z, e: cp.Expression) -> list[cp.Constraint]:
     for i in range(Z.head + Z.terms):
         if i >= Z.head:
             p = cp.Variable(n)
-            constraints.append(cp.abs(p) <= Z.box / (1 - Z.contraction))
+            constraints.append(cp.abs(p) <= np.array(Z.box) / (1 - Z.contraction))
             total = total + power @ p
         else:
             corners = extremes(Z.disturbance)

@@ -50,8 +50,8 @@ def test_a_robust_reference_keeps_the_tightened_bounds_and_says_so(name):
         (AXIS.input_set, Z.feedback, found.input(steps[:-1])),
     ):
         for row, lower, upper, of_row in zip(rows.tolist(), bounded.lower, bounded.upper, values.T, strict=True):
-            assert np.max(of_row) <= upper - float(Z.support([Fraction(r) for r in row]))
-            assert np.min(of_row) >= lower + float(Z.support([-Fraction(r) for r in row]))
+            assert np.max(of_row) <= upper - float(Fraction(*Z.support([Fraction(r) for r in row])))
+            assert np.min(of_row) >= lower + float(Fraction(*Z.support([-Fraction(r) for r in row])))
     verdict = check(encode_certificate(found.certificate))
     assert isinstance(verdict, Proved)
     assert "for every sequence of w in W" in verdict.statement

@@ -50,9 +50,8 @@ def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
     np.testing.assert_allclose(np.stack([q(signals, t) for q in plant.quantities]), expected)
     together, which = Quantities(plant.quantities, signals), np.arange(len(t)) % len(expected)
     np.testing.assert_allclose(together.values(t), expected)
-    np.testing.assert_allclose(together.values_of(which, t), expected[which, np.arange(len(t))])
-    ends = [plant.quantities[q].bounds.ends(at) for q, at in zip(which, t, strict=True)]
-    np.testing.assert_array_equal(together.ends_of(which, t), np.transpose(ends))
+    margins = [plant.quantities[q].margin(signals, at) for q, at in zip(which, t, strict=True)]
+    np.testing.assert_allclose(together.margins_of(which, t), margins)
 
 
 def test_weights_of_a_product_at_shifts_that_are_no_neighbours():

@@ -25,7 +25,6 @@ from trackably.learning.constraint import (
     local_minima,
     margins_at,
     owners,
-    parts,
     rows_of,
     timed,
 )
@@ -194,7 +193,7 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     """
     if trajectory.functional is not None:
         return np.full(times.shape, float(trajectory.functional.offset)), np.ones((1, len(times)))
-    at = {name: functional(near, times) for name, functional in trajectory.arguments}
+    at = trajectory.arguments_at(near, times)
     slopes, offsets = trajectory.slopes(at), np.array(trajectory.value(at))
     for name, functional in trajectory.arguments:
         offsets += slopes[name] * (float(functional.offset) - at[name])
@@ -249,24 +248,25 @@ class MarginScan:
 
     def places(self, found: Minima, below: float = CLOSE) -> Places:
         """Return the times of minima with a margin `below` this part of a width, and the sides of the nearer bounds."""
-        times = [at[np.isfinite(margins) & (margins < below)] for at, margins in found]
-        which = owners(times)
-        places = np.empty((len(which), 2))
-        places[:, 0] = np.concatenate([np.empty(0), *times])
-        values, (lower, upper) = (of(which, places[:, 0]) for of in (self._all.values_of, self._all.ends_of))
-        places[:, 1] = np.where(values - lower < upper - values, LOWER, UPPER)
-        return tuple(parts(places, times))
+        chosen = []
+        for constraint, (at, margins) in zip(self._known, found, strict=True):
+            times = at[np.isfinite(margins) & (margins < below)]
+            low, high = self._slacks(constraint, times)
+            chosen.append(np.column_stack([times, np.where(low < high, LOWER, UPPER)]))
+        return tuple(chosen)
 
     def near(self, places: Places) -> Places:
         """Return those of the `places` (times and sides) at which the slack is below half the width of the bounds."""
         kept = []
         for constraint, at in zip(self._known, places, strict=True):
-            bounds = constraint.quantity.bounds
-            values = constraint.quantity(self.signals, at[:, 0])
-            lower, upper = bounds.ends(at[:, 0])
-            room = np.where(at[:, 1] == LOWER, values - lower, upper - values)
-            kept.append(at[room < _IN_REACH * bounds.width])
+            slack = np.where(at[:, 1] == LOWER, *self._slacks(constraint, at[:, 0]))
+            kept.append(at[slack < _IN_REACH * constraint.quantity.bounds.width])
         return tuple(kept)
+
+    def _slacks(self, constraint: Constraint, times: Array) -> tuple[Array, Array]:
+        """Return the distances of a constraint's quantity from its lower and from its upper bound at `times` [s]."""
+        values, (lower, upper) = constraint.quantity(self.signals, times), constraint.quantity.bounds.ends(times)
+        return values - lower, upper - values
 
     @cached
     def _all(self) -> Quantities:

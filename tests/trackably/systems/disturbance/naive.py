@@ -26,7 +26,7 @@ def exact_support(bounded: DisturbanceSet, row: list[Fraction]) -> Fraction:
 
 def naive_support(Z: InvariantSet, row: list[Fraction]) -> Fraction:
     """h_Z by the powers of A + B K, one matrix product after the other."""
-    closed_loop, box = exact(Z.system.A) + exact(Z.system.B) @ exact(Z.feedback), exact(Z.box)
+    closed_loop, box = exact(Z.A) + exact(Z.B) @ exact(Z.K), exact(Z.box)
     total = Fraction(0)
     for i in range(Z.head + Z.terms):
         of_P = dot(np.abs(row), box) / (1 - Fraction(Z.contraction))

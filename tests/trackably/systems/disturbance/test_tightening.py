@@ -9,7 +9,7 @@ import pytest
 from tests.trackably.systems.disturbance.instances import CART, DISTURBED, OBLIQUE
 from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import ConvexHull, Zonotope, of_measured_state
+from trackably.systems.disturbances import ConvexHull, Zonotope, disturbances_of_errors
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import tightening
 
@@ -56,7 +56,7 @@ def test_the_feedback_does_not_depend_on_units():
 
 
 PUSH, NOISE = Zonotope.box([0.0, -0.02], [0.0, 0.02]), Zonotope.box([-0.004, -0.006], [0.002, 0.01])
-NOISY = of_measured_state(PUSH, NOISE, CART.system.A)
+NOISY = disturbances_of_errors(CART, PUSH, NOISE, None)
 
 
 def test_the_disturbance_of_the_measured_state_is_what_noise_and_pushes_do_to_it():
