@@ -13,7 +13,7 @@ from pipeline.drawings.references import label_plane
 from pipeline.drawings.style import direct_label, step_label
 from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
-from trackably.control.bounds import Inequalities
+from trackably.control.bounds import slacks
 from trackably.exports.figures import (
     BLUE,
     BOUND,
@@ -413,5 +413,4 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
 def _margins(course: Course, plant: ConstrainedSystem) -> tuple[Array, Array]:
     """Return the smallest margins of the states and of the inputs at each step, as parts of widths: shapes (K,)."""
     states, inputs = course.together(plant.system.states), course.together(plant.system.inputs)
-    X, U = (Inequalities.of(bounded) for bounded in (plant.state_set, plant.input_set))
-    return np.min(X.slack(states), axis=1), np.min(U.slack(inputs), axis=1)
+    return np.min(slacks(plant.state_set, states), axis=1), np.min(slacks(plant.input_set, inputs), axis=1)

@@ -14,11 +14,11 @@ from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.bounds import Inequalities
-from trackably.control.controller import scaled_controller
+from trackably.control.bounds import slacks
+from trackably.control.controller import Controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
-from trackably.control.stepping import Disturbances, SteppedController, Successor
+from trackably.control.stepping import Disturbances, Successor
 from trackably.control.tube import TubeController
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
@@ -46,10 +46,10 @@ def greedy(of: DisturbanceSet, state_set: Polytope) -> Disturbances:
 
     The nearest bound has the smallest distance relative to the width between bounds.
     """
-    X = Inequalities.of(state_set)
+    rows, _ = state_set.inequalities
 
     def pushed(k: int, successor: Array) -> Array:
-        return of.farthest(X.rows[int(np.argmin(X.slack(successor)))])
+        return of.farthest(rows[int(np.argmin(slacks(state_set, successor)))])
 
     return pushed
 
@@ -74,13 +74,13 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
     }[kind]
     if tightened.model_error is None:
         return lambda k, x, u: tightened.given.linear.successor(x, u), pushed
-    vertices, X = tightened.model_error.vertices, Inequalities.of(tightened.given.state_set)
+    vertices, X = tightened.model_error.vertices, tightened.given.state_set
     same = int(of_plant.integers(len(vertices)))
 
     def moved(k: int, x: Array, u: Array) -> Array:
         found = [v.A @ x + v.B @ u + v.c for v in vertices]
         if kind == "greedy":
-            return min(found, key=lambda successor: float(np.min(X.slack(successor))))
+            return min(found, key=lambda successor: float(np.min(slacks(X, successor))))
         return found[int(of_plant.integers(len(found))) if kind == "drawn" else same]
 
     return moved, pushed
@@ -160,15 +160,15 @@ def disturbed_loops(
     return {**loops, **runs}, {**numbers, "tube": of_runs}
 
 
-def controllers(tightened: Tightening, horizon: int) -> dict[str, SteppedController]:
+def controllers(tightened: Tightening, horizon: int) -> dict[str, Controller]:
     """Return the controller that ignores disturbances, and the one that leaves room for them, with the same cost."""
-    nominal = scaled_controller(tightened.given, horizon)
+    nominal = Controller(tightened.given, horizon)
     return {"nominal": nominal, "tube": TubeController(tightened, horizon, nominal.Q, nominal.R)}
 
 
 def disturbed_loop(
     tightened: Tightening,
-    controller: SteppedController,
+    controller: Controller,
     reference: TrackedReference,
     state: Array,
     steps: range,
