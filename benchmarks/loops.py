@@ -22,7 +22,7 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.prove import prove
 from trackably.checker import Proved, check
 from trackably.checker.certificate import Window
-from trackably.control.controller import Controller, scaled_controller
+from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.stepping import Plan, Status
 from trackably.control.tube import TubeController
@@ -181,7 +181,7 @@ def _tube() -> Iterator[Row]:
 
 def _steps(case: Case) -> Iterator[tuple[str, list[Status], list[float]]]:
     """Yield for each state its distance, the statuses of both steps, and their times [s], the least of some rounds."""
-    nominal = scaled_controller(case.tightening.given, HORIZON)
+    nominal = Controller(case.tightening.given, HORIZON)
     tube = TubeController(case.tightening, HORIZON, nominal.Q, nominal.R)
     reference = TabulatedReference.of(case.robust, _FIRST, _FIRST + HORIZON)
     rng = np.random.default_rng(0)

@@ -24,7 +24,7 @@ from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted
 from pipeline.storage.results import Results
 from trackably.certificates.claim import times_of
-from trackably.control.controller import scaled_controller
+from trackably.control.controller import Controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import apply_fallback_for, simulate
 from trackably.errors import InputError
@@ -68,7 +68,7 @@ def control(experiment: Experiment, results: Results) -> None:
     """
     fitted, wanted, plant = read_fit_of(experiment, results), experiment.control, experiment.plant
     try:
-        controller = scaled_controller(plant, wanted.horizon)
+        controller = Controller(plant, wanted.horizon)
     except ValueError as error:
         raise InputError(f"experiment {experiment.name}: control: {error}") from error
     steps = experiment.loop_steps

@@ -35,7 +35,7 @@ from pipeline.storage.results import Results, read_numbers
 from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array
 from trackably.checker.form import read_certificate
-from trackably.control.tube import ErrorSet
+from trackably.control.error_set import ErrorSet
 from trackably.exports import figures as curves
 from trackably.files import read_json
 from trackably.gp.joint import JointPrior
@@ -335,7 +335,7 @@ def room(tightening: Tightening) -> tuple[Array, Array]:
     assert Z is not None, "drawn only where there is a disturbance"
     n = Z.feedback.shape[1]
     rows = np.vstack([np.eye(n), Z.feedback])
-    errors = ErrorSet(Z).support(np.stack([-rows, rows]))
+    errors = ErrorSet.of(Z).support(np.stack([-rows, rows]))
     if (V := tightening.noise) is not None:  # measurement noise v: the true state is x = y − v
         errors[:, :n] += [V.support(rows[:n]), V.support(-rows[:n])]
     return errors[0], errors[1]

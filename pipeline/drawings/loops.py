@@ -13,7 +13,7 @@ from pipeline.drawings.references import label_plane
 from pipeline.drawings.style import direct_label, step_label
 from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
-from trackably.control.bounds import Inequalities
+from trackably.control.bounds import slacks
 from trackably.exports.figures import (
     BLUE,
     BOUND,
@@ -406,4 +406,4 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
 def _margins(course: Course, plant: ConstrainedSystem) -> list[Array]:
     """Return the smallest margins of the states and of the inputs at each step, as parts of widths: shapes (K,)."""
     sets = (plant.state_set, plant.system.states), (plant.input_set, plant.system.inputs)
-    return [np.min(Inequalities.of(bounded).slack(course.together(names)), axis=1) for bounded, names in sets]
+    return [np.min(slacks(bounded, course.together(names)), axis=1) for bounded, names in sets]

@@ -13,11 +13,11 @@ from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
 from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.bounds import Inequalities
-from trackably.control.controller import scaled_controller
+from trackably.control.bounds import slacks
+from trackably.control.controller import Controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
-from trackably.control.stepping import Disturbances, SteppedController, Successor
+from trackably.control.stepping import Disturbances, Successor
 from trackably.control.tube import TubeController
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
@@ -46,12 +46,13 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
     it obeys one of the error's vertices: "drawn" draws a vertex at each step, "greedy" takes the vertex that brings the
     state nearest to a bound, and "constant" keeps the same vertex.
     """
-    W, X, of_plant = tightened.disturbance, Inequalities.of(tightened.given.state_set), np.random.default_rng(seed)
+    W, X, of_plant = tightened.disturbance, tightened.given.state_set, np.random.default_rng(seed)
     assert W is not None, "loops are disturbed where there is a set"
+    rows, _ = X.inequalities
     farthest = W.farthest(np.random.default_rng(seed).standard_normal(W.dimension))
     pushed: Disturbances = {
         "drawn": drawn(W, seed),
-        "greedy": lambda k, successor: W.farthest(X.rows[int(np.argmin(X.slack(successor)))]),
+        "greedy": lambda k, successor: W.farthest(rows[int(np.argmin(slacks(X, successor)))]),
         "constant": lambda k, successor: farthest,
     }[kind]
     if tightened.model_error is None:
@@ -62,7 +63,7 @@ def disturbed_plant(kind: str, tightened: Tightening, seed: int) -> tuple[Succes
     def moved(k: int, x: Array, u: Array) -> Array:
         found = [v.A @ x + v.B @ u + v.c for v in vertices]
         if kind == "greedy":
-            return min(found, key=lambda successor: float(np.min(X.slack(successor))))
+            return min(found, key=lambda successor: float(np.min(slacks(X, successor))))
         return found[int(of_plant.integers(len(found))) if kind == "drawn" else same]
 
     return moved, pushed
@@ -142,15 +143,15 @@ def disturbed_loops(
     return {**loops, **runs}, {**numbers, "tube": of_runs}
 
 
-def controllers(tightened: Tightening, horizon: int) -> dict[str, SteppedController]:
+def controllers(tightened: Tightening, horizon: int) -> dict[str, Controller]:
     """Return the controller that ignores disturbances, and the one that leaves room for them, with the same cost."""
-    nominal = scaled_controller(tightened.given, horizon)
+    nominal = Controller(tightened.given, horizon)
     return {"nominal": nominal, "tube": TubeController(tightened, horizon, nominal.Q, nominal.R)}
 
 
 def disturbed_loop(
     tightened: Tightening,
-    controller: SteppedController,
+    controller: Controller,
     reference: TrackedReference,
     state: Array,
     steps: range,

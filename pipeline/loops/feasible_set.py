@@ -7,7 +7,7 @@ import scipy
 
 from pipeline.loops.trajectory import Course
 from trackably.arrays import Array
-from trackably.control.bounds import Inequalities
+from trackably.control.bounds import rows_in_widths, slacks
 from trackably.control.controller import Controller, shortest_horizon
 from trackably.control.problem import StepProblem
 from trackably.control.references import TrackedReference
@@ -54,12 +54,12 @@ def _farthest(controller: Controller, reference: TrackedReference, k: int) -> Ca
     states and v of inputs are divided by their scales, because the solver's tolerances are absolute.
     """
     plant, window, scales = controller.plant, reference.window(k, controller.horizon), controller.formulation.scales
-    problem = StepProblem.of(controller.formulation, k, window.states[0], window)
-    programs, X, x_r = problem.programs, Inequalities.of(plant.state_set), window.states[0]
-    tracking, (r, n) = programs.tracking, X.rows.shape
-    now = np.hstack([X.in_widths(scales.states), np.zeros((r, len(tracking.q) - n))])
+    problem = StepProblem(controller.formulation, k, window.states[0], window, window)
+    programs, x_r, of_states = problem.programs, window.states[0], rows_in_widths(plant.state_set, scales.states)
+    tracking, (r, n) = programs.tracking, of_states.shape
+    now = np.hstack([of_states, np.zeros((r, len(tracking.q) - n))])
     M, E = np.vstack([programs.bounds, now]), np.asarray(tracking.A)[n : tracking.equations]
-    b, f = np.append(problem.slack, X.slack(x_r)), np.append(-problem.defects, np.zeros(n))
+    b, f = np.append(problem.slack, slacks(plant.state_set, x_r)), np.append(-problem.defects, np.zeros(n))
 
     def farthest(direction: Array) -> Array:
         along = direction * scales.states

@@ -16,7 +16,7 @@ from pipeline.storage.results import read_numbers
 from pipeline.story import table_of_methods
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
 from trackably.checker import Proved, Refuted, check
-from trackably.control.controller import scaled_controller
+from trackably.control.controller import Controller
 from trackably.control.simulation import simulate
 from trackably.control.tube import TubeController
 
@@ -167,7 +167,7 @@ def test_the_price_of_room_rises_from_the_nominal_reference_over_the_robust_one(
 def test_a_run_is_that_of_the_tube_controller(name: str) -> None:
     tightening, reference = EXPERIMENTS[name].tightening, fitted(name).learned["robust"].reference
     course = runs._run(tightening, reference.window(0, 40), 0, 4)
-    nominal = scaled_controller(EXPERIMENTS[name].plant, 20)
+    nominal = Controller(EXPERIMENTS[name].plant, 20)
     moved, pushed = runs.disturbed_plant("greedy", tightening, 4)
     loop = simulate(
         TubeController(tightening, 20, nominal.Q, nominal.R),

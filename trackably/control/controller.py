@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import scipy
 
-from trackably.arguments import array, instance, whole
+from trackably.arguments import array, instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.certificates.certificate import bounds_text
-from trackably.control.bounds import weight_in_widths
+from trackably.control.bounds import pull_inside, weight_in_widths
+from trackably.control.error_set import ErrorSet
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.references import unwrap_near
+from trackably.control.references import TrackedReference, check_reference, check_window, unwrap_near
 from trackably.control.search import solve_by_linearisation
-from trackably.control.stepping import Infeasible, Plan, SteppedController
+from trackably.control.stepping import StepResult, Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
-from trackably.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
 
@@ -28,7 +29,7 @@ _ZERO = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Controller(SteppedController):
+class Controller:
     """min Σ_(i<N) ‖x(k+i) − x_r(k+i)‖²_Q + ‖u(k+i) − u_r(k+i)‖²_R with x(k+N) = x_r(k+N), x ∈ X and u ∈ U.
 
     N is the `horizon` in steps, Q (n, n) is positive semidefinite and R (m, m) positive definite. By default they
@@ -65,15 +66,54 @@ class Controller(SteppedController):
     def __repr__(self) -> str:
         return f"Controller({described(self.plant, self.horizon)})"
 
-    def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None) -> Plan | Infeasible:
-        if self.formulation.is_linear:
-            return StepProblem.of(self.formulation, k, state, window).answer
-        return solve_by_linearisation(self.formulation, k, state, unwrap_near(self.plant, window, state), initial_guess)
+    def step(
+        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
+    ) -> StepResult:
+        """Return the optimal plan at step `k` from the measured `state` (n,), or the reason why there is none.
+
+        For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
+        reference. If this finds no plan, a few other trajectories are tried. The last plan, shifted by a step, is a
+        good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
+        state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
+
+        - `Plan`: an optimal plan, for a nonlinear system a local optimum.
+        - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
+        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
+          without an explanation, or a formula of the system or of the reference is undefined.
+        - ValueError: the state is not n finite numbers, the guess is not (N, m), the reference is of another system, or
+          it does not reach from step k to step k + N. TypeError: an argument is of another type.
+        """
+        plant, N = self.plant, self.horizon
+        n, m = len(plant.system.states), len(plant.system.inputs)
+        k, x = whole("controller: k", k), array(f"controller: state at step {k}", state, n)
+        check_reference("controller", reference, plant)
+        guess = None if initial_guess is None else numbers("controller: initial_guess", initial_guess)
+        if guess is not None and guess.shape != (N, m):
+            raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
+        safe = () if guess is None else (guess[0],)
+        try:
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # infinities and NaN are refused
+                window = reference.window(k, N)
+                check_window(window, (N, n, m))
+                safe = (*safe, window.inputs[0])
+                if not all(np.all(np.isfinite(values)) for values in window):
+                    raise ArithmeticError("the reference has states or inputs in the horizon that are not finite")
+                window = unwrap_near(plant, window, x)
+                problem = StepProblem(self.formulation, k, x, window, window)
+                return problem.answer if self.formulation.is_linear else solve_by_linearisation(problem, guess)
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            return Unsolved(k, str(error), _first_admissible(plant.input_set.at(k * plant.sampling_time), safe))
 
     @cached_property
     def formulation(self) -> Formulation:
         """The parts of the problem that all steps share, each built once."""
-        return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set)
+        start, feedback = ErrorSet.zero(len(self.Q)), np.zeros((len(self.R), len(self.Q)))
+        return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set, start, feedback)
+
+
+def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:
+    """Return the first of some inputs (m,) that is finite, pulled into the set; its centre if none is finite."""
+    return next((pull_inside(input_set, u) for u in inputs if np.all(np.isfinite(u))), input_set.centre)
 
 
 def _require_weight(name: str, given: ArrayLike | None, bounded: Polytope, least: float, kind: str) -> Array:
@@ -106,12 +146,3 @@ def described(plant: ConstrainedSystem, horizon: int) -> str:
 def shortest_horizon(plant: ConstrainedSystem) -> int:
     """Return the number of steps that a system needs to return to its reference: its largest order of a flat output."""
     return max(plant.flatness.orders)
-
-
-def scaled_controller(plant: ConstrainedSystem, horizon: int, input_weight: float = 1.0) -> Controller:
-    """Return a controller whose cost is the sum of squared errors, each divided by the width of its bounds.
-
-    Errors of inputs are also multiplied by `input_weight`. Unbounded directions are weighted in their own unit. Raises
-    as `Controller`.
-    """
-    return Controller(plant, horizon, R=input_weight * weight_in_widths(plant.input_set))

@@ -4,27 +4,38 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
 
 import numpy as np
+import scipy
 
 from trackably.arrays import Array
-from trackably.control.bounds import PlantInequalities, Scales, pull_inside
-from trackably.control.error_model import ErrorModel
-from trackably.control.programs import Program, StartSet, StepPrograms
+from trackably.control.bounds import Scales, pull_inside, rows_in_widths, slacks
+from trackably.control.error_set import ErrorSet
+from trackably.control.programs import Program, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
+_TIE = 1e-6
+"""Slacks count as equal if they exceed the smallest one, s, by at most this part of 1 + |s|."""
+
 
 @dataclass(frozen=True, eq=False)
 class Formulation:
     """The parts of the problem that all steps share, for a `horizon` N and weights Q (n, n), R (m, m).
 
-    `input_set` bounds the input that is applied; it is not tightened, even if the sets of `plant` are. Each part is
-    computed on first use.
+    Plans start from z(0) = x − s for an s in the `start_set`, where x is the measured state. The input that is applied
+    is u = v(0) + K (x − z(0)) with the `feedback` K (m, n) and the plan's first input v(0). It is bounded by
+    `input_set`, which is not tightened, even if the sets of `plant` are.
+
+    A trajectory is described by its scaled errors z: (x − x_r) / s_x at all steps, then (u − u_r) / s_u, with the
+    `scales` s_x and s_u. x_r and u_r are those of the reference's window. z has (N + 1) n + N m entries. Bounds are
+    imposed on all inputs, and on the states x(`first_bounded`), …, x(N). The slacks of a trajectory are relative to the
+    widths, and stand in one vector: those of the states step by step, then those of the inputs.
+
+    Each part is computed on first use.
     """
 
     plant: ConstrainedSystem
@@ -32,67 +43,86 @@ class Formulation:
     Q: Array
     R: Array
     input_set: Polytope
+    start_set: ErrorSet
+    feedback: Array
 
     @property
     def is_linear(self) -> bool:
         """Whether the same error model holds along every trajectory."""
         return isinstance(self.plant.system, LinearSystem)
 
-    def linearise(self, window: Window, nominal: Window) -> tuple[StepPrograms, Array]:
-        """Return the programs in the errors z from a reference, and the defects (N n,) of their model.
+    @property
+    def starts_measured(self) -> bool:
+        """Whether plans can start from the measured state only."""
+        return not len(self.start_set.directions)
 
-        `window` is the reference, and the system is linearised along the trajectory `nominal`: the model is exact on
-        it, and exact to first order near it. Both are windows of N steps. Raises ArithmeticError if the system is
-        undefined there.
-        """
-        programs = self._anywhere if self.is_linear else self.programs(nominal)
-        defects = self.defects(nominal).ravel() - programs.model.dynamics @ self.scales.errors(nominal, window)
-        if not np.all(np.isfinite(defects)):  # an entry of the model that is not finite makes a defect not finite, too
-            raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
-        return programs, defects
+    @property
+    def first_bounded(self) -> int:
+        """The first step whose state is bounded: 1 if plans start from the measured state, which no input changes."""
+        return int(self.starts_measured)
 
     def defects(self, trajectory: Window) -> Array:
         """Return f(x(i), u(i)) − x(i+1), in the states' scales (N, n): how far a trajectory violates the dynamics."""
         successors = self.plant.system.successor(trajectory.states[:-1], trajectory.inputs)
         return (successors - trajectory.states[1:]) / self.scales.states
 
-    def model(self, nominal: Window) -> ErrorModel:
-        """Return the model of the errors e and v, divided by their scales, linearised along a trajectory."""
-        return ErrorModel.along(self.plant.system, nominal, self.scales)
-
     def programs(self, nominal: Window) -> StepPrograms:
-        """Return the programs with the error model along a trajectory."""
-        scales, sets = self.scales, self.inequalities()
-        rows = sets.states.in_widths(scales.states), sets.inputs.in_widths(scales.inputs)
-        return StepPrograms(self.model(nominal), *scales.weights(self.Q, self.R), *rows, self.start)
+        """Return the programs with the system linearised along a trajectory."""
+        (A, B), (x, u, _) = self.plant.system.slopes(nominal.states[:-1], nominal.inputs), self.scales
+        start = replace(self.start_set, centre=self.start_set.centre / x, directions=self.start_set.directions / x)
+        return StepPrograms(A * x / x[:, None], B * u / x[:, None], self.weights, self.bounds, start)
 
     @cached_property
-    def _anywhere(self) -> StepPrograms:
+    def anywhere(self) -> StepPrograms:
         """The programs of a linear system, the same along every trajectory."""
         n, m, N = len(self.Q), len(self.R), self.horizon
         return self.programs(Window(np.zeros((N + 1, n)), np.zeros((N, m))))
 
     @cached_property
     def scales(self) -> Scales:
+        """The units s_x of the states, s_u of the inputs, and that of the cost."""
         return Scales.of(self.plant, self.Q, self.R)
 
-    def inequalities(self, k: int = 0) -> PlantInequalities:
-        """Return the sets as inequalities; moving bounds (linear systems only) are evaluated at steps k, …, k + N."""
-        times = self.plant.sampling_time * (k + np.arange(self.horizon + 1.0))
-        return PlantInequalities.of(self.plant, times, self.start.first_bounded)
+    @cached_property
+    def units(self) -> Array:
+        """The unit of each entry of z."""
+        x, u, _ = self.scales
+        return np.concatenate([np.tile(x, self.horizon + 1), np.tile(u, self.horizon)])
+
+    def errors(self, trajectory: Window, window: Window) -> Array:
+        """Return the scaled errors z of a trajectory."""
+        x, u = (a - b for a, b in zip(trajectory, window, strict=True))
+        return np.concatenate([x.ravel(), u.ravel()]) / self.units
+
+    def split(self, z: Array) -> Window:
+        """Return x − x_r (N + 1, n) and u − u_r (N, m) from the scaled errors z."""
+        e, v = np.split(z * self.units, [(self.horizon + 1) * len(self.Q)])
+        return Window(e.reshape(-1, len(self.Q)), v.reshape(-1, len(self.R)))
 
     @cached_property
-    def start(self) -> StartSet:
-        """The set of states from which plans may start, divided by their scales: the measured state only."""
-        return StartSet.measured(len(self.Q))
+    def weights(self) -> Array:
+        """The matrix M of the cost V = zᵀ M z, divided by its scale; e(N) has no cost."""
+        N, units = self.horizon, self.units
+        weights = scipy.linalg.block_diag(np.kron(np.diag(np.arange(N + 1) < N), self.Q), np.kron(np.eye(N), self.R))
+        return weights * units[:, None] * units / self.scales.cost
 
     @cached_property
-    def feedback(self) -> Array:
-        """K (m, n) in u = v(0) + K (x − z(0)), for plans whose start z(0) differs from the measured state.
+    def bounds(self) -> Array:
+        """The matrix that maps z to what it uses of all slacks."""
+        N, (x, u, _) = self.horizon, self.scales
+        of_states = np.kron(np.eye(N + 1)[self.first_bounded :], rows_in_widths(self.plant.state_set, x))
+        return scipy.linalg.block_diag(of_states, np.kron(np.eye(N), rows_in_widths(self.plant.input_set, u)))
 
-        It is zero here, because plans start from the measured state.
+    def tightest(self, slack: Array) -> tuple[int, int]:
+        """Return how many steps ahead the smallest slack is, and the index of its quantity: a row of X, then of U.
+
+        Of equal slacks the earliest counts.
         """
-        return np.zeros((len(self.R), len(self.Q)))
+        r, s, N = len(self.plant.state_set.rows), len(self.plant.input_set.rows), self.horizon
+        of_steps = [(range(r), i) for i in range(self.first_bounded, N + 1)] + [(range(r, r + s), i) for i in range(N)]
+        places = [(i, quantity) for rows, i in of_steps for quantity in (*rows, *rows)]  # upper bounds, then lower ones
+        largest = np.min(slack) + _TIE * (1 + abs(np.min(slack)))
+        return min(place for place, of in zip(places, slack, strict=True) if of <= largest)
 
 
 TOLERANCE = 1e-7
@@ -111,26 +141,30 @@ _ULPS = 64 * np.finfo(float).eps
 class StepProblem:
     """The problem of step `k`: the measured `state` (n,), the reference's `window` ahead, and the model of errors.
 
-    The model of errors is the linear one of the `programs`, with the `defects` (N n,) of its linearisation. Every
-    method raises ArithmeticError if the numbers are beyond the solver or floating point.
+    The system is linearised along the trajectory `nominal`, a window of N steps: the model of errors is exact on it,
+    and exact to first order near it. Every method raises ArithmeticError if the numbers are beyond the solver or
+    floating point.
     """
 
     formulation: Formulation
     k: int
     state: Array
     window: Window
-    programs: StepPrograms
-    defects: Array
+    nominal: Window
 
-    @classmethod
-    def of(cls, formulation: Formulation, k: int, state: Array, window: Window) -> Self:
-        """Return the problem of a step, linearised along the reference."""
-        return cls(formulation, k, state, window, *formulation.linearise(window, window))
+    @cached_property
+    def programs(self) -> StepPrograms:
+        """The programs in the errors z from the reference."""
+        return self.formulation.anywhere if self.formulation.is_linear else self.formulation.programs(self.nominal)
 
-    def along(self, nominal: Window) -> Self:
-        """Return the same problem, linearised along another trajectory."""
-        programs, defects = self.formulation.linearise(self.window, nominal)
-        return replace(self, programs=programs, defects=defects)
+    @cached_property
+    def defects(self) -> Array:
+        """The defects (N n,) of the model. Raises ArithmeticError if the system is undefined along `nominal`."""
+        f = self.formulation
+        found = f.defects(self.nominal).ravel() - self.programs.dynamics @ f.errors(self.nominal, self.window)
+        if not np.all(np.isfinite(found)):  # an entry of the model that is not finite makes a defect not finite, too
+            raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
+        return np.asarray(found)
 
     @cached_property
     def optimum(self) -> Plan | None:
@@ -149,12 +183,28 @@ class StepProblem:
 
     @cached_property
     def slack(self) -> Array:
-        """The slacks that the reference leaves for errors, one for each bound and step, relative to widths."""
-        return self.formulation.inequalities(self.k).slack(self.window)
+        """The slacks that the reference leaves for errors; negative for a violated bound.
+
+        Bounds that move in time (of linear systems only) are evaluated at the steps k, …, k + N.
+        """
+        plant, first = self.formulation.plant, self.formulation.first_bounded
+        times = plant.sampling_time * (self.k + np.arange(self.formulation.horizon + 1.0))
+        of_states = slacks(plant.state_set, self.window.states, times)[first:]
+        return np.append(of_states, slacks(plant.input_set, self.window.inputs, times[:-1]))
 
     def without_bounds(self) -> Plan | None:
-        """Return the optimum without bounds, if it satisfies them."""
-        plan = self.plan(self.programs.tracking.solve_equations(self._equations()), Status.NO_ACTIVE_BOUND)
+        """Return the optimum without bounds, if it satisfies them.
+
+        If plans may start off the measured state, it is the reference itself, as long as the state is in the tube
+        around it; None outside of the tube. So most steps in the tube need no quadratic program.
+        """
+        f, status = self.formulation, Status.NO_ACTIVE_BOUND
+        if f.starts_measured:
+            plan = self.plan(self.programs.tracking.solve_equations(self._equations()), status)
+        elif f.start_set.contains(self.off):
+            plan = self.plan_with(self.window.inputs, status, self.window.states[0])
+        else:
+            return None
         return plan if plan.slack >= -ROUNDING and self.ends_on_reference(plan) else None
 
     def within_tolerance(self) -> Plan | None:
@@ -189,8 +239,8 @@ class StepProblem:
         """
         f, closest, widest, tracking = self.formulation, self.closest, self.widest, self.programs.tracking
         fallback = closest or self._solve(tracking, self.slack + (TOLERANCE - widest.slack)) or widest
-        used = self.programs.bounds @ f.scales.errors(widest.trajectory, self.window)
-        quantity, steps_ahead = f.inequalities().tightest(self.slack - used, f.horizon)
+        used = self.programs.bounds @ f.errors(widest.trajectory, self.window)
+        steps_ahead, quantity = f.tightest(self.slack - used)
         constraint = f.plant.given_constraints[quantity]
         return Infeasible(
             k=self.k,
@@ -233,12 +283,12 @@ class StepProblem:
     def plan_with(self, inputs: Array, status: Status, start: Array | None = None) -> Plan:
         """Return the plan with these inputs (N, m) from the state `start` (n,), by default the measured one."""
         states = np.vstack([self.state if start is None else start, self.window.states[1:]])
-        return self.plan(self.formulation.scales.errors(Window(states, inputs), self.window), status)
+        return self.plan(self.formulation.errors(Window(states, inputs), self.window), status)
 
     def plan(self, z: Array, status: Status) -> Plan:
         """Return the plan with the start e(0) and the inputs v of the errors z; its states are those of the model."""
-        f, window, z = self.formulation, self.window, self.programs.model.predict(z, self.defects)
-        e, v = f.scales.split(z)
+        f, window, z = self.formulation, self.window, self.programs.predict(z, self.defects)
+        e, v = f.split(z)
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
         if not (np.all(np.isfinite(e)) and np.all(np.isfinite(v)) and np.isfinite(np.sum(stage_costs))):
             raise ArithmeticError("a predicted state or input overflows in float64: choose other units")
@@ -273,8 +323,8 @@ class StepProblem:
         found = program.solve(np.concatenate([equations, np.ones(len(start.lower)), -start.lower, slack]))
         if found is None:
             return None
-        z = found[: self.programs.model.dynamics.shape[1]]
-        if not len(start.directions):
+        z = found[: self.programs.dynamics.shape[1]]
+        if self.formulation.starts_measured:
             z[: len(self.off)] = equations[: len(self.off)]  # e(0) as measured, without the solver's error
         return self.plan(z, status)
 

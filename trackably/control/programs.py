@@ -3,17 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import clarabel
 import numpy as np
-import numpy.typing as npt
 import scipy
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from trackably.arrays import Array
-from trackably.control.error_model import ErrorModel
+from trackably.control.error_set import ErrorSet
 
 # An interior-point method without warm start: the result depends on the numbers only, not on earlier steps. The first
 # tolerance is tighter than the solver's default (1e-8), because a cost of 1e-8 is an error of 1e-4. If float64 does not
@@ -88,44 +86,42 @@ class Program:
         return sparse.triu(sparse.csc_array(self.P), format="csc"), sparse.csc_array(self.A)
 
 
-class StartSet(NamedTuple):
-    """All errors at which plans may start: e(0) = x − x_r − `centre` − p · `directions`, `lower` ≤ p ≤ 1, `sums` p = 1.
-
-    So `centre` + p · `directions` leads from a plan's first state to the measured state x. The shapes of `centre`,
-    `directions`, `lower` and `sums` are (n,), (q, n), (q,) and (h, q). Bounds are imposed on e(i) for
-    i ≥ `first_bounded`, which is 0 or 1.
-    """
-
-    centre: Array
-    directions: Array
-    lower: Array
-    sums: Array
-    first_bounded: int
-
-    @classmethod
-    def measured(cls, n: int) -> "StartSet":
-        """Return the set of the measured state alone, with n states.
-
-        Bounds are not imposed on this state, because no input can change it any more.
-        """
-        return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)), 1)
-
-
 @dataclass(frozen=True, eq=False)
 class StepPrograms:
-    """The programs in e(0), …, e(N) and v(0), …, v(N − 1) along one `model` of the errors.
+    """The programs of a step in z = (e(0), …, e(N), v(0), …, v(N − 1)), with e(i+1) = A_i e(i) + B_i v(i) + d_i.
 
-    All are scaled, so that a solver works with numbers near one in whatever units the plant is given: the model, the
-    weights `Q` and `R`, the `start`, and the rows of the state set (2r, n) and of the input set (2s, m), relative to
-    the widths.
+    e = x − x_r is the error of the state and v = u − u_r that of the input, with `A` (N, n, n) and `B` (N, n, m). The
+    defects d are given with each step. They contain the reference's own defects (zero up to rounding if u_r belongs to
+    x_r) and the error of a linearisation.
+
+    Plans start at e(0) = x − x_r − s with s in the set `start`, where x is the measured state. They have the cost
+    zᵀ M z with M = `weights`, and the matrix `bounds` maps z to what the bounded quantities use of their widths.
+
+    All are scaled, so that a solver works with numbers near one in whatever units the plant is given.
     """
 
-    model: ErrorModel
-    Q: Array
-    R: Array
-    state_rows: Array
-    input_rows: Array
-    start: StartSet
+    A: Array
+    B: Array
+    weights: Array
+    bounds: Array
+    start: ErrorSet
+
+    @cached_property
+    def dynamics(self) -> Array:
+        """The matrix D (N n, (N + 1) n + N m) of A_i e(i) + B_i v(i) − e(i+1), with which the model reads D z = −d."""
+        (N, n, m), i = self.B.shape, np.arange(len(self.B))
+        of_states, of_inputs = np.zeros((N, n, N + 1, n)), np.zeros((N, n, N, m))
+        of_states[i, :, i], of_states[i, :, i + 1], of_inputs[i, :, i] = self.A, -np.eye(n), self.B
+        return np.hstack([of_states.reshape(N * n, (N + 1) * n), of_inputs.reshape(N * n, N * m)])
+
+    def predict(self, z: Array, defects: Array) -> Array:
+        """Return z with its e(1), …, e(N) replaced by those that follow from its e(0), its v and the defects (N n,)."""
+        N, n, m = self.B.shape
+        found = z.copy()
+        e, v = found[: (N + 1) * n].reshape(-1, n), found[(N + 1) * n :].reshape(-1, m)
+        for i, d in enumerate(defects.reshape(N, n)):
+            e[i + 1] = self.A[i] @ e[i] + self.B[i] @ v[i] + d
+        return found
 
     @cached_property
     def tracking(self) -> Program:
@@ -146,18 +142,18 @@ class StepPrograms:
     @cached_property
     def terminal_error(self) -> Program:
         """min ‖e(N)‖ (Euclidean, scaled) with e and v within their slack. Its e(N) is unique, its plan is not."""
-        return self._program(2 * np.diag(self._is_end.astype(float)), ends=False)
+        return self._program(2 * self._end.T @ self._end, ends=False)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
-        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v), where p is that of the `StartSet`.
+        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v), where p is that of the `ErrorSet`.
 
         If the program `ends` plans, e(N) is given. If it `widens` the sets, the number t is added to the cost, and
         each bound moves out by t times its width; otherwise there is no t.
         """
-        start, (steps, count) = self.start, self.model.dynamics.shape
-        n, h, q, each = len(self.Q), len(start.sums), len(start.lower), np.eye(len(start.lower))
-        end = np.eye(count)[self._is_end if ends else []]
-        of_errors = [np.eye(n, count), None, self.model.dynamics, end, None, None, self.bounds]
+        start, (steps, count) = self.start, self.dynamics.shape
+        n, h, q, each = len(start.centre), len(start.sums), len(start.lower), np.eye(len(start.lower))
+        end = self._end if ends else self._end[:0]
+        of_errors = [np.eye(n, count), None, self.dynamics, end, None, None, self.bounds]
         of_start = [start.directions.T, start.sums, None, None, each, -each, None]
         of_widening = [*[None] * 6, -np.ones((len(self.bounds), 1))]
         columns = [of_errors, of_start, *[of_widening] * widens]
@@ -168,26 +164,8 @@ class StepPrograms:
             n + h + steps + len(end),
         )
 
-    @cached_property
-    def bounds(self) -> Array:
-        """The rows of X for e(`first_bounded`), …, e(N), and the rows of U for v."""
-        N = self.model.horizon
-        from_first = np.eye(N + 1)[self.start.first_bounded :]
-        return scipy.linalg.block_diag(np.kron(from_first, self.state_rows), np.kron(np.eye(N), self.input_rows))
-
-    @cached_property
-    def weights(self) -> Array:
-        """The matrix M of the cost V = zᵀ M z of all errors z = (e, v)."""
-        N = self.model.horizon
-        return scipy.linalg.block_diag(np.kron(np.eye(N + 1, N) @ np.eye(N, N + 1), self.Q), np.kron(np.eye(N), self.R))
-
-    @cached_property
-    def _is_end(self) -> npt.NDArray[np.bool_]:
-        """Flags of the variables of e(N) among those of e and v."""
-        N, n, m = self.model.B.shape
-        return np.repeat([False, True, False], [N * n, n, N * m])
-
-    @cached_property
-    def moves(self) -> npt.NDArray[np.bool_]:
-        """Flags of the variables that a search may move: all but e(0) and e(N)."""
-        return ~self._is_end & (np.arange(len(self._is_end)) >= len(self.Q))
+    @property
+    def _end(self) -> Array:
+        """The matrix that maps z to e(N)."""
+        N, n, _ = self.B.shape
+        return np.eye(len(self.weights))[N * n : (N + 1) * n]

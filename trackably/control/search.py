@@ -1,5 +1,6 @@
 """Plan one step of a nonlinear system: by linearisations near the guess, and by a search if they do not converge."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,15 @@ from trackably.systems.reference import Window
 _scipy: Any = scipy  # its type annotations lack arguments that are used here
 
 
-def starts(formulation: Formulation, state: Array, window: Window, initial_guess: Array | None) -> list[Window]:
-    """Return trajectories from `state` (n,) to the end of the reference's `window`, the most promising first.
+def starts(problem: StepProblem, initial_guess: Array | None) -> list[Window]:
+    """Return trajectories from the measured state to the end of the reference, the most promising first.
 
     They are: the simulation with the inputs `initial_guess` (N, m); the reference; the simulation with the reference's
     inputs; a straight line with these inputs; and the simulation with the middle of the input set.
     """
-    system, N = formulation.plant.system, formulation.horizon
-    middle = np.tile(formulation.plant.input_set.centre, (N, 1))
+    plant, state, window = problem.formulation.plant, problem.state, problem.window
+    system, N = plant.system, problem.formulation.horizon
+    middle = np.tile(plant.input_set.centre, (N, 1))
     line = np.linspace(state, window.states[-1], N + 1)
     found = [
         window,
@@ -32,19 +34,20 @@ def starts(formulation: Formulation, state: Array, window: Window, initial_guess
     ]
     if initial_guess is not None:
         found.insert(0, apply_inputs(system, state, initial_guess))
-    return [between(formulation, trajectory, state, window) for trajectory in found]
+    return [between(problem, trajectory) for trajectory in found]
 
 
-def between(formulation: Formulation, trajectory: Window, state: Array, window: Window) -> Window:
-    """Return `trajectory` with its first state replaced by `state`, and its last by that of the reference's `window`.
+def between(problem: StepProblem, trajectory: Window) -> Window:
+    """Return a trajectory with its first state replaced by the measured one, and its last by that of the reference.
 
     Inputs and inner states are pulled into their sets. Inner states that are not finite become those of the reference.
     """
+    plant, of_reference = problem.formulation.plant, problem.window.states
     defined = np.all(np.isfinite(trajectory.states), axis=1)[:, None]
-    inside = np.where(defined, trajectory.states, window.states)[1:-1]
-    inner = [pull_inside(formulation.plant.state_set, x) for x in inside]
-    inputs = [pull_inside(formulation.plant.input_set, u) for u in trajectory.inputs]
-    return Window(np.vstack([state, *inner, window.states[-1]]), np.array(inputs))
+    inside = np.where(defined, trajectory.states, of_reference)[1:-1]
+    inner = [pull_inside(plant.state_set, x) for x in inside]
+    inputs = [pull_inside(plant.input_set, u) for u in trajectory.inputs]
+    return Window(np.vstack([problem.state, *inner, of_reference[-1]]), np.array(inputs))
 
 
 def apply_inputs(system: System, state: Array, inputs: Array) -> Window:
@@ -72,8 +75,8 @@ def missed_by(formulation: Formulation, at: Window) -> float:
     return missed if np.isfinite(missed) else np.inf
 
 
-def minimise(formulation: Formulation, start: Window, window: Window, weight: float = 1.0) -> Window:
-    """Return the trajectory at which a search for the least `weight` · V ends, from `start` to the end of `window`.
+def minimise(problem: StepProblem, start: Window, weight: float = 1.0) -> Window:
+    """Return the trajectory at which a search for the least `weight` · V ends, which begins at the trajectory `start`.
 
     V is the cost of a plan; with `weight` 0, any plan will do. The states between the first and the last one are
     variables, as are the inputs. So the search may begin with a trajectory that the system does not follow, and an
@@ -81,10 +84,11 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
     1988: A software package for sequential quadratic programming). If `missed_by` of the result exceeds `FOLLOWED`, the
     system does not follow it, and no plan was found.
     """
-    scales, programs = formulation.scales, formulation.programs(start)
-    moves, weights, bounds = programs.moves, weight * programs.weights, programs.bounds
-    first = scales.errors(start, window)
-    limits = formulation.inequalities().slack(window) - bounds @ np.where(moves, 0.0, first)
+    formulation, window = problem.formulation, problem.window
+    weights, bounds, first = weight * formulation.weights, formulation.bounds, formulation.errors(start, window)
+    (steps, n), moves = window.states.shape, np.full(len(first), True)
+    moves[:n] = moves[(steps - 1) * n : steps * n] = False
+    limits = problem.slack - bounds @ np.where(moves, 0.0, first)
     bounded = bounds[:, moves].any(axis=1)
     inner = bounds[bounded][:, moves]
 
@@ -94,14 +98,14 @@ def minimise(formulation: Formulation, start: Window, window: Window, weight: fl
         return found
 
     def trajectory(z: Array) -> Window:
-        return scales.trajectory(whole(z), window)
+        return Window(*map(np.add, window, formulation.split(whole(z))))
 
     def defects(z: Array) -> Array:
         found = formulation.defects(trajectory(z))
         return np.where(np.isfinite(found), found, _UNDEFINED).ravel()
 
     def slopes(z: Array) -> Array:
-        return np.nan_to_num(formulation.model(trajectory(z)).dynamics[:, moves])
+        return np.nan_to_num(formulation.programs(trajectory(z)).dynamics[:, moves])
 
     followed = {"type": "eq", "fun": defects, "jac": slopes}
     kept = {"type": "ineq", "fun": lambda z: limits[bounded] - inner @ z, "jac": lambda z: -inner}
@@ -128,10 +132,10 @@ _AS_CHEAP = 1e-12
 """Costs that differ by less than this part of the scale of the cost count as equal."""
 
 
-def solve_by_linearisation(
-    formulation: Formulation, k: int, state: Array, window: Window, initial_guess: Array | None
-) -> Plan | Infeasible:
-    """Solve step `k` by sequential linearisation, from the inputs `initial_guess` (N, m) or from the reference.
+def solve_by_linearisation(reference: StepProblem, initial_guess: Array | None) -> Plan | Infeasible:
+    """Solve a step by sequential linearisation, from the inputs `initial_guess` (N, m) or from the reference.
+
+    `reference` is the problem of the step, linearised along the reference.
 
     Full steps come first: each problem is linearised along the plan of the one before. If they lead to no plan, or to
     one that costs more than an admissible guess, searches from several `starts` follow (`minimise`). The result is
@@ -140,15 +144,14 @@ def solve_by_linearisation(
     the cost never rises, whatever the search does. Raises ArithmeticError if no plan is found and the last
     linearisation does not explain why, or if the system is undefined along the reference.
     """
-    reference = StepProblem.of(formulation, k, state, window)
+    _ = reference.defects  # computed here, to raise ArithmeticError at once
     problem, kept = (reference, None) if initial_guess is None else _problem_at_guess(reference, initial_guess)
-    near = _by_full_steps(problem)
-    if isinstance(near, Plan) and (kept is None or near.cost <= kept.cost + _AS_CHEAP * formulation.scales.cost):
+    near, tie = _by_full_steps(problem), _AS_CHEAP * reference.formulation.scales.cost
+    if isinstance(near, Plan) and (kept is None or near.cost <= kept.cost + tie):
         return near if kept is None or near.cost <= kept.cost else kept
     if kept is None:
         return _search(problem, initial_guess, near)
-    found = minimise(formulation, between(formulation, kept.trajectory, state, window), window)
-    plan = _converge_from(problem, found)
+    plan = _converge_from(problem, minimise(problem, between(problem, kept.trajectory)))
     return plan if plan is not None and plan.cost < kept.cost else kept
 
 
@@ -158,7 +161,8 @@ def _problem_at_guess(reference: StepProblem, guess: Array) -> tuple[StepProblem
     If the system is undefined along the guess, return the problem along the reference.
     """
     try:
-        problem = reference.along(apply_inputs(reference.formulation.plant.system, reference.state, guess))
+        along_guess = apply_inputs(reference.formulation.plant.system, reference.state, guess)
+        problem = replace(reference, nominal=along_guess)
         plan = problem.plan_with(guess, Status.KEPT)
     except ArithmeticError:
         return reference, None
@@ -175,7 +179,7 @@ def _by_full_steps(problem: StepProblem) -> Plan | Infeasible | None:
             plan = problem.optimum or problem.widest
             if _is_reached(problem.formulation, plan.trajectory):
                 return problem.answer
-            problem = problem.along(plan.trajectory)
+            problem = replace(problem, nominal=plan.trajectory)
     except (ArithmeticError, np.linalg.LinAlgError):
         return None
     return None
@@ -187,11 +191,10 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
     `near` is the answer of full steps (repeated linearisations), None if they did not converge.
     """
     tried: list[Window] = []
-    for start in starts(problem.formulation, problem.state, problem.window, initial_guess):
-        tried.append(found := minimise(problem.formulation, start, problem.window, 0.0))
+    for start in starts(problem, initial_guess):
+        tried.append(found := minimise(problem, start, 0.0))
         if missed_by(problem.formulation, found) <= FOLLOWED:
-            cheaper = minimise(problem.formulation, found, problem.window)
-            plan = _converge_from(problem, cheaper) or _converge_from(problem, found)
+            plan = _converge_from(problem, minimise(problem, found)) or _converge_from(problem, found)
             if plan is not None:
                 return plan
     if isinstance(near, Infeasible):
@@ -210,7 +213,7 @@ def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
     if missed_by(problem.formulation, found) > FOLLOWED:
         return None
     try:
-        near = problem.along(found)
+        near = replace(problem, nominal=found)
         if isinstance(converged := _by_full_steps(near), Plan):
             return converged
         plan = near.plan_with(found.inputs, Status.ADMISSIBLE)
@@ -226,7 +229,7 @@ def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible
     although the search found none, or if the solver fails.
     """
     try:
-        near = problem.along(closest)
+        near = replace(problem, nominal=closest)
         result = _by_full_steps(near)
         if isinstance(result, Infeasible):
             return result

@@ -8,15 +8,15 @@ from reprlib import repr as short
 
 import numpy as np
 
-from trackably.arguments import instance, numbers, whole
+from trackably.arguments import array, instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
+from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference, TrackedReference, check_reference, nearest_turns
 from trackably.control.stepping import (
     Disturbances,
     Infeasible,
     Plan,
     Status,
-    SteppedController,
     StepResult,
     Successor,
     Unsolved,
@@ -133,7 +133,7 @@ def apply_fallback_for(steps: int) -> InfeasibilityPolicy:
 
 
 def simulate(
-    controller: SteppedController,
+    controller: Controller,
     reference: TrackedReference,
     initial_state: ArrayLike,
     steps: int,
@@ -283,10 +283,9 @@ def worst_plant(
     """
     instance("worst_plant: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
     instance("worst_plant: model_error", model_error, ModelError, "a ModelError")
-    K, steps = numbers("worst_plant: feedback", feedback), whole("worst_plant: steps", steps, least=1)
-    window, (n, m) = reference.window(first_step, steps), plant.linear.B.shape
-    if K.shape != (m, n):
-        raise ValueError(f"worst_plant: feedback: K must have shape ({m}, {n}), got {K.shape}")
+    n, m = plant.linear.B.shape
+    K, steps = array("worst_plant: feedback", feedback, m, n), whole("worst_plant: steps", steps, least=1)
+    window = reference.window(first_step, steps)
     A, B, c = (np.array([getattr(vertex, name) for vertex in model_error.vertices]) for name in "ABc")
     rows, A_K = error_rows(plant, K), closed_loop(plant.linear, K)
     directions = np.vstack([sign * rows @ np.linalg.matrix_power(A_K, ahead) for ahead in _AHEAD for sign in (1, -1)])
@@ -306,16 +305,13 @@ def worst_plant(
         states.append(x)
         inputs.append(u)
         chosen.append(pick)
-    found = []
-    for constraint in plant.given_constraints:
-        row = np.array([float(r) for r in constraint.row])
-        values = np.array(states if constraint.side == "state" else inputs) @ row
-        over = np.maximum(values - constraint.bounds.upper, constraint.bounds.lower - values)
-        k, p = divmod(int(np.argmax(over)), over.shape[1])
-        violation, vertices = float(over[k, p]), tuple(int(pick[p]) for pick in chosen)
-        path = np.array([x[p] for x in states])
-        worst = WorstPlant(constraint.name, first_step + k, violation, first_step, vertices, path)
-        found.append((worst.violation / constraint.bounds.width, worst))
-    if not found:
+    if not (constraints := plant.given_constraints):
         raise ValueError("worst_plant: expected a plant with bounds of states or inputs, got one without")
-    return max(found, key=lambda each: each[0])[1]
+    values = {"state": np.array(states), "input": np.array(inputs)}
+    excesses = [-of.bounds.margin(values[of.side] @ np.array(of.row, dtype=float)) for of in constraints]
+    over, worst = max(
+        zip(excesses, constraints, strict=True), key=lambda each: float(np.max(each[0])) / each[1].bounds.width
+    )
+    k, p = divmod(int(np.argmax(over)), over.shape[1])
+    vertices, path = tuple(int(pick[p]) for pick in chosen), values["state"][:, p]
+    return WorstPlant(worst.name, first_step + k, float(over[k, p]), first_step, vertices, path)

@@ -1,21 +1,13 @@
-"""A step of a controller: the interface of controllers, the arguments of a step, and its result."""
+"""Results of a controller's step, and the functions that a simulation calls at each step."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
-from trackably.arguments import array, numbers, whole
-from trackably.arrays import Array, ArrayLike
-from trackably.control.bounds import pull_inside
-from trackably.control.references import TrackedReference, check_reference, check_window
-from trackably.systems.constrained import ConstrainedSystem
+from trackably.arrays import Array
 from trackably.systems.intervals import array_text
-from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
 
 ROUNDING = 1e-12
@@ -161,58 +153,6 @@ class Unsolved:
 
 
 StepResult = Plan | Infeasible | Unsolved
-
-
-class SteppedController(ABC):
-    """A predictive controller of a `plant`, with a `horizon` of N steps: `Controller`, or `TubeController`."""
-
-    plant: ConstrainedSystem
-    horizon: int
-
-    def step(
-        self, k: int, state: ArrayLike, reference: TrackedReference, initial_guess: ArrayLike | None = None
-    ) -> StepResult:
-        """Return the optimal plan at step `k` from the measured `state` (n,), or the reason why there is none.
-
-        For a nonlinear system the optimum is searched near the inputs `initial_guess` (N, m), by default near the
-        reference. If this finds no plan, a few other trajectories are tried. The last plan, shifted by a step, is a
-        good guess (`shifted_inputs`). Whole turns are added to the angles of the reference, so that they are near the
-        state's. A linear system has one optimum and needs no guess. A step ends in one of these ways:
-
-        - `Plan`: an optimal plan, for a nonlinear system a local optimum.
-        - `Infeasible`: there is no plan; for a nonlinear system, none was found (`is_local`).
-        - `Unsolved`: neither is known, because the numbers are beyond the solver or floating point, the search ends
-          without an explanation, or a formula of the system or of the reference is undefined.
-        - ValueError: the state is not n finite numbers, the guess is not (N, m), the reference is of another system, or
-          it does not reach from step k to step k + N. TypeError: an argument is of another type.
-        """
-        plant, N = self.plant, self.horizon
-        n, m = len(plant.system.states), len(plant.system.inputs)
-        k, x = whole("controller: k", k), array(f"controller: state at step {k}", state, n)
-        check_reference("controller", reference, plant)
-        guess = None if initial_guess is None else numbers("controller: initial_guess", initial_guess)
-        if guess is not None and guess.shape != (N, m):
-            raise ValueError(f"controller: initial_guess must have shape {(N, m)}, got {guess.shape}")
-        safe = () if guess is None else (guess[0],)
-        try:
-            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # infinities and NaN are refused
-                window = reference.window(k, N)
-                check_window(window, (N, n, m))
-                safe = (*safe, window.inputs[0])
-                if not all(np.all(np.isfinite(values)) for values in window):
-                    raise ArithmeticError("the reference has states or inputs in the horizon that are not finite")
-                return self._solve(k, x, window, guess)
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
-            return Unsolved(k, str(error), _first_admissible(plant.input_set.at(k * plant.sampling_time), safe))
-
-    @abstractmethod
-    def _solve(self, k: int, state: Array, window: Window, initial_guess: Array | None, /) -> Plan | Infeasible:
-        """Return the answer of a step, given the `window` of the reference ahead and the guess (N, m)."""
-
-
-def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:
-    """Return the first of some inputs (m,) that is finite, pulled into the set; its centre if none is finite."""
-    return next((pull_inside(input_set, u) for u in inputs if np.all(np.isfinite(u))), input_set.centre)
 
 
 Successor = Callable[[int, Array, Array], Array]

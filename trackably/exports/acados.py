@@ -8,7 +8,7 @@ import numpy as np
 from trackably.arguments import whole
 from trackably.arrays import Array
 from trackably.control.references import unwrap_near
-from trackably.exports.proved import Proved, proved_steps
+from trackably.exports.proved import Proved, proved_times
 
 
 class StageReferences(NamedTuple):
@@ -35,9 +35,10 @@ class SlidingReferences:
         ValueError: a step from k to k + N is not proved.
         """
         k = whole("to_acados: k", k)
-        proved_steps(self.proved, k, self.horizon + 1)
-        window = self.proved.reference.window(k, self.horizon)
-        states, inputs = window if state is None else unwrap_near(self.proved.reference.plant, window, state)
+        reference = self.proved.reference
+        proved_times(self.proved, reference.instants(k + np.arange(self.horizon + 1.0)))
+        window = reference.window(k, self.horizon)
+        states, inputs = window if state is None else unwrap_near(reference.plant, window, state)
         return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
 
     def set_in(self, solver: Any, k: int, state: Array | None = None) -> None:

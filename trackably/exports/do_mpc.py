@@ -10,7 +10,7 @@ import numpy as np
 
 from trackably.arguments import real
 from trackably.arrays import ArrayLike
-from trackably.exports.proved import Proved, proved_times, require_known, values_at
+from trackably.exports.proved import Proved, require_known, values_at
 
 Parameters = Mapping[str, str | Sequence[str]]
 """For each time-varying parameter of a model, the state or input that it holds, or several of them."""
@@ -42,7 +42,6 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
         # Angles are unwrapped from the controller's start on, so that they do not jump between calls.
         before = steps[0] - np.arange(elapsed, 0.0, -1.0) if plant.angles else steps[:0]
         every = np.concatenate([before, steps])
-        proved_times(proved, proved.reference.instants(every))
         values, template = values_at(proved, every), controller.get_tvp_template()
         for name, held in names.items():
             for k, row in enumerate(np.column_stack([values[of] for of in held])[len(before) :]):

@@ -56,13 +56,6 @@ def proved_times(proved: Proved, times: ArrayLike) -> Array:
     return t
 
 
-def proved_steps(proved: Proved, first: int, count: int) -> Array:
-    """Return the steps k = `first`, …, `first` + `count` − 1. ValueError: a step is not proved."""
-    k = whole("first", first) + np.arange(float(whole("count", count, least=1)))
-    proved_times(proved, proved.reference.instants(k))
-    return k
-
-
 _MOST = 2000  # margins are computed at no more than this many times
 _TINY = 1e-9  # in sampling times: an end that rounding puts past a step by less than this counts as the step
 
@@ -133,20 +126,21 @@ def margins_found(proved: Proved) -> list[Reached]:
 
 
 def values_at(proved: Proved, steps: Array) -> dict[str, Array]:
-    """Return the values (K,) of each state, then of each input, by name, at K consecutive steps. Angles do not jump."""
+    """Return the values (K,) of each state, then of each input, by name, at K consecutive steps. Angles do not jump.
+
+    ValueError: a step is not proved.
+    """
+    proved_times(proved, proved.reference.instants(steps))
     reference, plant = proved.reference, proved.reference.plant
     values = np.hstack([plant.unwrap(reference.state(steps)), reference.input(steps)])
     return dict(zip(plant.names, values.T, strict=True))
 
 
 def chosen_steps(proved: Proved, first: int | None, count: int | None) -> Array:
-    """Return `count` steps from `first` on, by default those between the `ends` worth showing.
-
-    ValueError: a step is not proved.
-    """
+    """Return `count` steps from `first` on, by default those between the `ends` worth showing."""
     shown, last = _steps_between(proved, *ends(proved))
     begin = shown if first is None else whole("first", first)
-    return proved_steps(proved, begin, max(last - begin + 1, 1) if count is None else count)
+    return begin + np.arange(float(max(last - begin + 1, 1) if count is None else whole("count", count, least=1)))
 
 
 def require_known(what: str, named: Iterable[str], proved: Proved) -> None:

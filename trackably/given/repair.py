@@ -16,7 +16,7 @@ from trackably.arrays import Array, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.control.bounds import Inequalities
+from trackably.control.bounds import slacks
 from trackably.control.programs import Program
 from trackably.given.accepted import RepairDistance
 from trackably.given.certify import CertifiedReference, Given
@@ -269,8 +269,8 @@ def _start_states(given: Given) -> Array | None:
     if given.beyond == "period":
         return None
     at_start = given.reference.state_at(np.asarray(given.span[0]))
-    slacks = Inequalities.of(given.plant.state_set).slack(at_start)
-    return at_start if np.all(slacks > _BACKOFFS[0]) else None
+    left = slacks(given.plant.state_set, at_start)
+    return at_start if np.all(left > _BACKOFFS[0]) else None
 
 
 def _not_found(broken: Counterexample, backoff: float, near: Nearest) -> Unproved:

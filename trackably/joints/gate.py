@@ -19,7 +19,7 @@ from trackably.checker import Failed
 from trackably.given.accepted import NotAcceptedError
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, within_limits
 from trackably.joints.limits import Joints
-from trackably.joints.repair import repair_joints
+from trackably.joints.repair import beyond_limits, repair_joints
 from trackably.joints.trajectory import JointTrajectory, hermite
 
 _CLOSEST = 1e-6  # s: the gate makes no shorter pieces
@@ -76,9 +76,8 @@ class Gate:
         ValueError: a position is outside its limits, or the shape does not fit.
         """
         q, t = array("gate: positions", positions, len(self.joints.names)), real("gate: now", now)
-        for name, at, (low, high) in zip(self.joints.names, q.tolist(), self.joints.position.tolist(), strict=True):
-            if not low <= at <= high:
-                raise ValueError(f"gate: the position of {name} must be in [{low:g}, {high:g}], got {at:g}")
+        if reason := beyond_limits(self.joints, q[None]):
+            raise ValueError(f"gate: no motion can begin here: {reason}")
         return self._prove(JointTrajectory(self.joints.names, [t, t + 1.0], q[:, None, None]))
 
     def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -49,28 +49,23 @@ def read_joint_trajectory(
         return _trajectory(*_points(content), upsampled)
 
 
-Point = tuple[int, list[Array]]
-"""A time [ns] since the message's start, and the positions, velocities and accelerations of all joints.
+def _trajectory(joints: tuple[str, ...], since: list[int], fields: Array, upsampled: bool) -> JointTrajectory:
+    """Return the polynomial pieces that the controller interpolates between points at times `since` the start [ns].
 
-A field that the message leaves out is empty.
-"""
-
-
-def _trajectory(joints: tuple[str, ...], points: Sequence[Point], upsampled: bool) -> JointTrajectory:
-    """Return the polynomial pieces that the controller interpolates between the points."""
-    if len(points) < 2:
+    `fields` has the positions, velocities and accelerations, shape (3, K, J); a field that a point leaves out is NaN.
+    """
+    if len(since) < 2:
         raise ValueError(
             "two points at least are needed, as a message does not say where the joints are before its first point"
         )
-    times = [time / NANOSECONDS for time, _ in points]
-    if upsampled and all([field.size > 0 for field in fields] == [True, False, False] for _, fields in points):
-        return JointTrajectory.through(times, [fields[0] for _, fields in points], names=joints, upsampled=True)
+    times = [time / NANOSECONDS for time in since]
+    if upsampled and np.all(np.isnan(fields[1:])):
+        return JointTrajectory.through(times, fields[0], names=joints, upsampled=True)
     parts = []
-    for i, ((_, first), (_, second)) in enumerate(pairwise(points)):
-        q, v, a = (np.stack(both) if all(one.size for one in both) else None
-                   for both in zip(first, second, strict=True))  # fmt: skip
-        assert q is not None, "all points have positions"
-        parts.append(JointTrajectory.through(times[i : i + 2], q, v, a, joints).coefficients)
+    for i in range(len(times) - 1):
+        (q, *others), ends = fields[:, i : i + 2], times[i : i + 2]
+        v, a = (None if np.any(np.isnan(of)) else of for of in others)
+        parts.append(JointTrajectory.through(ends, q, v, a, joints).coefficients)
     return JointTrajectory(joints, times, join(parts, 1))
 
 
@@ -90,7 +85,8 @@ def _receive(file: Path, topic: str | None, number: int) -> Any:
     return received[number].content()
 
 
-def _points(content: Any) -> tuple[tuple[str, ...], list[Point]]:
+def _points(content: Any) -> tuple[tuple[str, ...], list[int], Array]:
+    """Return the joints of a message, and its points as `_trajectory` takes them."""
     if (inner := _field(content, "trajectory")) is not None:  # the goal of an action contains the message
         content = inner
     joints, points = _field(content, "joint_names"), _field(content, "points")
@@ -98,13 +94,15 @@ def _points(content: Any) -> tuple[tuple[str, ...], list[Point]]:
         raise ValueError("expected a JointTrajectory, with joint_names and points")
     known = names("joint_names", [*joints])
     found = [_point(f"points[{i}]", point, len(known)) for i, point in enumerate(points)]
-    for i, ((a, _), (b, _)) in enumerate(pairwise(found), start=1):
+    since = [time for time, _ in found]
+    for i, (a, b) in enumerate(pairwise(since), start=1):
         if not a < b:
             raise ValueError(f"points[{i}]: time_from_start must increase from point to point")
-    return known, found
+    return known, since, np.array([of for _, of in found]).reshape(-1, len(FIELDS), len(known)).swapaxes(0, 1)
 
 
-def _point(what: str, point: Any, count: int) -> Point:
+def _point(what: str, point: Any, count: int) -> tuple[int, list[Array]]:
+    """Return the time of a point [ns], and its fields, each of shape (J,)."""
     since = _field(point, "time_from_start")
     sec, nanosec = _field(since, "sec"), _field(since, "nanosec")
     if sec is None:
@@ -118,7 +116,7 @@ def _point(what: str, point: Any, count: int) -> Point:
             raise ValueError(f"{what}: {name} must be {count} finite numbers, or none at all")
         if not fields and not of.size:
             raise ValueError(f"{what}: expected positions, got none, which the controller refuses by default, too")
-        fields.append(of)
+        fields.append(of if of.size else np.full(count, np.nan))
     return time, fields
 
 
@@ -142,15 +140,13 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
     count = 1 + (trajectory.degree > 1) + (trajectory.degree > 3)
     ends = trajectory.breakpoints
     nanoseconds = [int(t) for t in np.rint((ends - ends[0]) * NANOSECONDS).tolist()]
-    values, before = {}, trajectory.at_ends(count)
-    for order, name in enumerate(FIELDS[:count]):
-        after = replace(trajectory, rests=False)(ends, order)
-        jump = float(np.max(np.abs(after[1:-1] - before[order, :-1]), initial=0.0))
-        if jump > _MOST_JUMPED:
+    before, after = trajectory.at_ends(count), replace(trajectory, rests=False).state(ends, count)
+    values = dict(zip(FIELDS, after, strict=False))
+    for name, jumps in zip(values, after[:, 1:-1] - before[:, :-1], strict=True):
+        if (jump := np.max(np.abs(jumps), initial=0.0)) > _MOST_JUMPED:
             raise ValueError(
                 f"write_joint_trajectory: expected {name} that do not jump, because a point has one value only, got a "
                 f"jump by {jump:.3g}"
             )
-        values[name] = after
     points = ros2.JointPoints(trajectory.names, nanoseconds, values)
     return ros2.write("write_joint_trajectory", points, path, topic)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import PPoly
+from scipy.interpolate import BSpline
 
 from trackably.arguments import array, numbers
 from trackably.arrays import Array, subdivide
@@ -80,7 +80,7 @@ def repair_joints(
     if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(given, joints, tolerance)
-    if reason := _beyond_limits(joints, held):
+    if reason := beyond_limits(joints, held):
         return make_unproved(given, joints, reason)
     splines = HeldSplines.of(given, joints.order)
     for backoff in _BACKOFFS:
@@ -89,8 +89,8 @@ def repair_joints(
             within = f"{seconds:g} s" if perf_counter() > until else "the given duration within its limits"
             reason = f"no spline of {joints.names[len(columns)]} was found in {within}"
             break
-        parts = [PPoly.from_spline((splines.padded, c, _DEGREE)).c[::-1, _DEGREE : splines.count].T for c in columns]
-        found = JointTrajectory(given.names, splines.knots, np.stack(parts), given.rests)
+        spline = BSpline(splines.padded, np.column_stack(columns), _DEGREE)
+        found = JointTrajectory.of(spline, given.names, given.rests)
         try:
             return CertifiedTrajectory(found, joints, tolerance, _distances(given, found))
         except NotAcceptedError as refused:
@@ -108,8 +108,10 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
     return np.vstack([held[:R], np.zeros((max(R - len(held), 0), held.shape[1]))])
 
 
-def _beyond_limits(joints: Joints, held: Array) -> str:
-    """Return a sentence about the first value of the start that is outside of its limits; "" if there is none.
+def beyond_limits(joints: Joints, held: Array) -> str:
+    """Return a sentence about the first value of a start that is outside of its limits; "" if there is none.
+
+    The start `held` has positions and their derivatives, shape (orders, J).
 
     An excess that may be due to rounding does not count.
     """

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from trackably.certificates.goal import for_all_times
 from trackably.certificates.judge import judge
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.checker.certificate import AllPhases, AllTimes
-from trackably.control.stepping import Plan, SteppedController, StepResult
+from trackably.control.stepping import Plan, StepResult
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
@@ -25,6 +26,9 @@ from trackably.learning.space import SearchSpace
 from trackably.reference.fit import Fit
 from trackably.reference.request import Measurements, SamplesLike
 from trackably.reference.trackable import TrackableReference
+
+if TYPE_CHECKING:
+    from trackably.control.controller import Controller
 
 # Learn a reference again from each window of samples, starting from the result of the last window.
 
@@ -145,7 +149,7 @@ class Relearner:
         return learn_certified(problem, plant, for_all_times(samples, prior, plant), learner=learner, last=near)
 
     def step(
-        self, controller: SteppedController, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None
+        self, controller: Controller, k: int, state: ArrayLike, initial_guess: ArrayLike | None = None
     ) -> StepResult:
         """Return the controller's plan at step `k` from `state` (n,), or why there is none, as `Controller.step` does.
 

@@ -7,7 +7,7 @@ import numpy as np
 from pipeline.disturbed import near_bounds
 from tests.trackably.systems.disturbance.instances import random_disturbed
 from tests.trackably.systems.forms.instances import eight
-from trackably.control.controller import Controller, scaled_controller
+from trackably.control.controller import Controller
 from trackably.control.stepping import Plan
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
@@ -54,7 +54,7 @@ def instance(seed: int) -> Instance:
     rng, plant = np.random.default_rng(seed), random_disturbed(seed).plant
     if seed % 2:
         plant = replace(plant, input_set=Polytope.box(plant.input_set.lower / 20, plant.input_set.upper / 20))
-    controller = scaled_controller(plant, int(rng.integers(5, 21)))
+    controller = Controller(plant, int(rng.integers(5, 21)))
     reference = near_bounds(plant, rng, STEPS + 20, 1.0 if seed % 3 == 0 else rng.uniform(0.6, 0.98))
     away = (plant.state_set.upper - plant.state_set.lower) * rng.standard_normal(plant.state_set.dimension)
     while not isinstance(controller.step(0, reference.state(0) + away, reference), Plan):

@@ -11,7 +11,7 @@ from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 
 
-def _program(controller: Controller | TubeController, plant: ConstrainedSystem, k: int, reference, wider: float = 0.0):
+def _program(controller: Controller, plant: ConstrainedSystem, k: int, reference, wider: float = 0.0):
     """Return the cost V, x and u with what they keep but for start and end, and the end's miss x(k+N) − x_r(k+N)."""
     system, N = plant.system, controller.horizon
     n, m = system.B.shape

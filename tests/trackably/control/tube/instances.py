@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.disturbed import near_bounds
 from tests.trackably.systems.disturbance.instances import CART, EXAMPLE1, random_disturbed
-from trackably.control.controller import scaled_controller
+from trackably.control.controller import Controller
 from trackably.control.tube import TubeController
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
@@ -35,7 +35,7 @@ class Loop:
 
     @cached_property
     def controller(self) -> TubeController:
-        nominal = scaled_controller(self.tightening.plant, self.horizon)
+        nominal = Controller(self.tightening.plant, self.horizon)
         return TubeController(self.tightening, self.horizon, nominal.Q, nominal.R)
 
     @cached_property
