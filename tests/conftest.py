@@ -1,7 +1,9 @@
 """Pin kernels and threads as stages do, take the same random examples everywhere, and run long files first."""
 
 import pipeline  # noqa: F401, I001  first: it chooses kernels, which NumPy does not change once it is loaded
+import gc
 import signal
+from collections.abc import Generator
 
 import pytest
 import scipy.linalg  # noqa: F401  only what is loaded can be asked
@@ -48,6 +50,17 @@ _LONGEST = (
     "test_near.py",
     "test_workers.py",
 )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keep all that is loaded with the tests from the garbage collector, which would look through it over and over."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
