@@ -1,7 +1,9 @@
 """Pin kernels and threads as stages do, take the same random examples everywhere, and run long files first."""
 
 import pipeline  # noqa: F401, I001  first: it chooses kernels, which NumPy does not change once it is loaded
+import gc
 import signal
+from collections.abc import Generator
 
 import pytest
 import scipy.linalg  # noqa: F401  only what is loaded can be asked
@@ -20,19 +22,17 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
 _LONGEST = (
     "test_theorem.py",
+    "test_pages.py",
     "test_left_out.py",
     "test_stages.py",
     "test_soundness.py",
     "test_liars.py",
     "test_browser.py",
-    "test_stopping.py",
-    "test_pages.py",
     "test_defaults.py",
     "test_huge.py",
     "test_tampering.py",
     "test_budget.py",
     "test_site.py",
-    "test_evaluated.py",
     "test_chains.py",
     "test_impossible.py",
     "test_windows.py",
@@ -48,6 +48,17 @@ _LONGEST = (
     "test_near.py",
     "test_workers.py",
 )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keep all that is loaded with the tests from the garbage collector, which would look through it over and over."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -14,17 +14,12 @@ PARAMS = (ROOT / "params.yaml").read_text(encoding="utf-8")
 
 
 def changed(entry: str, *changes: tuple[str, str], text: str = PARAMS) -> str:
-    """Replace in one entry; what is replaced must stand there exactly once."""
-    whole = block = _entry(entry, text)
+    """Return an entry with its replacements, each of what stands there exactly once; others take time to read."""
+    block = _entry(entry, text)
     for old, new in changes:
         assert block.count(old) == 1, f"{entry}: {old!r} stands there {block.count(old)} times"
         block = block.replace(old, new)
-    return text.replace(whole, block)
-
-
-def alone(entry: str, text: str = PARAMS) -> str:
-    """Leave all other entries out, which take time to read."""
-    return f"experiments:\n{_entry(entry, text)}"
+    return f"experiments:\n{block}"
 
 
 def _entry(entry: str, text: str) -> str:
@@ -70,7 +65,7 @@ def recorded(folder: Path, times: Array, levels: Array, line: str = "") -> Exper
         ("field: level", "value_column: x"),
         ("{start: 0.0, end: 240.0, held_out: 60.0}", "{end: 3000.0}"),
     )
-    return load_experiment("tank", written_to(folder, alone("tank", entry)))
+    return load_experiment("tank", written_to(folder, entry))
 
 
 EXAMPLE1 = changed(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.pipeline.command import refused
-from tests.pipeline.params import alone, written_to
+from tests.pipeline.params import changed, written_to
 from tests.pipeline.stages import run_here
 
 BAD_SAMPLES = {
@@ -18,6 +18,6 @@ BAD_SAMPLES = {
 @pytest.mark.parametrize(("text", "names"), BAD_SAMPLES.values(), ids=BAD_SAMPLES)
 def test_unusable_samples_are_one_sentence(text: str, names: str, tmp_path: Path) -> None:
     (tmp_path / "samples.csv").write_text(text)
-    written_to(tmp_path, alone("example1").replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv")))
+    written_to(tmp_path, changed("example1").replace("data/paper/example1_samples.csv", str(tmp_path / "samples.csv")))
     refused(run_here("generate", tmp_path), names)
     assert not (tmp_path / "results").exists()

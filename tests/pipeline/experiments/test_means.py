@@ -7,16 +7,14 @@ import pytest
 from pipeline.experiments import load_experiment
 from pipeline.experiments.model import with_learned_means
 from pipeline.generate import sampled_by
-from tests.pipeline.params import alone, changed, written_to
+from tests.pipeline.params import changed, written_to
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 
 
 def tank(folder: Path, mean: str):
-    return load_experiment(
-        "tank", written_to(folder, alone("tank", changed("tank", ("mean: 1.2,", f"mean: {mean},"), ("8}", "2}"))))
-    )
+    return load_experiment("tank", written_to(folder, changed("tank", ("mean: 1.2,", f"mean: {mean},"), ("8}", "2}"))))
 
 
 def least(experiment, samples: tuple[Samples, ...]) -> float:

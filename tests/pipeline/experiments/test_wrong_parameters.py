@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.params import alone, changed, refusal
+from tests.pipeline.params import changed, refusal
 
 QUASI = "{type: product, left: {type: periodic}, right: {type: squared_exponential, signal_std: 1}}"
 KERNEL = "{type: squared_exponential}"
@@ -135,7 +135,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("name", "right", "wrong", "sentence"), WRONG, ids=[f"{w[0]}: {w[2]}" for w in WRONG])
 def test_a_wrong_parameter_is_one_sentence(name: str, right: str, wrong: str, sentence: str, tmp_path: Path) -> None:
-    message = refusal(name, tmp_path, alone(name, changed(name, (right, wrong))))
+    message = refusal(name, tmp_path, changed(name, (right, wrong)))
     assert re.search(sentence, message), message
     assert message.startswith(f"experiments.{name}")
 
@@ -156,7 +156,7 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
     ]
     for chosen in (alone_wrong, together_wrong):
         text = changed("example1", *((right, instead) for right, instead, _ in chosen))
-        message = refusal("example1", tmp_path, alone("example1", text))
+        message = refusal("example1", tmp_path, text)
         assert [p for *_, p in chosen if not re.search(p, message)] == []
         twice = any("algorithm1" in p for *_, p in chosen)  # two methods need it
         assert len(message.split("; ")) == len(chosen) + twice, "and nothing else"

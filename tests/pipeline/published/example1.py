@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from pipeline.experiments import load_experiment
 from pipeline.generate import sampled_by
 from pipeline.published.scalar import interval_sets
+from tests.pipeline.committed import EXPERIMENTS
 from tests.project import ROOT
 from trackably.learning.constraint import Constraint
 from trackably.learning.problem import ConstrainedProblem
 
-_EXPERIMENT = load_experiment("example1", ROOT / "params.yaml")
+_EXPERIMENT = EXPERIMENTS["example1"]
 PUBLISHED = np.genfromtxt(ROOT / "data" / "paper" / "example1_prediction.csv", delimiter=",", names=True)
 
 SYSTEM, PRIOR = _EXPERIMENT.plant, _EXPERIMENT.learned_prior

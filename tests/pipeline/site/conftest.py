@@ -9,7 +9,7 @@ import pytest
 from sphinx.deprecation import RemovedInSphinx11Warning
 
 from pipeline.site.build import build
-from tests.pipeline.params import alone, changed
+from tests.pipeline.params import changed
 from tests.project import ROOT
 
 NAME = "tank"
@@ -26,7 +26,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     results = Path("data") / "results" / NAME
     shutil.copytree(ROOT / results, folder / results, ignore=shutil.ignore_patterns("[!s]*.mcap", "scene.mcap"))
     title = "A tank between two levels: nonlinear, learned from an MCAP recording"
-    params = alone(NAME, changed(NAME, (f'"{title}"', json.dumps(HOSTILE))))
+    params = changed(NAME, (f'"{title}"', json.dumps(HOSTILE)))
     (folder / "params.yaml").write_text(params, encoding="utf-8")
     value = {"file": f"{NAME}/summary.json", "path": "price_joint"}
     claims = [
