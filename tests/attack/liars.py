@@ -54,7 +54,7 @@ from trackably import (
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import judge, judge_contradiction
 from trackably.certificates.prove import prove
-from trackably.checker.certificate import Measured, SignalClass, Window
+from trackably.checker.certificate import Measured, SignalClass, TrueSignal, Window
 from trackably.given import table as tables
 from trackably.gp.signal import KernelSum
 from trackably.joints import certify as joints
@@ -62,7 +62,7 @@ from trackably.joints import repair as repairing
 from trackably.joints.certify import BrokenLimit
 from trackably.learning.problem import NoSolution
 from trackably.reference import feasibility, truth
-from trackably.reference.truth import Sought, no_signal, with_truth
+from trackably.reference.truth import no_signal, with_truth
 from trackably.reference.waypoints import waypoints
 from trackably.systems import tightening
 from trackably.systems.reference import Reference
@@ -218,7 +218,7 @@ def of_truth(rng: np.random.Generator) -> Found:
     with suppress(*STUMBLES, TypeError):  # a lie may take away all that is compared
         if (excluded := no_signal("position", of)) and isinstance(judge_contradiction(excluded), NoSignal):
             yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
-        found = judge(with_truth(certificate, {"position": Sought(of)}))
+        found = judge(with_truth(certificate, [TrueSignal("position", of, (t[0], t[-1]), (), 0, (), (), (np.inf,))]))
     is_claimed = isinstance(found, Certificate) and bool(found.truth)
     yield type(found).__name__, _false_of_truth(found, f) if is_claimed else None
 
@@ -318,9 +318,9 @@ def of_contradictions(rng: np.random.Generator) -> Found:
 
 
 def _any_multipliers(rng: np.random.Generator, found: Any) -> Any:
-    count = len(found.at_lower)
+    count = len(found.multipliers)
     sizes = [10.0 ** rng.uniform(-9, 3, count) * (rng.random(count) < 0.5) for _ in range(2)]
-    return replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
+    return replace(found, missing=10.0 ** rng.uniform(-5, 1), multipliers=sizes[1] - sizes[0])
 
 
 OF_CONTRADICTIONS: Lies = {
