@@ -20,6 +20,7 @@ from trackably.certificates.draft import evaluated_until, evaluation_errors, las
 from trackably.certificates.goal import Goal
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure, prove
+from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.compact import compact
 from trackably.gp.joint import JointPrior
 from trackably.learning.constraint import Constraint
@@ -309,8 +310,7 @@ class _Learning:
         """
         halves = [max(backoff, self.rounding.get(q.name, 0.0)) / 2 for q in self.plant.quantities]
         constraints = tuple(
-            Constraint(_tighten(q, half), RealTimes(goal.times), half)
-            for q, half in zip(self.plant.quantities, halves, strict=True)
+            tightened_constraint(q, half, goal.times) for q, half in zip(self.plant.quantities, halves, strict=True)
         )
         return replace(self.problem, constraints=constraints)
 
@@ -332,8 +332,10 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
     return replace(found, quantity=own, violation=violation, broken_at_rest=broken)
 
 
-def _tighten(quantity: Quantity, by: float) -> Quantity:
-    return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
+def tightened_constraint(quantity: Quantity, by: float, times: AllPhases | Window) -> Constraint:
+    """Return the bounds of a quantity at some times, tightened by a part of their width, the constraint's back-off."""
+    bounds = quantity.bounds.shrunk(by * quantity.bounds.width)
+    return Constraint(replace(quantity, bounds=bounds), RealTimes(times), by)
 
 
 def _affordable(found: Solution, quantities: Iterable[Quantity]) -> float:

@@ -170,14 +170,9 @@ def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...
     return tuple(edge for edge in found if edge)
 
 
-def residuals(names: tuple[str, ...], samples: tuple[Samples, ...], signals: tuple[KernelSum, ...]) -> dict[str, Array]:
-    """Return, by sampled name, the samples of each flat output minus the values that its signal has at their times."""
-    flat = zip(names, samples, signals, strict=True)
-    return {
-        name: of.values - of.stencil.measured(signal, of.times)
-        for process, together, signal in flat
-        for name, of in together.by_name(process).items()
-    }
+def residual(samples: Samples, signal: KernelSum) -> Array:
+    """Return the samples of one kind, minus the values that a signal has at their times: shape (n,)."""
+    return samples.values - samples.stencil.measured(signal, samples.times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,14 +288,14 @@ class Fit:
 
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
         """Return the misfits to other `samples` of each flat output, for example to all that the centres represent."""
-        every = self.reference, self.unconstrained
-        off, free = (residuals(self.prior.names, samples, of.kernel_sums) for of in every)
-        parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
+        signals = samples, self.reference.kernel_sums, self.unconstrained.kernel_sums
+        every = zip(self.prior.names, self.prior.parts, self.unconstrained_prior.parts, *signals, strict=True)
         return tuple(
             Misfit(
-                name, of, off[name], free[name], float(own.noise_std), float(least.noise_std), NOISE in least.learned
+                *(name, of, residual(of, signal), residual(of, free)),
+                *(float(own.noise_std), float(least.noise_std), NOISE in least.learned),
             )
-            for process, together, own, least in parts
+            for process, own, least, together, signal, free in every
             for name, of in together.by_name(process).items()
         )
 

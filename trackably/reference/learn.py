@@ -369,10 +369,7 @@ class _Search:
     def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
         """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
         end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
-        few = {
-            name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
-            for name, of in self.measured.given.items()
-        }
+        few = {name: of.only(np.arange(len(of))[:end]) for name, of in self.measured.given.items()}
         return replace(self.measured, given=few).signals
 
     def _space(self, prior: JointPrior) -> SearchSpace:
