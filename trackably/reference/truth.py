@@ -451,25 +451,24 @@ def no_signal(name: str, of: SignalClass) -> NoSignal | None:
 
     The bounds of the slope and of the second derivative are examined separately.
     """
-    alone = []
-    if of.second_derivative is not None:
-        alone.append(replace(of, slope=None))
-    if of.slope is not None:
-        alone.append(replace(of, second_derivative=None, rates=None))
-    return next(filter(None, (_contradiction(name, each) for each in alone)), None)
+    curved, steep = replace(of, slope=None), replace(of, second_derivative=None, rates=None)
+    alone = [(of.second_derivative, curved), (of.slope, steep)]
+    found = (_contradiction(name, each) for bound, each in alone if bound is not None)
+    return next(filter(None, found), None)
 
 
 def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
-    which, multipliers = _contradicting(of, 4)
-    if not which:
+    coarse = _contradicting(of, 4)
+    if coarse is None:
         return None
-    some = _only(of, which)
+    which = np.flatnonzero(coarse).tolist()
     for k in list(which):  # leave out each measurement that the contradiction does not need
         fewer = [i for i in which if i != k]
-        if fewer and _contradicting(_only(of, fewer), 16)[0]:
-            which, some = fewer, _only(of, fewer)
-    kept, multipliers = _contradicting(some, 64)
-    exact = _rationals(some, multipliers, 0, Fraction(0)) if kept else None
+        if fewer and _contradicting(_only(of, fewer), 16) is not None:
+            which = fewer
+    some = _only(of, which)
+    multipliers = _contradicting(some, 64)
+    exact = None if multipliers is None else _rationals(some, multipliers, 0, Fraction(0))
     if exact is None:
         return None
     n = len(some.samples.times)
@@ -479,27 +478,29 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
     except FailedStepError:
         return None
     missing = float(excess / weight) if weight else 0.0
-    among = [f"{name} = {y:.6g} at t = {t:.6g} s" for t, y in zip(some.samples.times, some.samples.values, strict=True)]
-    if some.rates:
-        among += [f"rate {v:.6g} at t = {t:.6g} s" for t, v in zip(some.rates.times, some.rates.values, strict=True)]
+    among = [
+        f"{what} {y:.6g} at t = {t:.6g} s"
+        for what, measured in ((f"{name} =", some.samples), ("rate", some.rates))
+        if measured
+        for t, y in zip(measured.times, measured.values, strict=True)
+    ]
     written = {name: value for name, value in without_none(as_written(found)).items() if value}
     content = {"format": CONTRADICTION, "version": VERSION, **written}
     answer = NoSignal(name, missing, tuple(among), content, bound, float(excess / size))
     return answer if judge_contradiction(answer) is answer else None
 
 
-def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
-    """Return the indices of measurements that contradict each other, and the multipliers of all measurements.
+def _contradicting(of: SignalClass, cells: int) -> Array | None:
+    """Return the multipliers of all measurements if some contradict each other, 0 for the others; samples come first.
 
-    Without a contradiction, there are no indices. Multipliers are scaled so that the largest absolute value is 1.
-    Samples come first, then rates.
+    They are scaled so that the largest absolute value is 1. None if no contradiction is found.
     """
     courses = Signals.of(of, cells=cells).courses
     found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
     if found is None or found[0] <= _LEAST_GROWTH:
-        return [], np.zeros(len(courses.growth))
+        return None
     multipliers = -found[1] / np.max(np.abs(found[1]))
-    return np.flatnonzero(np.abs(multipliers) > _NO_MULTIPLIER).tolist(), multipliers
+    return np.where(np.abs(multipliers) > _NO_MULTIPLIER, multipliers, 0.0)
 
 
 _LEAST_GROWTH = 1e-6  # measurements contradict each other if their noise bounds must grow by more than this part
@@ -509,13 +510,12 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     """Return the class with only the measurements whose indices are in `which`; indices count samples, then rates."""
     n = len(of.samples.times)
 
-    def some(measured: Measured, chosen: list[int]) -> Measured:
-        times, values = (tuple(each[i] for i in chosen) for each in (measured.times, measured.values))
-        return Measured(times, values, measured.noise)
+    def some(measured: Measured, at: list[int]) -> Measured:
+        times, values = (tuple(each[i] for i in at) for each in (measured.times, measured.values))
+        return replace(measured, times=times, values=values)
 
-    rates = [i - n for i in which if i >= n]
-    samples = some(of.samples, [i for i in which if i < n])
-    return replace(of, samples=samples, rates=some(of.rates, rates) if of.rates and rates else None)
+    samples, rates = [i for i in which if i < n], [i - n for i in which if i >= n]
+    return replace(of, samples=some(of.samples, samples), rates=some(of.rates, rates) if of.rates and rates else None)
 
 
 # The tolerance of a reference as bounds that move in time.
