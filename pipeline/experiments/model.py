@@ -38,7 +38,7 @@ from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
-from trackably.reference.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
+from trackably.reference.empirical_bayes import empirical_prior, levels, split_means
 from trackably.reference.request import Measurements, quantities_at_rest
 from trackably.reference.truth import true_signals
 from trackably.systems.constrained import ConstrainedSystem
@@ -380,9 +380,10 @@ def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> 
         return experiment
     prior, ends = _with_means(experiment, begun).learned_prior, levels(between, names, samples)
     at_rest = quantities_at_rest(experiment.claim, experiment.plant)
-    found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False, at_rest=at_rest)
-    if not isinstance(found, EmpiricalPrior):
-        raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {found.explanation}")
+    try:
+        found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False, at_rest=at_rest)
+    except NoReferenceError as error:
+        raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {error}") from None
     for question in found.questions:
         warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=2)
     named = zip(prior.names, found.prior.parts, samples, strict=True)

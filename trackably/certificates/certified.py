@@ -233,11 +233,8 @@ class _Learning:
         It is 4 times the error, or 8 times for rough functions (kinks and many active bounds), if J rises by no more
         than the allowed gap, to first order. Otherwise it is what this gap allows, but at least twice the error.
         """
-        room, backoffs = _ROUGH_ROOM if found.is_rough else _ROOM, dict[str, float]()
-        for q in self.plant.quantities:
-            error = errors[q.name]
-            backoffs[q.name] = max(_LEAST_ROOM * error, min(room * error, _affordable(found, [q])))
-        return backoffs
+        room, every = _ROUGH_ROOM if found.is_rough else _ROOM, [(q, errors[q.name]) for q in self.plant.quantities]
+        return {q.name: max(_LEAST_ROOM * of, min(room * of, _affordable(found, [q]))) for q, of in every}
 
     def _largest_own(
         self, needed: float, errors: dict[str, float], room: dict[str, float], found: Solution

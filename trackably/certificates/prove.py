@@ -241,11 +241,11 @@ class _ProofProblem:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:
             return Unproved(quantity.name, bounds, (time, time), np.inf, str(undefined))
-        beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
+        margins = value - bounds.lower, bounds.upper - value
+        beyond, margin = -min(float(of.b) for of in margins), min(float(of.a) for of in margins)
         if beyond > 0:
             by = _STATED * math.nextafter(beyond, 0.0)
             return Counterexample(quantity.name, bounds, time, by, self.reference, self.claim, step)
-        margin = min(float((value - bounds.lower).a), float((bounds.upper - value).a))
         if margin >= reserve:
             return None
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"

@@ -7,7 +7,7 @@ end of its search interval.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
@@ -61,7 +61,7 @@ def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]
     for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
         last = found[-1] if found and bound.side != "equal" else None
         if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
-            found[-1] = Contact(last.name, last.side, last.start, bound.time, last.price + bound.price)
+            found[-1] = replace(last, end=bound.time, price=last.price + bound.price)
         else:
             found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
     return tuple(sorted(found, key=lambda contact: -contact.price))

@@ -243,7 +243,7 @@ def learn_reference(
 
     def likely(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
-        return found_or_raise(empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest))
+        return empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest)
 
     with progress_bar("learn reference", shown=progress), repeated(asked):
         # The prior: means and noise without bounds.

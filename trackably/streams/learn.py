@@ -125,7 +125,7 @@ def learn_stream(
 
     def beforehand(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
-        return found_or_raise(empirical_prior(of, prior, ends, starts, False, True, plant.quantities))
+        return empirical_prior(of, prior, ends, starts, False, True, plant.quantities)
 
     with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
