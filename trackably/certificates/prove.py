@@ -127,10 +127,8 @@ class _ProofProblem:
             return self._unsettled
         if failure := self.broken(start, end):
             return failure
-        return self._certificate(Steps(math.ceil(end / T))) if at_instants else self._covered(start, end)
-
-    def _covered(self, start: float, end: float) -> Outcome:
-        """Return a certificate with boxes of time, or how a box fails that the checker refuses."""
+        if at_instants:
+            return self._certificate(Steps(math.ceil(end / T)))
         found = cover(self.draft, self.reference, start, end, self._failure_at)
         return found if isinstance(found, Failure) else self._certificate(Cover(start, end, found, TERMS))
 

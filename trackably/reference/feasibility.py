@@ -207,9 +207,10 @@ class Least:
     multipliers: Array
 
     @property
-    def price(self) -> Array:
-        """How much d falls if a row is relaxed by its width: (r,)."""
-        return np.abs(self.multipliers) * self.steps.widths
+    def is_active(self) -> Flags:
+        """A mask of the rows that matter: d falls if one of them is relaxed, by a part of its width. Shape (r,)."""
+        price = np.abs(self.multipliers) * self.steps.widths
+        return np.asarray(price > _ACTIVE * np.max(price))
 
 
 def least(steps: Steps, relaxed: Flags) -> Least | None:
@@ -280,7 +281,15 @@ def _of_bounds(
 
 def _of_linear(steps: Steps) -> Impossible | None:
     found = _contradiction(steps)
-    return None if found is None or found.missing <= 0 else _accept(_tell(found))
+    if found is None or found.missing <= 0:
+        return None
+    steps, given, missing, values = found.steps, "", found.missing, list[str]()
+    if steps.values:
+        *others, last = steps.values
+        given, missing = steps.text(last), missing * steps.widths[-1].item()
+        of_others = found.is_active[steps.order >= 0][:-1].tolist()
+        values = [steps.text(value) for value, is_active in zip(others, of_others, strict=True) if is_active]
+    return _accept(Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing)))
 
 
 def _accept(found: Impossible) -> Impossible | None:
@@ -371,16 +380,6 @@ def _contradiction(steps: Steps) -> Least | None:
     return None
 
 
-def _tell(found: Least) -> Impossible:
-    steps, given, missing, values = found.steps, "", found.missing, list[str]()
-    if steps.values:
-        *others, last = steps.values
-        given, missing = steps.text(last), missing * steps.widths[-1].item()
-        of_others = found.price[steps.order >= 0][:-1].tolist()
-        values = [steps.text(value) for value, of in zip(others, of_others, strict=True) if of > _least(found.price)]
-    return Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing))
-
-
 def _multipliers(found: Least, missing: float) -> dict[str, Any]:
     """Return the content of a contradiction's file, from the first to the last step with a nonzero multiplier.
 
@@ -407,7 +406,7 @@ def _bounds(found: Least) -> Iterator[str]:
     """Yield a text for each bound in a contradiction, with the first and the last time at which it takes part."""
     steps, constraints = found.steps, found.steps.plant.given_constraints
     times: dict[tuple[bool, int], list[float]] = defaultdict(list)
-    for i in np.flatnonzero((found.price > _least(found.price)) & (steps.order < 0)).tolist():
+    for i in np.flatnonzero(found.is_active & (steps.order < 0)).tolist():
         step, row = divmod(i, len(constraints))
         times[found.multipliers.item(i) > 0, row].append(steps.time(step))
     for (is_upper, row), at in sorted(times.items()):
@@ -416,7 +415,3 @@ def _bounds(found: Least) -> Iterator[str]:
         bound = f"{first:.6g}" + (f" to {last:.6g}" if last != first else "")
         when = f"at t = {at[0]:.6g} s" if len(at) == 1 else f"from t = {at[0]:.6g} s to {at[-1]:.6g} s"
         yield f"{of.name} ({'upper' if is_upper else 'lower'} bound {bound}) {when}"
-
-
-def _least(price: Array) -> float:
-    return _ACTIVE * float(np.max(price))

@@ -441,7 +441,9 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
             except NotTrackableError as error:
                 why = error
             else:
-                best = found if best is None or _is_no_worse(found, best) else best
+                least = best[0].objective if best else inf
+                if found[0].objective <= least + _SAME_VALUE * (1 + abs(least)):
+                    best = found
     except BudgetEnded:
         if best is None:
             raise BudgetEnded(why or "") from None
@@ -450,11 +452,6 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
         assert why is not None, "there is a stage"
         raise why
     return best, True
-
-
-def _is_no_worse(one: Found, other: Found) -> bool:
-    least = other[0].objective
-    return one[0].objective <= least + _SAME_VALUE * (1 + abs(least))
 
 
 def _unconstrained(likeliest: JointPosterior | None, certified: Certified) -> JointPosterior:

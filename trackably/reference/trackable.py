@@ -15,8 +15,6 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method
 from trackably.reference.explanation import (
-    at_edges,
-    budget_sentence,
     costs,
     distances,
     given_values,
@@ -24,6 +22,7 @@ from trackably.reference.explanation import (
     kept_free,
     leaves_last_samples,
     means,
+    search_limits,
 )
 from trackably.reference.fit import Fit, Misfit
 from trackably.reference.proved import ProvedReference
@@ -230,8 +229,7 @@ class TrackableReference(LearnedReference):
             f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None,
             *distances(fit),
             costs(fit),
-            *at_edges(fit),
-            budget_sentence(fit),
+            *search_limits(fit),
         ]
         return "; ".join(filter(None, said))
 

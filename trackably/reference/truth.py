@@ -119,7 +119,7 @@ def true_signals(
     """
     if truth is not None and not isinstance(truth, Mapping):
         truth = {next(iter(samples)): truth}
-    found = {name: _sought(name, _class_of(name, of, samples, plant), claim) for name, of in (truth or {}).items()}
+    found = {name: _sought(name, of, samples, plant, claim) for name, of in (truth or {}).items()}
     for name, sought in found.items():
         found_or_raise(no_signal(name, sought.of))
     if tolerance is None:
@@ -143,17 +143,10 @@ def true_signals(
     return plant, tuple(found.values())
 
 
-def _sought(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
-    """Return the claim about a class in one cell. ValueError: fewer than two samples lie in the claimed window."""
-    start, end = of.samples.times[0], of.samples.times[-1]
-    if isinstance(claim, Window):
-        start, end = max(start, claim.start), min(end, claim.end)
-    if not start < end:
-        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
-    return TrueSignal(name, of, (start, end), (), 0, (), (), (float("inf"),))
-
-
-def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> SignalClass:
+def _sought(
+    name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem, claim: Claim
+) -> TrueSignal:
+    """Return what is to be proved of a state, in one cell; errors as for `true_signals`."""
     instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
     assert isinstance(truth, Truth), "instance has refused anything else"
     if not isinstance(plant.system, LinearSystem):
@@ -167,7 +160,13 @@ def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: C
         if sampled not in samples:
             raise ValueError(f"truth: {sampled} is not sampled; there are samples of {', '.join(samples)}")
     rates = _measure(samples[truth.rate], truth.rate_noise or 0.0) if truth.rate else None
-    return SignalClass(_measure(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
+    of = SignalClass(_measure(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
+    start, end = of.samples.times[0], of.samples.times[-1]
+    if isinstance(claim, Window):
+        start, end = max(start, claim.start), min(end, claim.end)
+    if not start < end:
+        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
+    return TrueSignal(name, of, (start, end), (), 0, (), (), (float("inf"),))
 
 
 def _measure(samples: Samples, noise: float) -> Measured:
@@ -559,16 +558,17 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
     low, high = _sides(of) @ in_time * (2 / np.diff(ends)[:, None]) ** [0, 1, 2]
     low[:, 0] -= tolerance
     high[:, 0] += tolerance
-    X, hull = plant.state_set, plant.state_set.hull.extent(i := plant.system.states.index(of.state))
-    far, beyond = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0])), (hull,) if hull else ()
-    least = min([float(np.min(low[:, 0])) - far, *(of.lower for of in beyond)])
-    most = max([float(np.max(high[:, 0])) + far, *(of.upper for of in beyond)])
-    sides, times = [], [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]]
-    for given, pieces, value in zip(X.ends, (low, high), (least, most), strict=True):
-        rest = [[value, 0.0, 0.0]]
-        sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
-    rows, (lower, upper) = np.vstack([X.rows, np.eye(1, X.dimension, i)]), sides
-    return replace(plant, state_set=Polytope(rows, lower, upper, X.dimension))
+    X, i = plant.state_set, plant.system.states.index(of.state)
+    hull, far = X.hull.extent(i), _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0]))
+    beyond = [hull.lower, hull.upper] if hull else []
+    least, most = min([np.min(low[:, 0]) - far, *beyond]), max([np.max(high[:, 0]) + far, *beyond])
+    times = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]]
+    own = [
+        PolynomialPieces(times, [[value, 0.0, 0.0], *pieces, [value, 0.0, 0.0]])
+        for pieces, value in ((low, least), (high, most))
+    ]
+    lower, upper = ([*given, side] for given, side in zip(X.ends, own, strict=True))
+    return replace(plant, state_set=Polytope(np.vstack([X.rows, np.eye(1, X.dimension, i)]), lower, upper, X.dimension))
 
 
 # Lower limits for the error of any reference.
