@@ -264,7 +264,7 @@ def learn_reference(
     # The reference, with what was learned about it.
     fit = replace(fit, budget=None if is_whole else budget, free=tuple(between))
     certificate = with_truth(certificate.with_robust(tightening), signals)
-    learned = TrackableReference.of(fit, certificate, proofs, tightening)
+    learned = TrackableReference.of(certificate, proofs, tightening, fit=fit)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
