@@ -52,21 +52,6 @@ def _seconds(time: float) -> str:
     return f"{time:.3g}" if abs(time) < 10 else f"{round(time, 2):.12g}"
 
 
-def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
-    """Join active bounds of the same quantity and side that are less than `apart` [s] apart.
-
-    The result is sorted by price, the most expensive first. Given values are not joined.
-    """
-    found: list[Contact] = []
-    for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
-        last = found[-1] if found and bound.side != "equal" else None
-        if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
-            found[-1] = replace(last, end=bound.time, price=last.price + bound.price)
-        else:
-            found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
-    return tuple(sorted(found, key=lambda contact: -contact.price))
-
-
 # A reference ignores its samples if its residuals exceed all three limits: see `Misfit.is_large`.
 _TIMES_UNCONSTRAINED = 3.0
 _TIMES_NOISE = 1.0
@@ -276,10 +261,19 @@ class Fit:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """The active bounds, joined if they are less than a correlation time apart; the most expensive come first."""
-        return contacts(
-            self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
-        )
+        """The active bounds, joined if they are less than a correlation time apart; the most expensive come first.
+
+        Only bounds of the same quantity and side are joined, and no given values.
+        """
+        apart = min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
+        found: list[Contact] = []
+        for bound in sorted(self.active_bounds, key=lambda bound: (bound.name, bound.side, bound.time)):
+            last = found[-1] if found and bound.side != "equal" else None
+            if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
+                found[-1] = replace(last, end=bound.time, price=last.price + bound.price)
+            else:
+                found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
+        return tuple(sorted(found, key=lambda contact: -contact.price))
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:

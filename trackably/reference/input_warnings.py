@@ -116,28 +116,24 @@ def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampl
 
 
 def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
-    """Yield a question if all times t ≥ 0 are claimed, but the samples still move at their end."""
-    if isinstance(claim, AllTimes) and (rate := _last_rate(samples)):
+    """Yield a question if all times t ≥ 0 are claimed, but the samples still move at their end.
+
+    A line through the last samples then rises by far more than their distance from it, which may be noise, and no
+    slower than the mean rate: the range of the samples divided by their duration. A motion that ends is slower.
+    """
+    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
+    if not isinstance(claim, AllTimes) or len(samples) < 2 * last:
+        return
+    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
+    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
+    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
+    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
+    if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off:
         yield (
             f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
             f"{samples.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
             'Give the mean, or the claim "recorded", which ends with the samples'
         )
-
-
-def _last_rate(samples: Samples) -> float:
-    """Return the slope [unit/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
-
-    A motion that ends is slower than the mean rate, which is the range of the samples divided by their duration.
-    """
-    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
-    if len(samples) < 2 * last:
-        return 0.0
-    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
-    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
-    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
-    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
-    return rate if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off else 0.0
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:

@@ -134,14 +134,14 @@ def learn_stream(
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)
-        reference, certificate = found_or_raise(learn_proved(stream))
-        pinned, proofs = prove_waypoints(reference, pinned, by_default(at_tolerance, plant))
+        certificate = found_or_raise(learn_proved(stream))
+        pinned, proofs = prove_waypoints(certificate.reference, pinned, by_default(at_tolerance, plant))
     certificate = with_truth(certificate.with_robust(tightening), signals)
     learned = StreamReference.of(
         certificate,
         proofs,
         tightening,
-        learned=reference,
+        learned=certificate.reference,
         samples=measured.signals,
         prior=known,
         length=length,

@@ -12,7 +12,7 @@ import numpy as np
 
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import tightened_constraint
-from trackably.certificates.prove import Failure, prove
+from trackably.certificates.prove import Outcome, prove
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples, recorded_span
@@ -84,23 +84,21 @@ class Stream:
         yield from zip(ends, [*ends[1:], float(np.nextafter(last, np.inf))], strict=True)
 
 
-def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution | Failure:
-    """Return a reference of all windows with its proof, or the reason why there is none.
+def learn_proved(stream: Stream) -> Outcome | NoSolution:
+    """Return the proof of a reference that is learned from all windows, or the reason why there is none.
 
     If the proof fails, all windows are learned again with a larger back-off.
     """
-    outcome: Failure | None = None
+    outcome: Outcome | None = None
     for backoff in _BACKOFFS:
         signals = _signals(stream, backoff)
         if isinstance(signals, NoSolution):
             return outcome or signals
-        reference = Reference(signals, stream.plant)
-        proved = prove(reference, stream.claim)
+        outcome = prove(Reference(signals, stream.plant), stream.claim)
         done("fit")
-        if isinstance(proved, Certificate):
-            return reference, proved
-        outcome = proved
-    assert outcome is not None, "every back-off was tried"
+        if isinstance(outcome, Certificate):
+            break
+    assert outcome is not None, "some back-off was tried"
     return outcome
 
 

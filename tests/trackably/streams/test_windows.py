@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackably.plants import AXIS, CART
 from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
+from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
