@@ -236,8 +236,8 @@ def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
 
 
 def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
-    def chosen(name: str, of: SignalClass, *more: Any) -> Any:
-        found, most = honest(name, of, *more), len(of.samples.times)
+    def chosen(known: TrueSignal, *more: Any) -> Any:
+        found, most = honest(known, *more), len(known.of.samples.times)
         other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in found.upper)
         return replace(found, **{"upper" if rng.random() < 0.5 else "lower": other})
 
@@ -245,12 +245,12 @@ def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
 
 
 def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda of, cells: (sorted(rng.choice(len(of.samples.times), 3, replace=False).tolist()), rng.normal(size=3))
+    return lambda of, cells: rng.normal(size=len(of.samples.times)) if rng.random() < 0.7 else None
 
 
 OF_TRUTH: Lies = {
-    "errors are smaller": (truth, "_bound", scaled(-2, 0)),
-    "errors are a little smaller": (truth, "_bound", scaled(-1e-4, 0)),
+    "errors are smaller": (truth, "_largest", scaled(-2, 0)),
+    "errors are a little smaller": (truth, "_largest", scaled(-1e-4, 0)),
     "other samples bound": (truth, "_with_sides", _wrong_pairs),
     "multipliers are others": (
         truth, "_rationals", after(lambda rng, found: [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]),
@@ -319,8 +319,8 @@ def of_contradictions(rng: np.random.Generator) -> Found:
 
 def _any_multipliers(rng: np.random.Generator, found: Any) -> Any:
     count = len(found.multipliers)
-    sizes = [10.0 ** rng.uniform(-9, 3, count) * (rng.random(count) < 0.5) for _ in range(2)]
-    return replace(found, missing=10.0 ** rng.uniform(-5, 1), multipliers=sizes[1] - sizes[0])
+    upper, lower = (10.0 ** rng.uniform(-9, 3, count) * (rng.random(count) < 0.5) for _ in range(2))
+    return replace(found, missing=10.0 ** rng.uniform(-5, 1), multipliers=upper - lower)
 
 
 OF_CONTRADICTIONS: Lies = {

@@ -46,7 +46,7 @@ def stream(length: float, claim: Claim, samples: Samples = SAMPLES) -> Stream:
 
 def learned(length: float, claim: Claim) -> Reference:
     found = learn_proved(stream(length, claim))
-    assert isinstance(found, Certificate), found.explanation
+    assert isinstance(found, Certificate), found
     return found.reference
 
 
