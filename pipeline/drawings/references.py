@@ -95,7 +95,7 @@ def true_signals(
     for axes, truth in zip(panels[:, 0], truths, strict=True):
         times = np.unique(np.concatenate([np.linspace(a, b, _IN_A_CELL) for a, b in pairwise(truth.ends)]))
         off = states_of(reference, [truth.state], times)[:, 0]
-        upper, lower = sides_at(truth.of, times, truth.derived)
+        upper, lower = sides_at(truth, times)
         axes.fill_between(times, lower - off, upper - off, color=PALE, linewidth=0, label="possible true signals")
         samples = sampled[truth.state]
         beside = samples.values - states_of(reference, [truth.state], samples.times)[:, 0]

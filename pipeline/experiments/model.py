@@ -32,15 +32,15 @@ from pipeline.yaml_file import Fields
 from trackably.arrays import Array
 from trackably.certificates.claim import refusal
 from trackably.certificates.goal import Goal, goal_for
-from trackably.checker.certificate import AllPhases, Window
+from trackably.checker.certificate import AllPhases, TrueSignal, Window
 from trackably.errors import DoubtfulInputWarning, InputError, NoReferenceError
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.space import SearchSpace
-from trackably.reference.empirical_bayes import EmpiricalPrior, empirical_prior, levels, split_means
+from trackably.reference.empirical_bayes import empirical_prior, levels, split_means
 from trackably.reference.request import Measurements, quantities_at_rest
-from trackably.reference.truth import Sought, true_signals
+from trackably.reference.truth import true_signals
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -278,8 +278,8 @@ class Experiment(Fields):
         known = {name: source.ground_truth for name, source in self.sources.items()}
         return {name: GROUND_TRUTHS[truth] for name, truth in known.items() if truth is not None}
 
-    def signals(self, samples: Mapping[str, Samples]) -> dict[str, Sought]:
-        """Return by name what is known of the true signals from `truth` and the samples.
+    def signals(self, samples: Mapping[str, Samples]) -> tuple[TrueSignal, ...]:
+        """Return what is to be proved about the true signals that `truth` and the samples allow.
 
         Raises NotTrackableError if no signal explains the samples, and InputError if centres stand for the samples.
         """
@@ -380,9 +380,10 @@ def with_learned_means(experiment: Experiment, samples: tuple[Samples, ...]) -> 
         return experiment
     prior, ends = _with_means(experiment, begun).learned_prior, levels(between, names, samples)
     at_rest = quantities_at_rest(experiment.claim, experiment.plant)
-    found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False, at_rest=at_rest)
-    if not isinstance(found, EmpiricalPrior):
-        raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {found.explanation}")
+    try:
+        found = empirical_prior(samples, prior, ends, experiment.search.starts, keep=False, at_rest=at_rest)
+    except NoReferenceError as error:
+        raise NoReferenceError(f"experiment {experiment.name}: prior.mean: {error}") from None
     for question in found.questions:
         warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=2)
     named = zip(prior.names, found.prior.parts, samples, strict=True)

@@ -53,7 +53,7 @@ from trackably import (
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.judge import judge, judge_contradiction
 from trackably.certificates.prove import prove
-from trackably.checker.certificate import Measured, SignalClass, Window
+from trackably.checker.certificate import Measured, SignalClass, TrueSignal, Window
 from trackably.given import table as tables
 from trackably.gp.signal import KernelSum
 from trackably.joints import certify as joints
@@ -61,7 +61,7 @@ from trackably.joints import repair as repairing
 from trackably.joints.certify import BrokenLimit
 from trackably.learning.problem import NoSolution
 from trackably.reference import feasibility, truth
-from trackably.reference.truth import Sought, no_signal, with_truth
+from trackably.reference.truth import no_signal, with_truth
 from trackably.reference.waypoints import waypoints
 from trackably.systems import tightening
 from trackably.systems.reference import Reference
@@ -217,7 +217,7 @@ def of_truth(rng: np.random.Generator) -> Found:
     with suppress(*STUMBLES, TypeError):  # a lie may take away all that is compared
         if (excluded := no_signal("position", of)) and isinstance(judge_contradiction(excluded), NoSignal):
             yield "NoSignal", f"samples of a signal are said to contradict each other: {excluded}"
-        found = judge(with_truth(certificate, {"position": Sought(of)}))
+        found = judge(with_truth(certificate, [TrueSignal("position", of, (t[0], t[-1]), (), 0, (), (), (np.inf,))]))
     is_claimed = isinstance(found, Certificate) and bool(found.truth)
     yield type(found).__name__, _false_of_truth(found, f) if is_claimed else None
 
@@ -235,8 +235,8 @@ def _false_of_truth(found: Certificate, f: BangBang) -> str | None:
 
 
 def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
-    def chosen(name: str, of: SignalClass, *more: Any) -> Any:
-        found, most = honest(name, of, *more), len(of.samples.times)
+    def chosen(known: TrueSignal, *more: Any) -> Any:
+        found, most = honest(known, *more), len(known.of.samples.times)
         other = tuple(tuple(sorted(rng.choice(most, 2, replace=False).tolist())) for _ in found.upper)
         return replace(found, **{"upper" if rng.random() < 0.5 else "lower": other})
 
@@ -244,12 +244,12 @@ def _wrong_pairs(rng: np.random.Generator, honest: Any) -> Any:
 
 
 def _contradicts(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda of, cells: (sorted(rng.choice(len(of.samples.times), 3, replace=False).tolist()), rng.normal(size=3))
+    return lambda of, cells: rng.normal(size=len(of.samples.times)) if rng.random() < 0.7 else None
 
 
 OF_TRUTH: Lies = {
-    "errors are smaller": (truth, "_bound", scaled(-2, 0)),
-    "errors are a little smaller": (truth, "_bound", scaled(-1e-4, 0)),
+    "errors are smaller": (truth, "_largest", scaled(-2, 0)),
+    "errors are a little smaller": (truth, "_largest", scaled(-1e-4, 0)),
     "other samples bound": (truth, "_with_sides", _wrong_pairs),
     "multipliers are others": (
         truth, "_rationals", after(lambda rng, found: [m * Fraction(float(rng.uniform(0.5, 1.5))) for m in found]),
@@ -322,9 +322,9 @@ def of_contradictions(rng: np.random.Generator) -> Found:
 
 
 def _any_multipliers(rng: np.random.Generator, found: Any) -> Any:
-    count = len(found.at_lower)
-    sizes = [10.0 ** rng.uniform(-9, 3, count) * (rng.random(count) < 0.5) for _ in range(2)]
-    return replace(found, missing=10.0 ** rng.uniform(-5, 1), at_lower=sizes[0], at_upper=sizes[1])
+    count = len(found.multipliers)
+    upper, lower = (10.0 ** rng.uniform(-9, 3, count) * (rng.random(count) < 0.5) for _ in range(2))
+    return replace(found, missing=10.0 ** rng.uniform(-5, 1), multipliers=upper - lower)
 
 
 OF_CONTRADICTIONS: Lies = {

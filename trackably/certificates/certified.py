@@ -20,6 +20,7 @@ from trackably.certificates.draft import evaluated_until, evaluation_errors, las
 from trackably.certificates.goal import Goal
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.certificates.prove import Failure, prove
+from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.compact import compact
 from trackably.gp.joint import JointPrior
 from trackably.learning.constraint import Constraint
@@ -232,11 +233,8 @@ class _Learning:
         It is 4 times the error, or 8 times for rough functions (kinks and many active bounds), if J rises by no more
         than the allowed gap, to first order. Otherwise it is what this gap allows, but at least twice the error.
         """
-        room, backoffs = _ROUGH_ROOM if found.is_rough else _ROOM, dict[str, float]()
-        for q in self.plant.quantities:
-            error = errors[q.name]
-            backoffs[q.name] = max(_LEAST_ROOM * error, min(room * error, _affordable(found, [q])))
-        return backoffs
+        room, every = _ROUGH_ROOM if found.is_rough else _ROOM, [(q, errors[q.name]) for q in self.plant.quantities]
+        return {q.name: max(_LEAST_ROOM * of, min(room * of, _affordable(found, [q]))) for q, of in every}
 
     def _largest_own(
         self, needed: float, errors: dict[str, float], room: dict[str, float], found: Solution
@@ -309,8 +307,7 @@ class _Learning:
         """
         halves = [max(backoff, self.rounding.get(q.name, 0.0)) / 2 for q in self.plant.quantities]
         constraints = tuple(
-            Constraint(_tighten(q, half), RealTimes(goal.times), half)
-            for q, half in zip(self.plant.quantities, halves, strict=True)
+            tightened_constraint(q, half, goal.times) for q, half in zip(self.plant.quantities, halves, strict=True)
         )
         return replace(self.problem, constraints=constraints)
 
@@ -332,8 +329,10 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
     return replace(found, quantity=own, violation=violation, broken_at_rest=broken)
 
 
-def _tighten(quantity: Quantity, by: float) -> Quantity:
-    return replace(quantity, bounds=quantity.bounds.shrunk(by * quantity.bounds.width))
+def tightened_constraint(quantity: Quantity, by: float, times: AllPhases | Window) -> Constraint:
+    """Return the bounds of a quantity at some times, tightened by a part of their width, the constraint's back-off."""
+    bounds = quantity.bounds.shrunk(by * quantity.bounds.width)
+    return Constraint(replace(quantity, bounds=bounds), RealTimes(times), by)
 
 
 def _affordable(found: Solution, quantities: Iterable[Quantity]) -> float:

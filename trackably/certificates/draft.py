@@ -48,23 +48,18 @@ def evaluated_until(reference: Reference, window: float) -> float:
     """Return the time [s] up to which the errors of float64 evaluation are claimed to be bounded.
 
     If errors grow with time, it is a multiple of the `window` [s]; otherwise it is 1e60 s (`LATEST`), when kernels do
-    not overflow yet. Flat forms use differences of signals over short steps, which amplify errors: their multiple is
-    smaller.
+    not overflow yet. Errors grow unless each periodic part is multiplied by one that decays fast enough: an error of
+    κ(r) from the rounding of r is proportional to |r κ̇|, and errors grow if the bound of |r κ̇| for all |r| ≤ `LATEST`
+    is over twice that for the multiple of the window. Flat forms use differences of signals over short steps, which
+    amplify errors: their multiple is smaller.
     """
     far = window * (_PERIODS_OF_FORMULAS if reference.plant.flat_form is not None else _PERIODS)
-    return far if any(_errors_grow(signal.kernel, far) for signal in reference.kernel_sums) else LATEST
-
-
-def _errors_grow(kernel: Kernel, far: float) -> bool:
-    """Whether errors grow with time: they do unless each periodic part is multiplied by one that decays fast enough.
-
-    An error of κ(r) from the rounding of r is proportional to |r κ̇|. Errors grow if the bound of |r κ̇| for all
-    |r| ≤ `LATEST` [s], the latest time of evaluation, is over twice that for |r| ≤ `far` [s].
-    """
-    if not has_periodic_part(kernel):
-        return False
-    late, later = (a_kernel(as_written(kernel), "kernel").sizes(exactly(t)).stretch for t in (far, LATEST))
-    return not at_most(later, 2 * late)
+    for kernel in (signal.kernel for signal in reference.kernel_sums):
+        if has_periodic_part(kernel):
+            late, later = (a_kernel(as_written(kernel), "kernel").sizes(exactly(t)).stretch for t in (far, LATEST))
+            if not at_most(later, 2 * late):
+                return far
+    return LATEST
 
 
 def last_examined(reference: Reference) -> float:

@@ -95,11 +95,8 @@ def _attainable(plant: ConstrainedSystem) -> dict[str, Any]:
     if plant.allocation is None:
         return {}
     rows = [limit for limit in plant.quantities if limit.side == "input"]
-    return {
-        "attainable": [
-            {"row": as_written(limit.row), "lower": limit.bounds.lower, "upper": limit.bounds.upper} for limit in rows
-        ]
-    }
+    found = [{"row": limit.row, "lower": limit.bounds.lower, "upper": limit.bounds.upper} for limit in rows]
+    return {"attainable": as_written(found)}
 
 
 def _robust(tightening: Tightening | None) -> dict[str, Any]:
@@ -108,20 +105,19 @@ def _robust(tightening: Tightening | None) -> dict[str, Any]:
         return {}
     given, W, V, model = tightening.given, tightening.disturbance, tightening.noise, tightening.model_error
     assert W is not None, "Z is that of disturbances"
-    return {
-        "disturbance": {
-            "state_set": as_written(given.state_set),
-            "input_set": as_written(given.input_set),
-            "feedback": Z.K,
-            "set": _set(W),
-            **({"noise": _set(V)} if V else {}),
-            **({"model": as_written(model.vertices)} if model else {}),
-            "head": Z.head,
-            "terms": Z.terms,
-            "contraction": Z.contraction,
-            "box": Z.box,
-        }
+    found = {
+        "state_set": given.state_set,
+        "input_set": given.input_set,
+        "feedback": Z.K,
+        "set": _set(W),
+        "noise": _set(V) if V else None,
+        "model": model.vertices if model else None,
+        "head": Z.head,
+        "terms": Z.terms,
+        "contraction": Z.contraction,
+        "box": Z.box,
     }
+    return {"disturbance": without_none(as_written(found))}
 
 
 def _set(disturbance: DisturbanceSet) -> dict[str, Any]:

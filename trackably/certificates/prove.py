@@ -127,10 +127,8 @@ class _ProofProblem:
             return self._unsettled
         if failure := self.broken(start, end):
             return failure
-        return self._certificate(Steps(math.ceil(end / T))) if at_instants else self._covered(start, end)
-
-    def _covered(self, start: float, end: float) -> Outcome:
-        """Return a certificate with boxes of time, or how a box fails that the checker refuses."""
+        if at_instants:
+            return self._certificate(Steps(math.ceil(end / T)))
         found = cover(self.draft, self.reference, start, end, self._failure_at)
         return found if isinstance(found, Failure) else self._certificate(Cover(start, end, found, TERMS))
 
@@ -245,11 +243,11 @@ class _ProofProblem:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:
             return Unproved(quantity.name, bounds, (time, time), np.inf, str(undefined))
-        beyond = max(float((bounds.lower - value).a), float((value - bounds.upper).a))
+        margins = value - bounds.lower, bounds.upper - value
+        beyond, margin = -min(float(of.b) for of in margins), min(float(of.a) for of in margins)
         if beyond > 0:
             by = _STATED * math.nextafter(beyond, 0.0)
             return Counterexample(quantity.name, bounds, time, by, self.reference, self.claim, step)
-        margin = min(float((value - bounds.lower).a), float((bounds.upper - value).a))
         if margin >= reserve:
             return None
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"

@@ -44,15 +44,16 @@ class Proved(Protocol):
     def sampled(self) -> Mapping[str, Samples]: ...
 
 
-def proved_times(proved: Proved, times: ArrayLike) -> Array:
+def proved_times(proved: Proved, times: ArrayLike, steps: ArrayLike | None = None) -> Array:
     """Return times t [s] as an array of float64, of any shape.
 
-    TypeError: they are no numbers. ValueError: a time is not proved.
+    TypeError: they are no numbers. ValueError: a time is not proved; the message names its step, if `steps` are given.
     """
     t = numbers("times", times)
     if (found := proved.certificate.first_unproved(t)) is not None:
         i, why = found
-        raise ValueError(f"t = {t.flat[i]:g} s is {why}; `reference.reference` has values there, without any guarantee")
+        at = f"t = {t.flat[i]:g} s" if steps is None else f"step {numbers('steps', steps).flat[i]:g} ({t.flat[i]:g} s)"
+        raise ValueError(f"{at} is {why}; `reference.reference` has values there, without any guarantee")
     return t
 
 

@@ -50,14 +50,10 @@ class Row:
 
     def columns(self) -> dict[str, str | float | int | None]:
         """Return this row's cells by the names of the table's columns; `request` and `files` are only in row.json."""
-        by_name = {
-            f"{what} [{name}]": value
-            for what, values in (
-                ("misfit", self.misfit),
-                ("unconstrained misfit", self.unconstrained_misfit),
-                ("hyperparameter", self.hyperparameters),
-            )
-            for name, value in values.items()
+        values = {
+            "hyperparameter": self.hyperparameters,
+            "misfit": self.misfit,
+            "unconstrained misfit": self.unconstrained_misfit,
         }
         return {
             "name": _utf8(self.name),
@@ -67,7 +63,7 @@ class Row:
             "method": self.method,
             "objective": self.objective,
             "price": self.price,
-            **by_name,
+            **{f"{what} [{name}]": of[name] for what, of in values.items() for name in sorted(of)},
             "fingerprint": self.fingerprint,
             "questions": "; ".join(self.questions) or None,
         }
@@ -166,15 +162,14 @@ def _cell(value: str | float | None) -> str:
 
 
 def columns(rows: Sequence[Row]) -> dict[str, list[str | float | int | None]]:
-    """Return the table by columns, None if a row has no value; columns such as `misfit [NAME]` are sorted.
+    """Return the table by columns, None if a row has no value.
 
+    The order is that of the row with most columns; columns such as `misfit [NAME]` that only others have come last.
     Characters of a name that UTF-8 cannot encode are written as escape sequences.
     """
     cells = [row.columns() for row in rows]
-    named = {name for row in cells for name in row if "[" in name}
-    order = [name for name in cells[0] if "[" not in name]
-    before = order.index("fingerprint")
-    return {name: [row.get(name) for row in cells] for name in [*order[:before], *sorted(named), *order[before:]]}
+    names = dict.fromkeys(name for row in (max(cells, key=len), *cells) for name in row)
+    return {name: [row.get(name) for row in cells] for name in names}
 
 
 def digest(content: bytes) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from reprlib import repr as short
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified
+from trackably.certificates.judge import found_or_raise
 from trackably.gp.bounded import least_norm
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
@@ -104,22 +105,20 @@ def empirical_prior(
     keep: bool,
     hold_noise: bool = False,
     at_rest: Sequence[Quantity] = (),
-) -> EmpiricalPrior | NoSolution:
+) -> EmpiricalPrior:
     """Learn means, noise and hyperparameters from samples by maximum likelihood, without bounds.
 
     With `keep`, all of them are known in the returned prior; otherwise hyperparameters are learned again later, under
     the bounds. Only means with an interval in `between` are learned here. With `hold_noise`, each σ_n without an
     interval of its own is learned here and then known, because misfits that bounds cause are not sensor noise; if the
     samples show no noise, σ_n is learned again later. Means without limits are chosen so that the quantities `at_rest`
-    keep their bounds.
+    keep their bounds. NotTrackableError: the likelihood of the samples cannot be evaluated.
     """
     noises = [part.noise_std for part in prior.parts]
     left_out = [hold_noise and isinstance(noise, Learned) and noise.interval is None for noise in noises]
     if not (keep or any(between) or any(left_out)):
         return EmpiricalPrior(prior)
-    found = _without_bounds(samples, prior, between, starts)
-    if not isinstance(found, Solution):
-        return found
+    found = found_or_raise(_without_bounds(samples, prior, between, starts))
     likeliest = found.posterior.prior
     questions = [
         f"mean: the learned mean of {name} lies at an end of its given interval: widen it, unless this is a limit"
@@ -127,13 +126,11 @@ def empirical_prior(
         if ends and part.mean in ends
     ]
     if likelier := [] if keep else [*_likelier(found.posterior, prior, between, left_out, starts)]:
-        held = {of.name: of.noise_std for of in likelier}
+        held = {name: noise_std for name, noise_std, _ in likelier}
         own = zip(prior.names, prior.parts, strict=True)
         holding = prior.with_parts(replace(part, noise_std=held.get(name, part.noise_std)) for name, part in own)
-        found = _without_bounds(samples, holding, between, starts)
-        if not isinstance(found, Solution):
-            return found
-        likeliest, questions = found.posterior.prior, [*questions, *(of.question for of in likelier)]
+        found = found_or_raise(_without_bounds(samples, holding, between, starts))
+        likeliest, questions = found.posterior.prior, [*questions, *(question for _, _, question in likelier)]
     means = _admissible(at_rest, found.posterior, [ends == _ANYWHERE for ends in between])
     if keep:
         questions += narrow_limits(edges_of(likeliest, samples))
@@ -156,18 +153,10 @@ def empirical_prior(
     )
 
 
-class _Likelier(NamedTuple):
-    """A likelier `noise_std` of the samples of `name` than the kernel finds, and the text of a warning about it."""
-
-    name: str
-    noise_std: float
-    question: str
-
-
 def _likelier(
     likeliest: JointPosterior, prior: JointPrior, between: Ends, left_out: Sequence[bool], starts: int
-) -> Iterator[_Likelier]:
-    """Yield a likelier σ_n for each name whose kernel takes motion for noise, or noise for motion.
+) -> Iterator[tuple[str, float, str]]:
+    """Yield the name, a likelier σ_n and a warning's text if a kernel takes motion for noise, or noise for motion.
 
     Only names whose σ_n the user left out (`left_out`) are examined, and only samples that are not all equal.
     """
@@ -181,7 +170,7 @@ def _likelier(
                 f"samples: those of {name} look like noise to this kernel: σ_n = {noise_std:.4g} is learned; if they "
                 f"show a motion, give its noise_std, or another {other}"
             )
-            yield _Likelier(name, noise_std, question)
+            yield name, noise_std, question
         elif isinstance(part.kernel, SquaredExponential) and _go_on(posterior):
             found = _without_bounds(
                 (posterior.samples,), JointPrior((replace(part, kernel=Matern52()),)), (ends,), starts
@@ -196,7 +185,7 @@ def _likelier(
                     f"(−2 ln p is {gain:.3g} less): σ_n = {noise_std:.4g} is learned with it, as the smoother kernel "
                     "takes motion for noise"
                 )
-                yield _Likelier(name, noise_std, question)
+                yield name, noise_std, question
 
 
 def _without_bounds(samples: tuple[Samples, ...], prior: JointPrior, means: Ends, starts: int) -> Solution | NoSolution:

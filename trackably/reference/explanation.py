@@ -80,22 +80,20 @@ def distances(fit: Fit) -> Iterator[str]:
         )
 
 
-def at_edges(fit: Fit) -> Iterator[str]:
-    """Yield a sentence on each learned hyperparameter at an end of its search interval."""
+def search_limits(fit: Fit) -> Iterator[str]:
+    """Yield a sentence on each limit of the search: ends of intervals, float64, and a budget that ended it.
+
+    That on the budget says how far the objective J may be from its minimum.
+    """
     yield from map(str, fit.edges)
     theta = fit.prior.hyperparameters
     for name in fit.limited:
         yield f"{name} = {theta[name]:.4g}: its search was limited, as float64 cannot prove values twice as long"
-
-
-def budget_sentence(fit: Fit) -> str | None:
-    """Return a sentence on how far the objective J may be from its minimum if a budget ended the search, else None."""
-    if fit.budget is None:
-        return None
-    return (
-        f"the budget of {fit.budget:g} s ended the search: −2 ln p is at most {fit.price:.3g} above its least value "
-        "with bounds, if a short search found the least one without bounds"
-    )
+    if fit.budget is not None:
+        yield (
+            f"the budget of {fit.budget:g} s ended the search: −2 ln p is at most {fit.price:.3g} above its least "
+            "value with bounds, if a short search found the least one without bounds"
+        )
 
 
 def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior) -> Iterator[str]:

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import scipy
 
 from trackably.arrays import Array, Flags
@@ -25,7 +26,6 @@ from trackably.checker.moving import ends_at
 from trackably.reference.waypoints import WINDOW, Waypoint, coordinates, extent
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.nonlinear import NonlinearSystem
 from trackably.systems.polytopes import unit_scales
 from trackably.systems.tightening import Tightening
 
@@ -64,27 +64,20 @@ class Steps:
         at = [value.step * len(names) + names.index(value.name) for value in self.values]
         return scipy.sparse.csr_array(scipy.sparse.vstack([bounded, unit_rows(at, self.count * len(names))]))
 
-    @property
-    def lower(self) -> Array:
-        return np.append(self._ends[0], [value.lower for value in self.values])
-
-    @property
-    def upper(self) -> Array:
-        return np.append(self._ends[1], [value.upper for value in self.values])
-
     @cached_property
-    def _ends(self) -> Array:
-        """The lower and upper bounds of the rows of X and U at each step, at exact times start + k T_s: (2, r)."""
+    def ends(self) -> Array:
+        """The lower and the upper bounds of all rows, at exact times start + k T_s: shape (2, r)."""
         plant = a_plant(as_written(self.plant), "plant")
         start, T = Fraction(self.start), Fraction(plant.system.sampling_time)
         rows = (*plant.state_set.rows, *plant.input_set.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
-        return np.array(found, dtype=float).reshape(-1, 2).T
+        given = [(value.lower, value.upper) for value in self.values]
+        return np.array([*found, *given], dtype=float).reshape(-1, 2).T
 
     @property
-    def is_given(self) -> Flags:
-        """A mask of the rows that belong to waypoints: shape (r,)."""
-        return np.arange(len(self.lower)) >= len(self.lower) - len(self.values)
+    def order(self) -> npt.NDArray[np.intp]:
+        """The index of each row's waypoint in `values`; negative for the rows of X and U. Shape (r,)."""
+        return np.arange(len(self.values) - self.ends.shape[1], len(self.values))
 
     @cached_property
     def scales(self) -> Array:
@@ -95,7 +88,9 @@ class Steps:
     def widths(self) -> Array:
         """The width of each row's bounds; for a waypoint, that of the state's or input's bounds."""
         scale = dict(zip(self.plant.names, self.scales.tolist(), strict=True))
-        return np.append(self._ends[1] - self._ends[0], [scale[value.name] for value in self.values])
+        widths: Array = self.ends[1] - self.ends[0]
+        widths[self.order >= 0] = [scale[value.name] for value in self.values]
+        return widths
 
     def time(self, step: int) -> float:
         """Return the time of a step [s]."""
@@ -168,10 +163,10 @@ class Courses:
     growth: Array
     bounds: Sequence[tuple[float | None, float | None]]
 
-    def minimise(self, cost: Array, most: float | None = 0.0) -> Any:
-        """Minimise cost · (v, e) over 0 ≤ e ≤ most (None: without limit), and return SciPy's result of `linprog`.
+    def minimise(self, cost: Array, most: float | None = 0.0) -> tuple[float, Array] | None:
+        """Return the least cost · (v, e) for 0 ≤ e ≤ most (None: without limit), and the multipliers of the rows (r,).
 
-        Its multipliers `ineqlin.marginals` are first those of the upper bounds of rows, then those of the lower bounds.
+        A multiplier is positive at an upper bound, and negative at a lower one. None if the program is not solved.
         """
         sparse, (K, n, size) = _scipy.sparse, self.steps.shape
         blocks = np.stack([-self.steps, np.broadcast_to(np.eye(n, size), self.steps.shape)], axis=1)
@@ -179,7 +174,7 @@ class Courses:
         equal = sparse.bsr_array((blocks.reshape(2 * K, n, size), *places), shape=(K * n, (K + 1) * size))
         grown = -self.growth[:, None]
         limited = [sparse.hstack([of, grown]) for of in (self.rows, -self.rows)]
-        return _scipy.optimize.linprog(
+        found = _scipy.optimize.linprog(
             cost,
             A_ub=sparse.vstack(limited, format="csc"),
             b_ub=np.append(self.upper, -self.lower),
@@ -188,6 +183,10 @@ class Courses:
             bounds=[*self.bounds, (0.0, most)],
             method="highs-ds",
         )
+        if found.x is None:
+            return None
+        at_upper, at_lower = -found.ineqlin.marginals.reshape(2, -1)
+        return float(found.fun), at_upper - at_lower
 
 
 def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
@@ -198,65 +197,43 @@ def unit_rows(columns: Sequence[int] | Array, count: int) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Least:
-    """The least d ≥ 0 for which states and inputs exist with each row in [lower − d elastic, upper + d elastic].
+    """The least d ≥ 0 for which states and inputs keep all rows, of which some are relaxed by d times their width.
 
-    `elastic` (r,) is the width by which d = 1 relaxes each row. `at_lower` and `at_upper` (r,) are multipliers λ ≥ 0 of
-    these bounds, in the rows' units. `missing` is d up to the solver's tolerance; the checker proves how much of it is
-    certain.
+    `multipliers` (r,) are those of the rows, in their units: positive at upper bounds, negative at lower ones.
+    `missing` is d up to the solver's tolerance; the checker proves how much of it is certain.
     """
 
     steps: Steps
     missing: float
-    at_lower: Array
-    at_upper: Array
+    multipliers: Array
+
+    @property
+    def is_active(self) -> Flags:
+        """A mask of the rows that matter: d falls if one of them is relaxed, by a part of its width. Shape (r,)."""
+        price = np.abs(self.multipliers) * self.steps.widths
+        return np.asarray(price > _ACTIVE * np.max(price))
 
 
-def least(steps: Steps, elastic: Array) -> Least | None:
-    """Solve for the least relaxation d; None if no d suffices, because rows with `elastic` 0 contradict each other.
+def least(steps: Steps, relaxed: Flags) -> Least | None:
+    """Solve for the least d that `relaxed` rows (r,) need; None if no d suffices, as the others contradict each other.
 
-    `elastic` (r,) is the width by which d = 1 relaxes each row. Unknowns and rows are divided by the widths of their
-    bounds, because tolerances of solvers are absolute.
+    Unknowns and rows are divided by the widths of their bounds, because tolerances of solvers are absolute.
     """
     widths, scales, system, K = steps.widths, steps.scales, steps.plant.linear, steps.count - 1
     n, every = len(system.A), np.tile(scales, steps.count)
     moves = np.hstack([system.A, system.B]) * scales / scales[:n, None]
+    lower, upper = steps.ends / widths
     courses = Courses(
         np.broadcast_to(moves, (K, *moves.shape)),
         system.c / scales[:n],
         scipy.sparse.diags_array(1 / widths) @ steps.rows @ scipy.sparse.diags_array(every),
-        steps.lower / widths,
-        steps.upper / widths,
-        elastic / widths,
+        lower,
+        upper,
+        relaxed.astype(float),
         [(None, None)] * len(every),
     )
     found = courses.minimise(np.append(np.zeros(len(every)), 1.0), most=None)
-    if found.fun is None:
-        return None
-    at_upper, at_lower = np.maximum(-found.ineqlin.marginals, 0).reshape(2, -1) / widths
-    return Least(steps, float(found.fun), at_lower, at_upper)
-
-
-def first_gap(steps: Steps) -> tuple[Gap, float] | None:
-    """Return the first bound or waypoint that no reachable state meets, and its distance from the reachable states.
-
-    None if none is found. At each step, a box encloses all reachable states; it may also contain other states.
-    """
-    plant = a_plant(as_written(steps.plant), "plant")
-    system = plant.system
-    assert isinstance(system, subject.NonlinearSystem), "of linear systems, a program says more"
-    asked = Contradiction(
-        **vars(plant), start=steps.start, steps=steps.count, values=steps.values, missing=0.0, proof=Gap(0, "")
-    )
-    last, before = max((value.step for value in steps.values), default=0), None
-    for k, wanted in enumerate(wanted_boxes(asked, system)):
-        box = {name: (float(low), float(high)) for name, (low, high) in wanted.items()}
-        for name, (low, high) in box.items():
-            if low > high:
-                return Gap(k, name), low - high
-        if k > last and box == before:
-            return None
-        before = box
-    return None
+    return None if found is None else Least(steps, found[0], found[1] / widths)
 
 
 _NOTHING = 1e-6  # part of a bound's width: violations up to this are within the tolerance of solvers
@@ -305,7 +282,15 @@ def _of_bounds(
 
 def _of_linear(steps: Steps) -> Impossible | None:
     found = _contradiction(steps)
-    return None if found is None or found.missing <= 0 else _accept(_tell(found))
+    if found is None or found.missing <= 0:
+        return None
+    steps, given, missing, values = found.steps, "", found.missing, list[str]()
+    if steps.values:
+        *others, last = steps.values
+        given, missing = steps.text(last), missing * steps.widths[-1].item()
+        of_others = found.is_active[steps.order >= 0][:-1].tolist()
+        values = [steps.text(value) for value, is_active in zip(others, of_others, strict=True) if is_active]
+    return _accept(Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing)))
 
 
 def _accept(found: Impossible) -> Impossible | None:
@@ -341,16 +326,32 @@ def _file(steps: Steps, first: int, count: int, missing: float, proof: Mapping[s
 
 
 def _of_nonlinear(steps: Steps) -> Impossible | None:
-    """Return a proof that a nonlinear system cannot reach a value or a bound; None if none is found.
+    """Return a proof that no reachable state meets a bound or a waypoint; None if none is found.
 
-    Vehicles are not examined, as their headings are known only up to whole turns.
+    At each step, a box encloses all reachable states; it may also contain other states. Vehicles are not examined, as
+    their headings are known only up to whole turns.
     """
-    system = steps.plant.system
-    if not isinstance(system, NonlinearSystem) or (system.flat and system.flat.angles):
+    plant = a_plant(as_written(steps.plant), "plant")
+    system = plant.system
+    if not isinstance(system, subject.NonlinearSystem) or (system.flat and system.flat.angles):
         return None
-    if (found := first_gap(steps)) is None:
-        return None
-    gap, missing = found
+    asked = Contradiction(
+        **vars(plant), start=steps.start, steps=steps.count, values=steps.values, missing=0.0, proof=Gap(0, "")
+    )
+    last, before = max((value.step for value in steps.values), default=0), None
+    for k, wanted in enumerate(wanted_boxes(asked, system)):
+        box = {name: (float(low), float(high)) for name, (low, high) in wanted.items()}
+        for name, (low, high) in box.items():
+            if low > high:
+                return _gap(steps, Gap(k, name), low - high)
+        if k > last and box == before:
+            return None
+        before = box
+    return None
+
+
+def _gap(steps: Steps, gap: Gap, missing: float) -> Impossible | None:
+    """Return the proof for a gap: `missing` is the distance of its bound or waypoint from the reachable states."""
     bounds = {name: extent(steps.plant, name, steps.start) for name in steps.plant.names}
     before = {(of.step, of.name): steps.text(of) for of in steps.values if of.step <= gap.step}
     bound = f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s"
@@ -366,29 +367,18 @@ def _contradiction(steps: Steps) -> Least | None:
     If the bounds contradict each other without any waypoint, return the program of the bounds alone. None if all rows
     are satisfied up to the tolerance of solvers.
     """
-    all_values = least(steps, np.where(steps.is_given, steps.widths, 0.0))
+    all_values = least(steps, steps.order >= 0)
     if all_values is None:
         bounds = replace(steps, values=())
-        return least(bounds, bounds.widths)
+        return least(bounds, bounds.order < 0)
     if all_values.missing <= _NOTHING:
         return None
-    for count in range(1, len(steps.values) + 1):
-        some = replace(steps, values=steps.values[:count])
-        found = least(some, np.append(np.zeros(len(some.widths) - 1), some.widths[-1]))
+    for last in range(len(steps.values)):
+        some = replace(steps, values=steps.values[: last + 1])
+        found = least(some, some.order == last)
         if found is not None and found.missing > _NOTHING:
             return found
     return None
-
-
-def _tell(found: Least) -> Impossible:
-    steps, given, missing, values = found.steps, "", found.missing, list[str]()
-    if steps.values:
-        *others, last = steps.values
-        given, missing = steps.text(last), missing * steps.widths[-1].item()
-        price = (found.at_lower + found.at_upper) * steps.widths
-        of_others = price[len(price) - len(steps.values) : -1].tolist()
-        values = [steps.text(value) for value, of in zip(others, of_others, strict=True) if of > _least(price)]
-    return Impossible(given, missing, (*values, *_bounds(found)), _multipliers(found, missing))
 
 
 def _multipliers(found: Least, missing: float) -> dict[str, Any]:
@@ -396,14 +386,13 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
 
     The file covers at least n steps, where n is the number of states.
     """
-    steps, r = found.steps, len(found.steps.plant.state_set.rows)
-    signed, rows = found.at_upper - found.at_lower, len(found.at_upper) - len(found.steps.values)
-    of_bounds, of_values = signed[:rows].reshape(steps.count, -1), signed[rows:].tolist()
+    steps, is_bound, plant = found.steps, found.steps.order < 0, found.steps.plant
+    n, r = len(plant.system.states), len(plant.state_set.rows)
+    of_bounds, of_values = found.multipliers[is_bound].reshape(steps.count, -1), found.multipliers[~is_bound].tolist()
     that_matter = [value.step for value, y in zip(steps.values, of_values, strict=True) if y]
     active = [*np.flatnonzero(np.any(of_bounds, axis=1)).tolist(), *that_matter]
-    first, last = (min(active), max(active)) if active else (0, steps.count - 1)
-    first = max(0, min(first, steps.count - len(steps.plant.system.states)))
-    last = min(max(last, first + len(steps.plant.system.states) - 1), steps.count - 1)
+    first = max(0, min([*active, steps.count - n]))
+    last = min(max([*active, first + n - 1]), steps.count - 1)
     within = of_bounds[first : last + 1]
     proof = {
         "kind": "multipliers",
@@ -417,19 +406,13 @@ def _multipliers(found: Least, missing: float) -> dict[str, Any]:
 def _bounds(found: Least) -> Iterator[str]:
     """Yield a text for each bound in a contradiction, with the first and the last time at which it takes part."""
     steps, constraints = found.steps, found.steps.plant.given_constraints
-    times: dict[tuple[int, str], list[float]] = defaultdict(list)
-    for side, multipliers in (("lower", found.at_lower), ("upper", found.at_upper)):
-        price = multipliers * steps.widths
-        for i in np.flatnonzero(price[: steps.count * len(constraints)] > _least(price)).tolist():
-            step, row = divmod(i, len(constraints))
-            times[row, side].append(steps.time(step))
-    for (row, side), at in times.items():
+    times: dict[tuple[bool, int], list[float]] = defaultdict(list)
+    for i in np.flatnonzero(found.is_active & (steps.order < 0)).tolist():
+        step, row = divmod(i, len(constraints))
+        times[found.multipliers.item(i) > 0, row].append(steps.time(step))
+    for (is_upper, row), at in sorted(times.items()):
         of = constraints[row]
-        first, last = (of.bounds.ends(np.asarray(t))[side == "upper"] for t in (at[0], at[-1]))
+        first, last = (of.bounds.ends(np.asarray(t))[is_upper] for t in (at[0], at[-1]))
         bound = f"{first:.6g}" + (f" to {last:.6g}" if last != first else "")
         when = f"at t = {at[0]:.6g} s" if len(at) == 1 else f"from t = {at[0]:.6g} s to {at[-1]:.6g} s"
-        yield f"{of.name} ({side} bound {bound}) {when}"
-
-
-def _least(price: Array) -> float:
-    return _ACTIVE * float(np.max(price))
+        yield f"{of.name} ({'upper' if is_upper else 'lower'} bound {bound}) {when}"

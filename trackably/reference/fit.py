@@ -7,7 +7,7 @@ end of its search interval.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Self
 
@@ -50,21 +50,6 @@ class Contact:
 def _seconds(time: float) -> str:
     """Format a time [s] with at least three digits, and to a hundredth of a second."""
     return f"{time:.3g}" if abs(time) < 10 else f"{round(time, 2):.12g}"
-
-
-def contacts(active: Iterable[ActiveBound], apart: float) -> tuple[Contact, ...]:
-    """Join active bounds of the same quantity and side that are less than `apart` [s] apart.
-
-    The result is sorted by price, the most expensive first. Given values are not joined.
-    """
-    found: list[Contact] = []
-    for bound in sorted(active, key=lambda bound: (bound.name, bound.side, bound.time)):
-        last = found[-1] if found and bound.side != "equal" else None
-        if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
-            found[-1] = Contact(last.name, last.side, last.start, bound.time, last.price + bound.price)
-        else:
-            found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
-    return tuple(sorted(found, key=lambda contact: -contact.price))
 
 
 # A reference ignores its samples if its residuals exceed all three limits: see `Misfit.is_large`.
@@ -170,14 +155,9 @@ def edges_of(prior: JointPrior, samples: tuple[Samples, ...]) -> tuple[Edge, ...
     return tuple(edge for edge in found if edge)
 
 
-def residuals(names: tuple[str, ...], samples: tuple[Samples, ...], signals: tuple[KernelSum, ...]) -> dict[str, Array]:
-    """Return, by sampled name, the samples of each flat output minus the values that its signal has at their times."""
-    flat = zip(names, samples, signals, strict=True)
-    return {
-        name: of.values - of.stencil.measured(signal, of.times)
-        for process, together, signal in flat
-        for name, of in together.by_name(process).items()
-    }
+def residual(samples: Samples, signal: KernelSum) -> Array:
+    """Return the samples of one kind, minus the values that a signal has at their times: shape (n,)."""
+    return samples.values - samples.stencil.measured(signal, samples.times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,10 +261,19 @@ class Fit:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """The active bounds, joined if they are less than a correlation time apart; the most expensive come first."""
-        return contacts(
-            self.active_bounds, min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
-        )
+        """The active bounds, joined if they are less than a correlation time apart; the most expensive come first.
+
+        Only bounds of the same quantity and side are joined, and no given values.
+        """
+        apart = min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
+        found: list[Contact] = []
+        for bound in sorted(self.active_bounds, key=lambda bound: (bound.name, bound.side, bound.time)):
+            last = found[-1] if found and bound.side != "equal" else None
+            if last and (last.name, last.side) == (bound.name, bound.side) and bound.time - last.end < apart:
+                found[-1] = replace(last, end=bound.time, price=last.price + bound.price)
+            else:
+                found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
+        return tuple(sorted(found, key=lambda contact: -contact.price))
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
@@ -293,14 +282,14 @@ class Fit:
 
     def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
         """Return the misfits to other `samples` of each flat output, for example to all that the centres represent."""
-        every = self.reference, self.unconstrained
-        off, free = (residuals(self.prior.names, samples, of.kernel_sums) for of in every)
-        parts = zip(self.prior.names, samples, self.prior.parts, self.unconstrained_prior.parts, strict=True)
+        signals = samples, self.reference.kernel_sums, self.unconstrained.kernel_sums
+        every = zip(self.prior.names, self.prior.parts, self.unconstrained_prior.parts, *signals, strict=True)
         return tuple(
             Misfit(
-                name, of, off[name], free[name], float(own.noise_std), float(least.noise_std), NOISE in least.learned
+                *(name, of, residual(of, signal), residual(of, free)),
+                *(float(own.noise_std), float(least.noise_std), NOISE in least.learned),
             )
-            for process, together, own, least in parts
+            for process, own, least, together, signal, free in every
             for name, of in together.by_name(process).items()
         )
 

@@ -88,19 +88,13 @@ def doubts(
     yield from _of_window(claim, *recorded_span(samples.values()))
     bounds, noise_std, mean = {q.name: q.bounds for q in plant.quantities}, noise_std or {}, mean or {}
     for name, of_name in samples.items():
-        yield from _of_times(claim, name, of_name)
-        yield from _of_span(name, of_name, plant.sampling_time)
-        yield from _of_gaps(name, of_name)
+        yield from _of_times(claim, name, of_name, plant.sampling_time)
         yield from _of_outliers(name, of_name, noise_std.get(name), bounds.get(name))
         yield from _of_turns(name, of_name)
-        if name in bounds:
-            yield from _of_bounds(name, of_name, bounds[name])
-        if name in noise_std:
-            yield from _of_noise(name, of_name, noise_std[name])
+        known = mean.get(name) if isinstance(claim, Window) and name not in learned else None
+        yield from _of_units(name, of_name, bounds.get(name), noise_std.get(name), known)
         if name in learned:
             yield from _of_end(claim, name, of_name)
-        elif name in mean and name in bounds and isinstance(claim, Window):
-            yield from _of_mean(name, mean[name], bounds[name])
 
 
 def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampled: Collection[str]) -> Iterator[str]:
@@ -122,28 +116,24 @@ def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampl
 
 
 def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
-    """Yield a warning's text if all times t ≥ 0 are claimed, but the samples still move at their end."""
-    if isinstance(claim, AllTimes) and (rate := _last_rate(samples)):
+    """Yield a warning's text if all times t ≥ 0 are claimed, but the samples still move at their end.
+
+    A line through the last samples then rises by far more than their distance from it, which may be noise, and no
+    slower than the mean rate: the range of the samples divided by their duration. A motion that ends is slower.
+    """
+    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
+    if not isinstance(claim, AllTimes) or len(samples) < 2 * last:
+        return
+    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
+    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
+    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
+    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
+    if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off:
         yield (
             f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
             f"{samples.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
             'Give the mean, or the claim "recorded", which ends with the samples'
         )
-
-
-def _last_rate(samples: Samples) -> float:
-    """Return the slope [unit/s] of a line through the last samples; 0 if noise, or a motion that ends, may explain it.
-
-    A motion that ends is slower than the mean rate, which is the range of the samples divided by their duration.
-    """
-    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
-    if len(samples) < 2 * last:
-        return 0.0
-    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
-    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
-    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
-    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
-    return rate if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off else 0.0
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
@@ -203,11 +193,13 @@ def _of_window(claim: Claim, first: float, last: float) -> Iterator[str]:
             )
 
 
-def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
+def _of_times(claim: Claim, name: str, samples: Samples, sampling_time: float) -> Iterator[str]:
+    """Yield questions about the times of samples: their zero, their unit, and the longest gap."""
     first, last = float(samples.times[0]), float(samples.times[-1])
+    span, usual = last - first, float(np.median(np.diff(samples.times))) if len(samples) > 1 else 0.0
     if isinstance(claim, Window):
         gap = max(first - claim.end, claim.start - last)
-        if gap > last - first > 0:
+        if gap > span > 0:
             yield (
                 f"claim: the window from {claim.start:g} s to {claim.end:g} s is {gap:g} s away from the samples of "
                 f"{name}, which lie between {first:g} s and {last:g} s: are both counted from the same zero?"
@@ -217,34 +209,26 @@ def _of_times(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
             f"samples: all of {name} lie before t = 0, where the claim begins (from {first:g} s to {last:g} s): should "
             "times count from the first sample?"
         )
-    if first > _LATE * (last - first) > 0:
+    if first > _LATE * span > 0:
         yield (
-            f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {last - first:.4g} s: float64 "
+            f"samples: those of {name} begin {first:.10g} s after t = 0, and last only {span:.4g} s: float64 "
             f"tells such times apart by {np.spacing(first):.2g} s, which may not suffice for smooth kernels; if these "
             'stamps count from 1970, subtract the first, as read_csv(..., origin="first") does'
         )
 
-
-def _of_span(name: str, samples: Samples, sampling_time: float) -> Iterator[str]:
-    span = float(samples.times[-1] - samples.times[0])
     if len(samples) > 1 and span < sampling_time:
         yield (
             f"samples: those of {name} last {span:g} s, less than one step of the system, {sampling_time:g} s: are "
             "their times in seconds?"
         )
-    usual = float(np.median(np.diff(samples.times))) if len(samples) > 1 else 0.0
     if usual >= _SLOW * sampling_time:
         yield (
             f"samples: one of {name} comes every {usual:.4g} s, which is {usual / sampling_time:.4g} steps of the "
             f"system, {sampling_time:g} s each: are their times in milliseconds?"
         )
 
-
-def _of_gaps(name: str, samples: Samples) -> Iterator[str]:
-    """Yield a warning's text if a gap between samples is much longer than usual; about the longest one."""
     if gaps := samples.gaps:
         start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
-        usual = float(np.median(np.diff(samples.times)))
         yield (
             f"samples: there is none of {name} for {end - start:.4g} s after {start:.6g} s, where there is usually one "
             f"every {usual:.3g} s: is a part missing? What is learned in this gap follows from kernel and bounds alone"
@@ -328,16 +312,31 @@ def _of_turns(name: str, samples: Samples) -> Iterator[str]:
             )
 
 
-def _of_bounds(name: str, samples: Samples, bounds: Interval) -> Iterator[str]:
-    """Yield a warning's text if most samples of a state are outside of its bounds by more than their width.
+def _of_units(
+    name: str, samples: Samples, bounds: Interval | None, noise_std: float | None, mean: float | None
+) -> Iterator[str]:
+    """Yield warnings' texts about units that may be mixed up, such as metres and millimetres.
 
-    This happens, for example, if metres and millimetres are mixed up.
+    There is one if most samples are outside of the bounds by more than their width, one if the known σ_n exceeds the
+    range of the samples, and one if the prior mean is far outside of the bounds: `mean` is given for windows only, as
+    other claims refuse such a mean.
     """
-    off = _reached_by_most(_outside(samples, bounds))
-    if off > _BEYOND * bounds.width:
+    off = _reached_by_most(_outside(samples, bounds)) if bounds else 0.0
+    if bounds and off > _BEYOND * bounds.width:
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
             f"{np.median(samples.values):.6g}: are both in the same unit? Column(..., scale=) and np.radians change it"
+        )
+    extent = float(np.ptp(samples.values))
+    if noise_std and len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
+        yield (
+            f"noise_std: that of {name} is {noise_std:g}, but its samples differ by no more than {extent:.3g}, so that "
+            "they say little: are both in the same unit?"
+        )
+    if bounds and mean is not None and -bounds.rest.margin(np.array(mean)) > _FAR_BEYOND * bounds.width:
+        yield (
+            f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "
+            "reference tends to it: are both in the same unit?"
         )
 
 
@@ -349,25 +348,3 @@ def _reached_by_most(values: Array) -> float:
 def _outside(samples: Samples, bounds: Interval) -> Array:
     """Return how far each sample is outside of the bounds, shape (n,); negative inside."""
     return -bounds.margin(samples.values, samples.times)
-
-
-def _of_noise(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
-    """Yield a warning's text if the known σ_n exceeds the range of the samples, as it may if units are mixed up."""
-    extent = float(np.ptp(samples.values))
-    if len(samples) >= _FEWEST_BESIDE and 0 < extent < noise_std * np.min(samples.relative_noise):
-        yield (
-            f"noise_std: that of {name} is {noise_std:g}, but its samples differ by no more than {extent:.3g}, so that "
-            "they say little: are both in the same unit?"
-        )
-
-
-def _of_mean(name: str, mean: float, bounds: Interval) -> Iterator[str]:
-    """Yield a warning's text if the prior mean is far outside of the bounds.
-
-    It is used for claims of windows, as other claims refuse such a mean.
-    """
-    if -bounds.rest.margin(np.array(mean)) > _FAR_BEYOND * bounds.width:
-        yield (
-            f"mean: that of {name} is {mean:g}, far outside of its bounds {bounds}, and where there are no samples the "
-            "reference tends to it: are both in the same unit?"
-        )

@@ -243,7 +243,7 @@ def learn_reference(
 
     def likely(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
-        return found_or_raise(empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest))
+        return empirical_prior(of, prior, ends, starts, keep, method == "joint", at_rest)
 
     with progress_bar("learn reference", shown=progress), repeated(asked):
         # The prior: means and noise without bounds.
@@ -264,7 +264,7 @@ def learn_reference(
     # The reference, with what was learned about it.
     fit = replace(fit, budget=None if is_whole else budget, free=tuple(between))
     certificate = with_truth(certificate.with_robust(tightening), signals)
-    learned = TrackableReference.of(fit, certificate, proofs, tightening)
+    learned = TrackableReference.of(certificate, proofs, tightening, fit=fit)
     if sentence := ignores_samples(learned.fit):
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
@@ -369,10 +369,7 @@ class _Search:
     def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
         """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
         end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
-        few = {
-            name: replace(of, times=of.times[:end], values=of.values[:end], relative_noise=of.relative_noise[:end])
-            for name, of in self.measured.given.items()
-        }
+        few = {name: of.only(np.arange(len(of))[:end]) for name, of in self.measured.given.items()}
         return replace(self.measured, given=few).signals
 
     def _space(self, prior: JointPrior) -> SearchSpace:
@@ -444,7 +441,9 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
             except NotTrackableError as error:
                 why = error
             else:
-                best = found if best is None or _is_no_worse(found, best) else best
+                least = best[0].objective if best else inf
+                if found[0].objective <= least + _SAME_VALUE * (1 + abs(least)):
+                    best = found
     except BudgetEnded:
         if best is None:
             raise BudgetEnded(why or "") from None
@@ -453,11 +452,6 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
         assert why is not None, "there is a stage"
         raise why
     return best, True
-
-
-def _is_no_worse(one: Found, other: Found) -> bool:
-    least = other[0].objective
-    return one[0].objective <= least + _SAME_VALUE * (1 + abs(least))
 
 
 def _unconstrained(likeliest: JointPosterior | None, certified: Certified) -> JointPosterior:

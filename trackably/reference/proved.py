@@ -119,14 +119,7 @@ class ProvedReference(ABC):
         return tuple(save_accepted("save_certificate", certificate, path) for certificate, path in every)
 
     def _refuse_unproved(self, k: Array | int) -> None:
-        t = self._times(k)
-        if (found := self.certificate.first_unproved(t)) is not None:
-            i, why = found
-            step, when = np.asarray(k, dtype=float).flat[i], t.flat[i]
-            raise ValueError(
-                f"step {step:g} ({when:g} s) is {why}; the field `reference` has values there too, without any "
-                "guarantee"
-            )
+        proved_times(self, self._times(k), k)
 
     def _times(self, k: Array | int) -> Array:
         return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)

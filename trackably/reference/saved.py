@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from pathlib import Path
 from time import monotonic
-from typing import Any, Generic, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from trackably.arguments import real
 from trackably.certificates.certificate import Certificate
@@ -15,7 +15,7 @@ from trackably.certificates.claim import as_claim
 from trackably.certificates.form import as_written
 from trackably.certificates.judge import found_or_raise
 from trackably.certificates.prove import prove
-from trackably.checker.certificate import Claim, TrueSignal, Window
+from trackably.checker.certificate import Claim, TrueSignal
 from trackably.errors import InputError
 from trackably.files import LEFT_OUT, read_bytes, write_atomically
 from trackably.reference.fit import Fit
@@ -44,15 +44,6 @@ class Saved(ABC):
     proved_until: float | None
     tightening: Tightening | None = field(default=None, metadata={LEFT_OUT: True})
     truth: tuple[TrueSignal, ...] | None = field(default=None, metadata={LEFT_OUT: True})
-
-    @classmethod
-    def of(cls, certificate: Certificate, tightening: Tightening | None, **learned: Any) -> Self:
-        """Return what is known of a reference with this certificate, and what was learned, by the names of fields."""
-        claim = certificate.claim
-        start, end = claim.span if isinstance(claim, Window) else (None, None)
-        return cls(
-            **learned, proved_from=start, proved_until=end, tightening=tightening, truth=certificate.truth or None
-        )
 
     @property
     @abstractmethod

@@ -3,20 +3,18 @@
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self, overload
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
-from trackably.checker.certificate import AllTimes
+from trackably.checker.certificate import AllTimes, Window
 from trackably.files import new_file, path_of
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.learning.problem import ActiveBound, Method
 from trackably.reference.explanation import (
-    at_edges,
-    budget_sentence,
     costs,
     distances,
     given_values,
@@ -24,6 +22,7 @@ from trackably.reference.explanation import (
     kept_free,
     leaves_last_samples,
     means,
+    search_limits,
 )
 from trackably.reference.fit import Fit, Misfit
 from trackably.reference.proved import ProvedReference
@@ -48,6 +47,19 @@ class LearnedReference(ProvedReference):
     saved: Saved
     certificate: Certificate
     pin_certificates: tuple[Certificate, ...] = ()
+
+    @classmethod
+    def of(
+        cls, certificate: Certificate, proofs: tuple[Certificate, ...], tightening: Tightening | None, **learned: Any
+    ) -> Self:
+        """Return the reference with its proofs; what was learned is given by the names of fields of its `form`.
+
+        NotTrackableError and ValueError as for the class.
+        """
+        start, end = certificate.claim.span if isinstance(certificate.claim, Window) else (None, None)
+        truth = certificate.truth or None
+        saved = cls.form(**learned, proved_from=start, proved_until=end, tightening=tightening, truth=truth)
+        return cls(saved, certificate, proofs)
 
     @property
     @abstractmethod
@@ -127,13 +139,6 @@ class TrackableReference(LearnedReference):
     form = SavedReference
 
     saved: SavedReference
-
-    @classmethod
-    def of(
-        cls, fit: Fit, certificate: Certificate, proofs: tuple[Certificate, ...], tightening: Tightening | None
-    ) -> Self:
-        """Return the reference of a fit with its proofs. NotTrackableError and ValueError as for the class."""
-        return cls(SavedReference.of(certificate, tightening, fit=fit), certificate, proofs)
 
     @property
     def fit(self) -> Fit:
@@ -230,8 +235,7 @@ class TrackableReference(LearnedReference):
             f"learned {'; '.join(map(str, fit.condensed))}" if fit.condensed else None,
             *distances(fit),
             costs(fit),
-            *at_edges(fit),
-            budget_sentence(fit),
+            *search_limits(fit),
         ]
         return "; ".join(filter(None, said))
 

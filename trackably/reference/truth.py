@@ -7,7 +7,7 @@ proof. If U − ε ≤ x_r ≤ D + ε, then |x_r − f| ≤ ε for every such f.
 that are not examined.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -28,7 +28,7 @@ from trackably.checker.certificate import AllPhases, Claim, Derived, Measured, S
 from trackably.checker.contradiction import Value
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import bernstein_of, stack
-from trackably.checker.polynomials import compose
+from trackably.checker.models import Model
 from trackably.checker.quantities import states_of
 from trackably.checker.truth import (
     CONTRADICTION,
@@ -98,42 +98,32 @@ TruthLike = Truth | Mapping[str, Truth]
 Tolerance = float | Mapping[str, float] | None
 
 
-@dataclass(frozen=True)
-class Sought:
-    """A class `of` possible true signals of a state, and the `tolerance` within which the reference has to follow them.
-
-    `derived` points help to prove it: each has bounds of all these signals at one time, which a linear program finds
-    from many measurements.
-    """
-
-    of: SignalClass
-    tolerance: float = np.inf
-    derived: tuple[Derived, ...] = ()
-
-
 def true_signals(
     truth: TruthLike | None,
     tolerance: Tolerance,
     samples: Mapping[str, Samples],
     plant: ConstrainedSystem,
     claim: Claim,
-) -> tuple[ConstrainedSystem, dict[str, Sought]]:
-    """Return the plant with a bound for each `tolerance`, and the possible true signals of each state in `truth`.
+) -> tuple[ConstrainedSystem, tuple[TrueSignal, ...]]:
+    """Return the plant with a bound for each `tolerance`, and for each state in `truth` what is to be proved of it.
 
-    For each state x with a tolerance ε, the plant has one more bound U(t) − ε ≤ x(t) ≤ D(t) + ε from the first sample
-    to the last, where U and D are the upper and the lower bound of the possible signals. If ε is hardly larger than
-    the least possible error, this bound is left out, because learning would hardly succeed; `with_truth` then shows
-    whether the reference is within ε. TypeError or ValueError: `truth` does not fit the samples or the plant; a
-    tolerance is no positive number, is of another state, or all phases are claimed. NotTrackableError: no signal of a
-    class explains its samples, or a tolerance is too small for every reference.
+    This is a `TrueSignal` of one cell: all times from the state's first sample to its last, or those in the window that
+    is claimed. Its error is the tolerance (infinite if none is given).
+
+    For each state x with a tolerance ε, the plant has one more bound U(t) − ε ≤ x(t) ≤ D(t) + ε at these times, where U
+    and D are the upper and the lower bound of the possible signals. If ε is hardly larger than the least possible
+    error, this bound is left out, because learning would hardly succeed; `with_truth` then shows whether the reference
+    is within ε. TypeError or ValueError: `truth` does not fit the samples, the plant or the claim; a tolerance is no
+    positive number, is of another state, or all phases are claimed. NotTrackableError: no signal of a class explains
+    its samples, or a tolerance is too small for every reference.
     """
     if truth is not None and not isinstance(truth, Mapping):
         truth = {next(iter(samples)): truth}
-    found = {name: Sought(_class_of(name, of, samples, plant)) for name, of in (truth or {}).items()}
+    found = {name: _sought(name, of, samples, plant, claim) for name, of in (truth or {}).items()}
     for name, sought in found.items():
         found_or_raise(no_signal(name, sought.of))
     if tolerance is None:
-        return plant, found
+        return plant, tuple(found.values())
     if not found or isinstance(claim, AllPhases):
         raise ValueError(
             "tolerance: give truth= of a sampled state too, and claim a window or all times t ≥ 0; got "
@@ -143,17 +133,20 @@ def true_signals(
         if name not in found:
             raise ValueError(f"tolerance: expected a state that truth= describes, {', '.join(found)}, got {name}")
         most = positive(f"tolerance of {name}", given)
-        known = _middle(name, found[name].of, claim)
+        known = _middle(found[name])
         least = max(known.error, _least_error(plant, known))
         if not most > least:
             raise NotTrackableError(TooFar(name, most, least, _radius(known)))
-        found[name] = Sought(known.of, most, known.derived)
+        found[name] = replace(found[name], errors=(most,), derived=known.derived)
         if _SHARE * most > least:  # otherwise nothing is imposed, as the search may hardly find a reference within it
             plant = _with_row(plant, known, _SHARE * most)
-    return plant, found
+    return plant, tuple(found.values())
 
 
-def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem) -> SignalClass:
+def _sought(
+    name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem, claim: Claim
+) -> TrueSignal:
+    """Return what is to be proved of a state, in one cell; errors as for `true_signals`."""
     instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
     assert isinstance(truth, Truth), "instance has refused anything else"
     if not isinstance(plant.system, LinearSystem):
@@ -167,7 +160,13 @@ def _class_of(name: str, truth: object, samples: Mapping[str, Samples], plant: C
         if sampled not in samples:
             raise ValueError(f"truth: {sampled} is not sampled; there are samples of {', '.join(samples)}")
     rates = _measure(samples[truth.rate], truth.rate_noise or 0.0) if truth.rate else None
-    return SignalClass(_measure(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
+    of = SignalClass(_measure(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
+    start, end = of.samples.times[0], of.samples.times[-1]
+    if isinstance(claim, Window):
+        start, end = max(start, claim.start), min(end, claim.end)
+    if not start < end:
+        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
+    return TrueSignal(name, of, (start, end), (), 0, (), (), (float("inf"),))
 
 
 def _measure(samples: Samples, noise: float) -> Measured:
@@ -177,46 +176,40 @@ def _measure(samples: Samples, noise: float) -> Measured:
 # Upper and lower sides of a class of signals, in float64: the checker computes them again in rational arithmetic.
 
 
-Points = tuple[Any, Any, Any, Any]
-"""Points near which every signal of a class passes: increasing times [s], values, bounds of the distance, indices."""
+def _points(known: TrueSignal) -> Array:
+    """Return points near which every signal passes, in the order of time: the samples and the derived points.
 
-
-def _points(of: SignalClass, derived: Sequence[Derived] = ()) -> Points:
-    """Return the samples and the derived points (bounds at one time); of equal times, the one with the least noise."""
-    found = places(TrueSignal("", of, (), (), 0, (), (), (), None, tuple(derived)))
-    best = {t: i for i, (t, _, _) in sorted(found.items(), key=lambda item: (-item[1][2], -item[0]))}
-    times, values, noise, ids = zip(*sorted((*map(float, found[i]), i) for i in best.values()), strict=True)
-    return np.array(times), np.array(values), np.array(noise), np.array(ids)
-
-
-def _pair_bounds(of: SignalClass, times: Array, known: Points) -> tuple[Any, Array, Array]:
-    """Return pairs (P, 2) of nearby measurements, and the upper and lower bounds (P, T) of the signal that each gives.
-
-    The bounds are those at times (T,) [s]; no measurement may lie between these times. `known` has the times, values,
-    noise bounds and indices of samples and derived points.
+    The rows of the result (4, P) are times [s], bounds of the distance, values and numbers. Of equal times, only the
+    one with the least distance is returned.
     """
-    middle, n = float(np.mean(times)), len(of.samples.times)
-    some = _around(known[0], middle)
-    at, y, noise = (column[some, None] for column in known[:3])
-    ids = known[3][some]
+    rows = [(float(t), float(noise), float(y), i) for i, (t, y, noise) in places(known).items()]
+    points = np.array(sorted(rows))
+    return points[np.unique(points[:, 0], return_index=True)[1]].T
+
+
+def _pair_bounds(of: SignalClass, times: Array, points: Array) -> tuple[Array, Array, Array]:
+    """Return pairs (P, 2) of nearby measurements, and the upper and lower bounds (P, T) that they give of the signal.
+
+    The bounds are those at times (T,) [s]; no measurement may lie between these times. `points` are those of the class.
+    """
+    middle, n, M = float(np.mean(times)), len(of.samples.times), of.second_derivative
+    at, noise, y, ids = points[:, _around(points[0], middle), None]
     parts, since = [], np.abs(times - at)
     if of.slope is not None:
         parts.append((ids, ids, y + 0 * times, noise + of.slope * since))
-    if of.second_derivative is not None:
-        a, b = np.triu_indices(len(some), 1)
+    if M is not None:
+        a, b = np.triu_indices(len(at), 1)
         part = (times - at[a]) / (at[b] - at[a])
-        slack = noise[b] * np.abs(part) + noise[a] * np.abs(1 - part)
-        slack += of.second_derivative / 2 * since[a] * since[b]
+        slack = noise[b] * np.abs(part) + noise[a] * np.abs(1 - part) + M / 2 * since[a] * since[b]
         parts.append((ids[a], ids[b], y[a] * (1 - part) + y[b] * part, slack))
-    if of.second_derivative is not None and of.rates:
-        rates = _around(of.rates.times, middle)
-        a, b = (each.ravel() for each in np.meshgrid(np.arange(len(some)), rates))
+    if M is not None and of.rates:
+        a, b = (each.ravel() for each in np.meshgrid(np.arange(len(at)), _around(of.rates.times, middle)))
         s, v = (np.array(of_each)[b, None] for of_each in (of.rates.times, of.rates.values))
         way = np.abs((times - s) * np.abs(times - s) - (at[a] - s) * np.abs(at[a] - s)) / 2
-        slack = noise[a] + of.rates.noise * since[a] + of.second_derivative * way
-        parts.append((ids[a], n + b, y[a] + v * (times - at[a]), slack))
+        slack = noise[a] + of.rates.noise * since[a] + M * way
+        parts.append((ids[a], n + b[:, None], y[a] + v * (times - at[a]), slack))
     i, j, value, slack = map(np.concatenate, zip(*parts, strict=True))
-    return np.column_stack([i, j]), value + slack, value - slack
+    return np.hstack([i, j]).astype(int), value + slack, value - slack
 
 
 def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
@@ -224,77 +217,72 @@ def _around(times: ArrayLike, middle: float, count: int = _NEAR) -> Any:
     return np.arange(np.size(times))[max(0, (place := int(np.searchsorted(times, middle))) - count) : place + count]
 
 
-def sides_at(of: SignalClass, times: Array, derived: Sequence[Derived] = ()) -> tuple[Array, Array]:
+def sides_at(known: TrueSignal, times: Array) -> tuple[Array, Array]:
     """Return the least upper bound U and the largest lower bound D of a class's signals at `times` (T,) [s]: (T,) each.
 
-    They follow from pairs of nearby measurements and `derived` points.
+    They follow from pairs of nearby measurements and derived points.
     """
-    known = _points(of, derived)
-    found = [_pair_bounds(of, np.array([t]), known) for t in times.tolist()]
+    points = _points(known)
+    found = [_pair_bounds(known.of, np.array([t]), points) for t in times.tolist()]
     return np.array([upper.min() for _, upper, _ in found]), np.array([lower.max() for _, _, lower in found])
 
 
 # Upper bounds of the distance between a reference and all true signals, one for each cell (interval of time).
 
 
-def true_signal(
-    reference: Reference, claim: Claim, name: str, sought: Sought, robust: Tightening | None = None
-) -> TrueSignal:
-    """Bound the distance between a state of the reference and every signal of a class, from first to last sample.
+def true_signal(reference: Reference, sought: TrueSignal, robust: Tightening | None = None) -> TrueSignal:
+    """Bound the distance between a state of the reference and every signal of a class, at the times that are `sought`.
 
-    For a claim of a window, only times in the window count. If the plant is disturbed, the distance of the plant's
-    state at sampling instants is bounded too. ValueError: the reference is piecewise polynomial, or fewer than two
-    samples lie in the window.
+    If the plant is disturbed, the distance of the plant's state at sampling instants is bounded too. ValueError: the
+    reference is piecewise polynomial, or no bound is found.
     """
-    of = sought.of
     if reference.pieces:
         raise ValueError("truth: expected a reference of kernels, as from learn_reference, got one of pieces")
-    state, subject = reference.plant.system.states.index(name), as_subject(reference)
-    edges = _edges(name, of, claim, _CELLS, sought.derived)
-    found = _with_sides(name, of, edges, lambda t: reference.state_at(t)[:, :, state], sought.derived)
-    radii = discs(subject, reference, [states_of(subject)[state]], edges[:-1], edges[1:], _TERMS)
+    state, subject = reference.plant.system.states.index(sought.state), as_subject(reference)
+    found = _with_sides(sought, _CELLS, lambda t: reference.state_at(t)[:, :, state])
+    ends = np.array(found.ends)
+    radii = discs(subject, reference, [states_of(subject)[state]], ends[:-1], ends[1:], _TERMS)
     found = replace(found, radii=tuple(radii.tolist()), terms=_TERMS)
-    errors = np.array([_bound(models) for models in gaps(subject, found, FIRST_PASS)])
+    errors = np.array([max(map(_largest, models)) for models in gaps(subject, found, FIRST_PASS)])
     if not np.all(np.isfinite(errors)):
         raise ValueError(
-            f"truth: no bound was found for the distance between the reference's {name} and its true signals at some "
-            "times between the samples"
+            f"truth: no bound was found for the distance between the reference's {found.state} and its true signals at "
+            "some times between the samples"
         )
-    smallest = float(np.max(errors)) * _ROUNDING or _ROUNDING
-    errors = np.maximum(errors, 0.0) + smallest
+    errors = np.maximum(errors, 0.0)
+    errors += np.max(errors) * _ROUNDING or _ROUNDING
     proved = replace(found, errors=tuple(errors.tolist()))
     return replace(proved, plant=None if robust is None else _of_plant(proved, robust, state))
 
 
-def _with_sides(
-    name: str, of: SignalClass, edges: Array, values: Callable[[Array], Array], known_before: Sequence[Derived] = ()
-) -> TrueSignal:
-    """Return the class with pairs of measurements for the upper and the lower side of each cell between two `edges`.
+def _with_sides(known: TrueSignal, count: int, values: Callable[[Array], Array]) -> TrueSignal:
+    """Return the class in about `count` cells, with pairs of measurements for the upper and lower side of each.
 
     `values` returns values x at times [s] of each cell; both have shape (cells, T). The error of a cell is the largest
     distance between x and one of the sides. Many measurements together bound a signal more tightly than two. So at the
     ends of the cells with the largest errors, linear programs combine all nearby measurements. Their results are
-    the derived points (bounds at one time); they are added to those in `known_before`.
+    more derived points (bounds at one time).
     """
-    derived, asked = [*known_before], {d.time for d in known_before}
+    edges, asked = _edges(known, count), {d.time for d in known.derived}
     times = np.linspace(edges[:-1], edges[1:], 5, axis=1)
     x, ends, apart = values(times), times[:, [0, -1]].tolist(), np.zeros(len(times))
     found: list[Any] = [None] * len(times)
     changed = {*range(len(times))}
     while True:
-        known = _points(of, derived)
+        points = _points(known)
         for k in changed:
-            pairs, upper, lower = _pair_bounds(of, times[k], known)
+            pairs, upper, lower = _pair_bounds(known.of, times[k], points)
             furthest = [np.max(side, axis=1) for side in (upper - x[k], x[k] - lower)]
             found[k] = [tuple(pairs[np.argmin(of_pairs)].tolist()) for of_pairs in furthest]
             apart[k] = max(map(np.min, furthest))
         worst = [k for k in np.flatnonzero(apart >= _WORST * np.max(apart)).tolist() if not asked.issuperset(ends[k])]
-        if of.second_derivative is None or len(derived) >= _DERIVED or not worst:
+        if known.of.second_derivative is None or len(known.derived) >= _DERIVED or not worst:
             above, below = zip(*found, strict=True)
-            return TrueSignal(name, of, tuple(edges.tolist()), (), 0, above, below, (), None, tuple(derived))
+            return replace(known, ends=tuple(edges.tolist()), upper=above, lower=below)
         new = {t for k in worst[:_AT_ONCE] for t in ends[k]} - asked
         asked |= new
-        derived += filter(None, (_derive(of, t) for t in sorted(new)))
+        derived = filter(None, (_derive(known.of, t) for t in sorted(new)))
+        known = replace(known, derived=(*known.derived, *derived))
         changed = {j for k in worst[:_AT_ONCE] for j in range(max(0, k - 2), min(len(times), k + 3))}
 
 
@@ -327,16 +315,16 @@ def _extreme(of: SignalClass, t: float, sign: int) -> tuple[tuple[int, Fraction]
     found = None
     for cells in _FINER:
         signals = Signals.of(of, (t,), cells)
-        solved = signals.courses.minimise(-sign * signals.value_at(t))
-        if solved.x is None:
+        solved = signals.extreme(t, sign)
+        if solved is None:
             continue
-        prices = solved.ineqlin.marginals.reshape(2, -1)
-        multipliers = _rationals(of, sign * (prices[1] - prices[0]), 1, Fraction(t))
+        value, prices = solved
+        multipliers = _rationals(of, sign * prices, 1, Fraction(t))
         if multipliers is None:
             return None
         found = tuple((i, m) for i, m in enumerate(multipliers) if m)
         bound = extreme(of, Derived(t, found, found), sign)
-        if bound is None or sign * float(bound) + solved.fun * signals.unit <= _GAP * signals.unit:
+        if bound is None or sign * (float(bound) - value) <= _GAP * signals.unit:
             break
     return found
 
@@ -373,36 +361,25 @@ def _rationals(of: SignalClass, multipliers: Array, total: int, moment: Fraction
 _NO_MULTIPLIER = 1e-9  # a multiplier whose absolute value is at most this counts as 0
 
 
-def _edges(name: str, of: SignalClass, claim: Claim, cells: int = _CELLS, derived: Sequence[Derived] = ()) -> Array:
+def _edges(known: TrueSignal, count: int) -> Array:
     """Return the ends of the cells [s] in which the distance to the true signal is bounded.
 
-    They are all times of samples and of `derived` values, from the first sample to the last. If there are no more than
-    `cells` of them, times in between are added. For a claim of a window, only times in the window count. ValueError:
-    fewer than two samples lie in it.
+    They are the ends of `known` and all times of samples and of derived points between these. If there are no more than
+    `count` of them, times in between are added.
     """
-    start, end = of.samples.times[0], of.samples.times[-1]
-    if isinstance(claim, Window):
-        start, end = max(start, claim.start), min(end, claim.end)
-    if not start < end:
-        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
-    ends = np.unique([start, end, *of.samples.times, *(of.rates.times if of.rates else ()), *(d.time for d in derived)])
+    start, end = known.ends
+    of, rates = known.of.samples, known.of.rates
+    ends = np.unique([start, end, *of.times, *(rates.times if rates else ()), *(d.time for d in known.derived)])
     ends = ends[(start <= ends) & (ends <= end)]
-    widest = (end - start) / cells
-    return ends if len(ends) > cells else subdivide(ends, np.ceil(np.diff(ends) / widest).astype(int))
+    widest = (end - start) / count
+    return ends if len(ends) > count else subdivide(ends, np.ceil(np.diff(ends) / widest).astype(int))
 
 
-def _bound(models: tuple[Any, Any]) -> float:
-    """Return an upper bound, over a cell, of how far the reference is from the upper and the lower bound of the class.
-
-    `models` are Taylor models of these two distances; if one is None, the result is infinite.
-    """
-    found = 0.0
-    for model in models:
-        if model is None:
-            return float("inf")
-        of_box = bernstein_of(stack(model.coefficients, (1,)))
-        found = max(found, float(np.max(of_box.high)) + float(model.missed.b))
-    return found
+def _largest(gap: Model | None) -> float:
+    """Return an upper bound of a side's distance from the reference over a cell; infinite for an invalid side."""
+    if gap is None:
+        return float("inf")
+    return float(np.max(bernstein_of(stack(gap.coefficients, (1,))).high)) + float(gap.missed.b)
 
 
 def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
@@ -429,36 +406,41 @@ class Signals:
     @classmethod
     def of(cls, of: SignalClass, also: tuple[float, ...] = (), cells: int = 4) -> Self:
         """Return signals with knots at all measurements, at the times `also`, and `cells` − 1 between two of these."""
-        rates = of.rates or Measured((), (), 0.0)
-        own = np.unique([*of.samples.times, *rates.times, *also])
-        cells = max(1, min(cells, _KNOTS // max(1, len(own))))
-        knots = subdivide(own, cells)
+        every = [of.samples, *([of.rates] if of.rates else [])]
+        own = np.unique([*also, *(t for measured in every for t in measured.times)])
+        knots = subdivide(own, max(1, min(cells, _KNOTS // max(1, len(own)))))
         unit = of.samples.noise or max(float(np.ptp(of.samples.values)) * 1e-3, 1e-9)
-        slope, second = (None if bound is None else (-bound / unit, bound / unit)
-                         for bound in (of.slope, of.second_derivative))  # fmt: skip
-        h, free = np.diff(knots), (None, None)
+        limits = [
+            (None, None) if bound is None else (-bound / unit, bound / unit)
+            for bound in (of.slope, of.second_derivative)
+        ]
+        h = np.diff(knots)
         one = np.ones(len(h))
         # States are values and slopes; without a bound of the second derivative, slopes are constant between two knots.
-        moves = [[one, h]] if second is None else [[one, h, h**2 / 2], [0 * h, one, h]]
-        each = [free, slope or free] if second is None else [free, slope or free, second]
-        steps, bounds = np.moveaxis(np.array(moves), 2, 0), each * len(knots)
-        at, of_rates = (len(each) * np.searchsorted(knots, times) for times in (of.samples.times, rates.times))
-        values = np.array([*of.samples.values, *rates.values]) / unit
-        noise = np.array([of.samples.noise] * len(of.samples.times) + [rates.noise] * len(rates.times)) / unit
-        rows, growth = unit_rows([*at, *(of_rates + 1)], len(bounds)), np.where(noise > 0, noise, 1.0)
-        zero = np.zeros(len(moves))
-        return cls(Courses(steps, zero, rows, values - noise, values + noise, growth, bounds), knots, unit)
+        moves = [[one, h]] if of.second_derivative is None else [[one, h, h**2 / 2], [0 * h, one, h]]
+        n = len(moves)
+        bounds = [(None, None), *limits[:n]] * len(knots)
+        at = [(n + 1) * np.searchsorted(knots, measured.times) + order for order, measured in enumerate(every)]
+        values = np.concatenate([measured.values for measured in every]) / unit
+        noise = np.concatenate([np.full(len(measured.times), measured.noise) for measured in every]) / unit
+        rows, growth = unit_rows(np.concatenate(at), len(bounds)), np.where(noise > 0, noise, 1.0)
+        steps = np.moveaxis(np.array(moves), 2, 0)
+        return cls(Courses(steps, np.zeros(n), rows, values - noise, values + noise, growth, bounds), knots, unit)
 
-    def value_at(self, t: float) -> Array:
-        """Return the cost vector for `Courses.minimise` that gives the signal's value at the knot t [s]."""
+    def extreme(self, t: float, sign: int) -> tuple[float, Array] | None:
+        """Return the largest value of all signals at the knot t [s], and the multipliers of the measurements.
+
+        For `sign` −1, it is the least value. None if it is not found.
+        """
         cost = np.zeros(len(self.courses.bounds) + 1)
-        cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = 1.0
-        return cost
+        cost[self.courses.steps.shape[2] * int(np.searchsorted(self.knots, t))] = -sign
+        found = self.courses.minimise(cost)
+        return found and (-sign * found[0] * self.unit, found[1])
 
     def ends_at(self, t: float) -> tuple[float, float] | None:
         """Return the least and the largest value of all signals at the knot t [s]; None if they are not found."""
-        low, high = (self.courses.minimise(sign * self.value_at(t)) for sign in (1.0, -1.0))
-        return None if low.x is None or high.x is None else (low.fun * self.unit, -high.fun * self.unit)
+        low, high = self.extreme(t, -1), self.extreme(t, 1)
+        return low and high and (low[0], high[0])
 
 
 def no_signal(name: str, of: SignalClass) -> NoSignal | None:
@@ -466,25 +448,24 @@ def no_signal(name: str, of: SignalClass) -> NoSignal | None:
 
     The bounds of the slope and of the second derivative are examined separately.
     """
-    alone = []
-    if of.second_derivative is not None:
-        alone.append(replace(of, slope=None))
-    if of.slope is not None:
-        alone.append(replace(of, second_derivative=None, rates=None))
-    return next(filter(None, (_contradiction(name, each) for each in alone)), None)
+    curved, steep = replace(of, slope=None), replace(of, second_derivative=None, rates=None)
+    alone = [(of.second_derivative, curved), (of.slope, steep)]
+    found = (_contradiction(name, each) for bound, each in alone if bound is not None)
+    return next(filter(None, found), None)
 
 
 def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
-    which, multipliers = _contradicting(of, 4)
-    if not which:
+    coarse = _contradicting(of, 4)
+    if coarse is None:
         return None
-    some = _only(of, which)
+    which = np.flatnonzero(coarse).tolist()
     for k in list(which):  # leave out each measurement that the contradiction does not need
         fewer = [i for i in which if i != k]
-        if fewer and _contradicting(_only(of, fewer), 16)[0]:
-            which, some = fewer, _only(of, fewer)
-    kept, multipliers = _contradicting(some, 64)
-    exact = _rationals(some, multipliers, 0, Fraction(0)) if kept else None
+        if fewer and _contradicting(_only(of, fewer), 16) is not None:
+            which = fewer
+    some = _only(of, which)
+    multipliers = _contradicting(some, 64)
+    exact = None if multipliers is None else _rationals(some, multipliers, 0, Fraction(0))
     if exact is None:
         return None
     n = len(some.samples.times)
@@ -494,30 +475,29 @@ def _contradiction(name: str, of: SignalClass) -> NoSignal | None:
     except FailedStepError:
         return None
     missing = float(excess / weight) if weight else 0.0
-    among = [f"{name} = {y:.6g} at t = {t:.6g} s" for t, y in zip(some.samples.times, some.samples.values, strict=True)]
-    if some.rates:
-        among += [f"rate {v:.6g} at t = {t:.6g} s" for t, v in zip(some.rates.times, some.rates.values, strict=True)]
+    among = [
+        f"{what} {y:.6g} at t = {t:.6g} s"
+        for what, measured in ((f"{name} =", some.samples), ("rate", some.rates))
+        if measured
+        for t, y in zip(measured.times, measured.values, strict=True)
+    ]
     written = {name: value for name, value in without_none(as_written(found)).items() if value}
     content = {"format": CONTRADICTION, "version": VERSION, **written}
     answer = NoSignal(name, missing, tuple(among), content, bound, float(excess / size))
     return answer if judge_contradiction(answer) is answer else None
 
 
-def _contradicting(of: SignalClass, cells: int) -> tuple[list[int], Array]:
-    """Return the indices of measurements that contradict each other, and the multipliers of all measurements.
+def _contradicting(of: SignalClass, cells: int) -> Array | None:
+    """Return the multipliers of all measurements if some contradict each other, 0 for the others; samples come first.
 
-    Without a contradiction, there are no indices. Multipliers are scaled so that the largest absolute value is 1.
-    Samples come first, then rates.
+    They are scaled so that the largest absolute value is 1. None if no contradiction is found.
     """
     courses = Signals.of(of, cells=cells).courses
     found = courses.minimise(np.append(np.zeros(len(courses.bounds)), 1.0), most=None)
-    if found.x is None or found.fun <= _LEAST_GROWTH:
-        return [], np.zeros(len(courses.growth))
-    upper, lower = found.ineqlin.marginals.reshape(2, -1)
-    multipliers = (lower - upper) / np.max(np.abs(lower - upper))
-    if multipliers @ (courses.lower + courses.upper) < 0:
-        multipliers = -multipliers
-    return np.flatnonzero(np.abs(multipliers) > _NO_MULTIPLIER).tolist(), multipliers
+    if found is None or found[0] <= _LEAST_GROWTH:
+        return None
+    multipliers = -found[1] / np.max(np.abs(found[1]))
+    return np.where(np.abs(multipliers) > _NO_MULTIPLIER, multipliers, 0.0)
 
 
 _LEAST_GROWTH = 1e-6  # measurements contradict each other if their noise bounds must grow by more than this part
@@ -527,13 +507,12 @@ def _only(of: SignalClass, which: list[int]) -> SignalClass:
     """Return the class with only the measurements whose indices are in `which`; indices count samples, then rates."""
     n = len(of.samples.times)
 
-    def some(measured: Measured, chosen: list[int]) -> Measured:
-        times, values = (tuple(each[i] for i in chosen) for each in (measured.times, measured.values))
-        return Measured(times, values, measured.noise)
+    def some(measured: Measured, at: list[int]) -> Measured:
+        times, values = (tuple(each[i] for i in at) for each in (measured.times, measured.values))
+        return replace(measured, times=times, values=values)
 
-    rates = [i - n for i in which if i >= n]
-    samples = some(of.samples, [i for i in which if i < n])
-    return replace(of, samples=samples, rates=some(of.rates, rates) if of.rates and rates else None)
+    samples, rates = [i for i in which if i < n], [i - n for i in which if i >= n]
+    return replace(of, samples=some(of.samples, samples), rates=some(of.rates, rates) if of.rates and rates else None)
 
 
 # The tolerance of a reference as bounds that move in time.
@@ -543,36 +522,27 @@ _WIDER = 100.0  # before the first sample and after the last, bounds are further
 _FEWER = 100  # about this many cells, in which moving bounds are polynomials; more if there are more measurements
 
 
-def _middle(name: str, of: SignalClass, claim: Claim) -> TrueSignal:
-    """Return a class with its upper side U and lower side D in each cell, an interval of time.
+def _middle(sought: TrueSignal) -> TrueSignal:
+    """Return the sides U and D of a class in each cell (interval of time); the error is half their largest distance."""
+    found = _with_sides(sought, _FEWER, lambda t: np.mean(sides_at(sought, t.ravel()), axis=0).reshape(t.shape))
+    high, low = _sides(found)
+    apart = np.polynomial.polynomial.polyval(np.linspace(-1.0, 1.0, 65), (high - low).T)
+    return replace(found, errors=tuple((np.max(apart, axis=1) / 2).tolist()))
 
-    All signals of the class are between D and U. The error of a cell is half the largest U − D in it.
+
+def _sides(of: TrueSignal) -> Array:
+    """Return the upper side U and the lower side D in each cell, as quadratic polynomials of x ∈ [−1, 1].
+
+    Coefficients have shape (2, cells, 3), the constant ones first.
     """
-    edges = _edges(name, of, claim, _FEWER)
-    found = _with_sides(name, of, edges, lambda t: np.mean(sides_at(of, t.ravel()), axis=0).reshape(t.shape))
-    since = np.linspace(0.0, 1.0, 65)[:, None] * np.diff(edges)
-    high, low = _pieces(found)
-    apart = np.polynomial.polynomial.polyval(since, (high - low).T[:, None], tensor=False)
-    return replace(found, errors=tuple((np.max(apart, axis=0) / 2).tolist()))
-
-
-def _pieces(of: TrueSignal) -> tuple[Array, Array]:
-    """Return the upper side U and the lower side D in each cell, as quadratic polynomials of the time since its start.
-
-    Coefficients have shape (cells, 3), the constant ones first; the time is in seconds.
-    """
-    every, boxes = places(of), [Box(a, b, 1.0) for a, b in pairwise(of.ends)]
-    scales = [2 / (Fraction(box.end) - Fraction(box.start)) for box in boxes]
-    upper, lower = (
-        np.array(
-            [
-                [*map(float, compose(side(of.of, pair, sign, box, every) or [], Fraction(-1), scale))]
-                for pair, box, scale in zip(pairs, boxes, scales, strict=True)
-            ]
-        )
-        for pairs, sign in ((of.upper, 1), (of.lower, -1))
+    every, boxes = places(of), [Box(*ends, 1.0) for ends in pairwise(of.ends)]
+    return np.array(
+        [
+            [side(of.of, pair, sign, box, every) for pair, box in zip(pairs, boxes, strict=True)]
+            for pairs, sign in ((of.upper, 1), (of.lower, -1))
+        ],
+        dtype=float,
     )
-    return upper, lower
 
 
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
@@ -581,20 +551,22 @@ def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> Con
     U and D are the upper and the lower side of the true signal. Before the first sample of the state and after the
     last, the bound is so wide that it never matters.
     """
-    low, high = _pieces(of)
+    ends = np.array(of.ends)
+    in_time = np.array([[1, 0, 0], [-1, 1, 0], [1, -2, 1]])  # powers of x, in those of y with x = y − 1
+    low, high = _sides(of) @ in_time * (2 / np.diff(ends)[:, None]) ** [0, 1, 2]
     low[:, 0] -= tolerance
     high[:, 0] += tolerance
-    X, hull = plant.state_set, plant.state_set.hull.extent(i := plant.system.states.index(of.state))
-    far, beyond = _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0])), (hull,) if hull else ()
-    least = min([float(np.min(low[:, 0])) - far, *(of.lower for of in beyond)])
-    most = max([float(np.max(high[:, 0])) + far, *(of.upper for of in beyond)])
-    ends, sides = np.array(of.ends), []
+    X, i = plant.state_set, plant.system.states.index(of.state)
+    hull, far = X.hull.extent(i), _WIDER * float(np.max(high[:, 0]) - np.min(low[:, 0]))
+    beyond = [hull.lower, hull.upper] if hull else []
+    least, most = min([np.min(low[:, 0]) - far, *beyond]), max([np.max(high[:, 0]) + far, *beyond])
     times = [2 * ends[0] - ends[1], *ends, 2 * ends[-1] - ends[-2]]
-    for given, pieces, value in zip(X.ends, (low, high), (least, most), strict=True):
-        rest = [[value, 0.0, 0.0]]
-        sides.append([*given, PolynomialPieces(times, [*rest, *pieces, *rest])])
-    rows, (lower, upper) = np.vstack([X.rows, np.eye(1, X.dimension, i)]), sides
-    return replace(plant, state_set=Polytope(rows, lower, upper, X.dimension))
+    own = [
+        PolynomialPieces(times, [[value, 0.0, 0.0], *pieces, [value, 0.0, 0.0]])
+        for pieces, value in ((low, least), (high, most))
+    ]
+    lower, upper = ([*given, side] for given, side in zip(X.ends, own, strict=True))
+    return replace(plant, state_set=Polytope(np.vstack([X.rows, np.eye(1, X.dimension, i)]), lower, upper, X.dimension))
 
 
 # Lower limits for the error of any reference.
@@ -645,7 +617,7 @@ def _radius(truth: TrueSignal) -> float:
     Return 0 if no program is solved.
     """
     times = subdivide(np.array(truth.ends), 2)
-    upper, lower = sides_at(truth.of, times, truth.derived)
+    upper, lower = sides_at(truth, times)
     widest = float(times[int(np.argmax(upper - lower))])
     ends = next(filter(None, (Signals.of(truth.of, (widest,), cells).ends_at(widest) for cells in _FINER)), None)
     return 0.0 if ends is None else max(0.0, (ends[1] - ends[0]) / 2)
@@ -658,25 +630,25 @@ def _least_error(plant: ConstrainedSystem, truth: TrueSignal) -> float:
     """
     T, start = plant.sampling_time, truth.ends[0]
     count = min(_STEPS, int((truth.ends[-1] - start) / T) + 1)
-    upper, lower = sides_at(truth.of, start + T * np.arange(float(count)), truth.derived)
+    upper, lower = sides_at(truth, start + T * np.arange(float(count)))
     sides = zip(upper.tolist(), lower.tolist(), strict=True)
     steps = Steps(plant, start, count, tuple(Value(k, truth.state, *of) for k, of in enumerate(sides)))
-    found = least(steps, np.where(steps.is_given, 1.0, 0.0))
-    return float("nan") if found is None else found.missing
+    found = least(steps, steps.order >= 0)
+    return float("nan") if found is None else found.missing * float(steps.widths[-1])
 
 
-def with_truth(certificate: Certificate, signals: Mapping[str, Sought]) -> Certificate:
-    """Return the certificate with proved distances between states and their true `signals`.
+def with_truth(certificate: Certificate, signals: Iterable[TrueSignal]) -> Certificate:
+    """Return the certificate with proved distances between states and their true signals, for the claims in `signals`.
 
-    NotTrackableError: a state is not proved to be within its tolerance.
+    NotTrackableError: a state is not proved to be within its tolerance, the error that is claimed.
     """
-    of, found = certificate, list[TrueSignal]()
-    for name, sought in signals.items():
-        truth, most = true_signal(of.reference, of.claim, name, sought, of.robust), sought.tolerance
+    found = list[TrueSignal]()
+    for sought in signals:
+        truth, most = true_signal(certificate.reference, sought, certificate.robust), sought.error
         if (error := max(truth.error, truth.plant or 0.0)) > most:
             worst, bounds = int(np.argmax(truth.errors)), Interval(-most, most)
             box, why = (truth.ends[worst], truth.ends[worst + 1]), "a larger tolerance is needed"
-            what = f"deviation of {name} from its true signals"
+            what = f"deviation of {truth.state} from its true signals"
             raise NotTrackableError(Unproved(what, bounds, box, error - most, why))
         found.append(truth)
     return replace(certificate, truth=tuple(found)) if found else certificate

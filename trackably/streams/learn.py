@@ -31,7 +31,7 @@ from trackably.reference.input_warnings import doubts, far_beyond, repeated, war
 from trackably.reference.request import Measurements, Noise, SamplesLike, check_rest
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, by_default, prove_waypoints, waypoints
-from trackably.streams.reference import SavedStream, StreamReference
+from trackably.streams.reference import StreamReference
 from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
@@ -125,7 +125,7 @@ def learn_stream(
 
     def beforehand(of: tuple[Samples, ...], _: EmpiricalPrior | None) -> EmpiricalPrior:
         ends = levels(between, measured.names, of)
-        return found_or_raise(empirical_prior(of, prior, ends, starts, False, True, plant.quantities))
+        return empirical_prior(of, prior, ends, starts, False, True, plant.quantities)
 
     with progress_bar("learn stream", shown=progress), repeated(asked):
         first, _ = begun.learn_enough(beforehand, lambda found: found.likely)
@@ -134,20 +134,20 @@ def learn_stream(
         known = _as_known(begun, first, plant, starts)
         measured, cost = measured.enough_for(known)
         stream = Stream(measured.signals, known, plant, length, claim, pinned)
-        reference, certificate = found_or_raise(learn_proved(stream))
-        pinned, proofs = prove_waypoints(reference, pinned, by_default(at_tolerance, plant))
+        certificate = found_or_raise(learn_proved(stream))
+        pinned, proofs = prove_waypoints(certificate.reference, pinned, by_default(at_tolerance, plant))
     certificate = with_truth(certificate.with_robust(tightening), signals)
-    saved = SavedStream.of(
+    learned = StreamReference.of(
         certificate,
+        proofs,
         tightening,
-        learned=reference,
+        learned=certificate.reference,
         samples=measured.signals,
         prior=known,
         length=length,
         condensed=cost,
         pinned=pinned,
     )
-    learned = StreamReference(saved, certificate, proofs)
     if large := [misfit for misfit in learned.misfits if misfit.is_large]:
         off = "; ".join(f"it is {misfit.size:.3g} off those of {misfit.name} (root mean square)" for misfit in large)
         sentence = f"the reference keeps its bounds but does not follow its samples: {off}; wider bounds may help"

@@ -13,7 +13,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.reference.condensed import Condensation
 from trackably.reference.explanation import given_values, kept_free, means
-from trackably.reference.fit import Misfit, residuals
+from trackably.reference.fit import Misfit, residual
 from trackably.reference.saved import Saved
 from trackably.reference.trackable import LearnedReference
 from trackably.reference.waypoints import Waypoint
@@ -97,9 +97,10 @@ class StreamReference(LearnedReference):
 
         They are compared with the noise, because there is no fit without bounds to compare them with.
         """
-        off, found = residuals(self.prior.names, self.samples, self.reference.kernel_sums), []
-        for process, part, together in zip(self.prior.names, self.prior.parts, self.samples, strict=True):
-            noise = float(part.noise_std)
-            for name, of in together.by_name(process).items():
-                found.append(Misfit(name, of, off[name], noise * of.relative_noise, noise, noise, is_learned=False))
-        return tuple(found)
+        every = zip(self.prior.names, self.prior.parts, self.samples, self.reference.kernel_sums, strict=True)
+        return tuple(
+            Misfit(name, of, residual(of, signal), noise * of.relative_noise, noise, noise, is_learned=False)
+            for process, part, together, signal in every
+            for noise in [float(part.noise_std)]
+            for name, of in together.by_name(process).items()
+        )

@@ -133,7 +133,7 @@ class Relearner:
         fit = Fit.of(found.reference, found.solution, found.solution.posterior, ())
         tightening = self.reference.tightening
         certificate = found.certificate.with_robust(tightening)
-        self._learned = TrackableReference.of(fit, certificate, (), tightening)
+        self._learned = TrackableReference.of(certificate, (), tightening, fit=fit)
         return self._learned
 
     def _learn(self, samples: tuple[Samples, ...]) -> LearningResult:

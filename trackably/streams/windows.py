@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.prove import Failure, prove
+from trackably.certificates.certified import tightened_constraint
+from trackably.certificates.prove import Outcome, prove
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples, recorded_span
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
@@ -47,7 +47,7 @@ def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end
     if found is None:
         return None
     values = np.where(found.times < now, found.stencil.measured(base, found.times), found.values)
-    return Samples(found.times, values, found.relative_noise, found.stencil)
+    return replace(found, values=values)
 
 
 _MEMORY = 12.0  # correlation times: samples older than this change a function by less than 1/1000 of the noise
@@ -84,23 +84,21 @@ class Stream:
         yield from zip(ends, [*ends[1:], float(np.nextafter(last, np.inf))], strict=True)
 
 
-def learn_proved(stream: Stream) -> tuple[Reference, Certificate] | NoSolution | Failure:
-    """Return a reference of all windows with its proof, or the reason why there is none.
+def learn_proved(stream: Stream) -> Outcome | NoSolution:
+    """Return the proof of a reference that is learned from all windows, or the reason why there is none.
 
     If the proof fails, all windows are learned again with a larger back-off.
     """
-    outcome: Failure | None = None
+    outcome: Outcome | None = None
     for backoff in _BACKOFFS:
         signals = _signals(stream, backoff)
         if isinstance(signals, NoSolution):
             return outcome or signals
-        reference = Reference(signals, stream.plant)
-        proved = prove(reference, stream.claim)
+        outcome = prove(Reference(signals, stream.plant), stream.claim)
         done("fit")
-        if isinstance(proved, Certificate):
-            return reference, proved
-        outcome = proved
-    assert outcome is not None, "every back-off was tried"
+        if isinstance(outcome, Certificate):
+            break
+    assert outcome is not None, "some back-off was tried"
     return outcome
 
 
@@ -159,7 +157,4 @@ def _problem(
 
 def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
     """Return the bounds of a plant at the given times, tightened by a part `backoff` of their width."""
-    return tuple(
-        Constraint(replace(q, bounds=q.bounds.shrunk(backoff / 2 * q.bounds.width)), RealTimes(times), backoff / 2)
-        for q in plant.quantities
-    )
+    return tuple(tightened_constraint(q, backoff / 2, times) for q in plant.quantities)

@@ -117,7 +117,7 @@ def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
     assert isinstance(verdict, Proved)
     assert f"|x_r(t) - f(t)| ≤ {truth.error!r}" in verdict.statement
     times = np.linspace(0.0, 2.9, 3001)
-    upper, lower = sides_at(truth.of, times, truth.derived)
+    upper, lower = sides_at(truth, times)
     x = learned.reference.state_at(times)[:, 0]
     largest = float(np.max(np.maximum(upper - x, x - lower)))
     assert largest <= truth.error <= 1.02 * largest

@@ -8,6 +8,7 @@ import pytest
 
 from tests.trackably.plants import AXIS, CART
 from trackably import ConstrainedSystem, Matern52, Polytope, Samples, SquaredExponential
+from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.posterior import Posterior
@@ -32,8 +33,8 @@ def test_without_bounds_windows_give_the_posterior_mean_of_all_samples(kernel, l
     _, samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
     prior = JointPrior((Prior(kernel, 0.05, -0.4),) * 2, ("a", "b"))
     found = learn_proved(Stream(samples, prior, free, length, Window(0.0, 17.0)))
-    assert isinstance(found, tuple)
-    for part, of, signal in zip(prior.parts, samples, found[0].signals, strict=True):
+    assert isinstance(found, Certificate)
+    for part, of, signal in zip(prior.parts, samples, found.reference.signals, strict=True):
         np.testing.assert_allclose(signal(at), Posterior(part, of).signal(at), atol=2e-4)
 
 
@@ -45,8 +46,8 @@ def stream(length: float, claim: Claim, samples: Samples = SAMPLES) -> Stream:
 
 def learned(length: float, claim: Claim) -> Reference:
     found = learn_proved(stream(length, claim))
-    assert isinstance(found, tuple), found.explanation
-    return found[0]
+    assert isinstance(found, Certificate), found
+    return found.reference
 
 
 def test_with_bounds_windows_stay_near_the_function_of_all_samples_at_once():
@@ -67,4 +68,4 @@ def test_bounds_are_kept_and_touched_across_all_windows(claim):
 def test_each_window_can_be_followed_by_rest():
     """A stream that stops at full speed towards its bound: the function turns in time, as nothing may follow."""
     full_speed = Samples(TIMES[TIMES < 4], -1.0 + 0.25 * TIMES[TIMES < 4])
-    assert isinstance(learn_proved(stream(1.0, AllTimes(), full_speed)), tuple)
+    assert isinstance(learn_proved(stream(1.0, AllTimes(), full_speed)), Certificate)
