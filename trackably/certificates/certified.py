@@ -185,10 +185,8 @@ class _Learning:
             reference = Reference(tuple(map(compact, found.signals)), self.plant)
             errors = _relative_errors(reference)
             error = max(errors.values())
-            is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF
-            takes_long = found.is_rough and 3 * backoff < self._enough(found)
-            if (is_broken or takes_long) and error < _LARGEST_BACKOFF:  # no back-off leaves room for larger errors
-                backoff = self._larger(backoff, found)
+            if (larger := self._before_proof(backoff, errors, found)) is not None:
+                backoff = larger
                 found = learner.continued(found, self._problem(goal, backoff))
                 continue
             outcome = prove(reference, goal.claim)
@@ -226,6 +224,26 @@ class _Learning:
             if most > _LARGEST_BACKOFF and not isinstance(found, Solution):
                 return outcome  # there is a function, but none that leaves so much room for errors
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
+
+    def _before_proof(self, backoff: float, errors: dict[str, float], found: Solution) -> float | None:
+        """Return the back-off for another search if a proof would fail now, or take long; None if it can be tried.
+
+        A proof would fail if bounds are violated, or if a rough function (kinks and many active bounds) is evaluated
+        with an error of over half the back-off in a quantity whose bounds are active. Own back-offs then leave room for
+        errors; a proof is tried in any case when there are such back-offs already.
+        """
+        if max(errors.values()) >= _LARGEST_BACKOFF:  # no back-off leaves room for larger errors
+            return None
+        is_broken = found.missed > backoff and backoff < _LARGEST_BACKOFF
+        takes_long = found.is_rough and 3 * backoff < self._enough(found)
+        if is_broken or takes_long:
+            return self._larger(backoff, found)
+        active = {bound.name for bound in found.active_bounds}
+        error = max((of for name, of in errors.items() if name in active), default=0.0)
+        if self.rounding or not found.is_rough or _LEAST_ROOM * error <= backoff:
+            return None
+        self._leave_room_for(self._room_for(errors, found), backoff, _LARGEST_BACKOFF)
+        return backoff
 
     def _room_for(self, errors: dict[str, float], found: Solution) -> dict[str, float]:
         """Return, by quantity, a back-off that leaves room for its relative error of evaluation.

@@ -91,7 +91,7 @@ class RowPosterior:
         return tuple(of.stencil.combine(kernel.across(of.centres)) for kernel, of in pairs)
 
 
-_MANY = 400  # rows: for fewer, their dense covariance takes less time
+_MANY = 200  # rows: for fewer, their dense covariance takes less time
 
 
 def has_system(posterior: JointPosterior, count: int) -> bool:

@@ -17,7 +17,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.learner import FUNCTION, JOINT
-from trackably.learning.problem import ConstrainedProblem, NothingFactored
+from trackably.learning.problem import ActiveBound, ConstrainedProblem, NothingFactored
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -77,6 +77,16 @@ def test_constraints_are_extended_to_where_a_proof_failed_before_them(monkeypatc
     learner = replace(JOINT, extended=extended)
     assert isinstance(learn_certified(replace(PROBLEM, samples=moved), PLANT, goal, learner=learner), Certified)
     assert windows == [Window(0.0, goal.times.end)]
+
+
+@pytest.mark.parametrize(("error", "backoff"), [(1 / 8, 1 / 2), (1 / 3, 1), (1, 2)])
+def test_room_for_errors_costs_no_more_than_the_allowed_gap_unless_twice_the_error_does(error, backoff):
+    """In units of the back-off that raises J by the allowed gap; no back-off of the input, which is free, costs any."""
+    found = certified("example1").solution
+    found = replace(found, active_bounds=(ActiveBound("state", "upper", 0.5, 50.0, 0.0),))
+    unit = found.allowed_gap / found.rise(PLANT.quantities)
+    room = learning._Learning(PROBLEM, PLANT, print, JOINT)._room_for({"state": error * unit, "input": error}, found)
+    assert room == pytest.approx({"state": backoff * unit, "input": 4 * error})
 
 
 def crane(step, end, distance, noise_std, kernel, learner):

@@ -14,7 +14,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint, joined, timed, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
-from trackably.learning.joint.places import CLOSE, LOWER, UPPER, MarginScan, Places, merge, places_of
+from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
 from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_allowed
 from trackably.systems.trajectories import Signals
@@ -29,7 +29,9 @@ _SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as
 _JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
-_BETWEEN = 10  # regular times between two samples at which bounds on a function with kinks are imposed if violated
+_CLOSE = 0.05  # part of a width: bounds on a smooth function are imposed at minima with smaller margins
+_HELD = 0.9  # part of the back-off: bounds on a function with kinks are imposed at times with smaller margins
+_BETWEEN = 10  # regular times between two samples at which margins of a function with kinks are examined
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
@@ -62,10 +64,8 @@ def exchange_bounds(
     """Return the function that satisfies all bounds at all times of their index sets, or the last one of the exchange.
 
     Each round solves a program with bounds at its `places` (times and sides), and adds places where the solution
-    violates bounds. A function with kinks may be on a bound along whole stretches of time: in searches of
-    hyperparameters, which have a `tolerance`, only places with more than half of this violation are added, and
-    otherwise also regular times at which the bound is violated. With nonlinear formulas, the first program starts at
-    the signals `near`. The exchange ends when
+    violates these bounds (see `_to_impose`). With nonlinear formulas, the first program starts at the signals `near`.
+    The exchange ends when
     - no bound is violated by more than `tolerance` (a part of its width), or all violations are so small that a later,
       larger back-off removes them,
     - the bounds contradict each other,
@@ -82,9 +82,7 @@ def exchange_bounds(
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
-    is_sparse = is_convex and is_rough and tolerance > 0 and bool(problem.prior.learned)
-    below = -tolerance / 2 if is_sparse else CLOSE
-    regular = _regular_times(problem) if is_convex and is_rough and not is_sparse else []
+    below, regular = _to_impose(problem, tolerance)
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     kept = places if is_rough else None
@@ -107,13 +105,13 @@ def exchange_bounds(
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
-        found = joined(minima, seen.violated(regular)) if regular and not is_close else minima
+        found = joined(minima, seen.at(regular)) if regular and not is_close else minima
         met = merge(kept if is_convex else places, at_steps(problem, seen.places(found, below), places, same), same)
         ends = is_stuck or all(map(np.array_equal, met, places))
         if merges and ends and margin < -max(tolerance, removed, ALMOST):
             # The function crosses a bound near a time at which it meets it: the bound has to be met there too.
             merges, is_stuck, same = False, False, same_time(posterior.signals)
-            met = merge(kept, seen.places(minima), same)
+            met = merge(kept, seen.places(minima, below), same)
         best = ExchangeResult(bent, met, kept, margin, constraint, time)
         jumps += not is_convex and margin < -_JUMPED
         if (
@@ -130,6 +128,22 @@ def exchange_bounds(
         if is_convex or margin >= -_JUMPED:
             near = bent.signals
     return best
+
+
+def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[float], list[Array]]:
+    """Return, for each constraint, the margin below which its bounds are imposed, and regular times to examine [s].
+
+    Margins are parts of a width. They are compared at local minima and, if there are regular times, at these too. A
+    smooth function touches its bounds at single times; formulas have regular times of their own (`with_regular`). A
+    function with kinks may be on a bound along whole stretches: there, bounds are imposed wherever the margin is below
+    0.9 of the back-off that programs demand. A search of hyperparameters with a `tolerance` leaves out the regular
+    times, and minima violated by less than half of it: otherwise, its programs have two to three times as many rows.
+    """
+    if is_smooth(problem) or not is_linear(problem):
+        return [_CLOSE for _ in problem.constraints], []
+    if tolerance > 0 and problem.prior.learned:
+        return [-tolerance / 2 for _ in problem.constraints], []
+    return [_HELD * each.backoff for each in problem.constraints], _regular_times(problem)
 
 
 def _regular_times(problem: ConstrainedProblem) -> list[Array]:

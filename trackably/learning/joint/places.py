@@ -200,8 +200,6 @@ def _linearise(trajectory: Trajectory, times: Array, near: Signals) -> tuple[Arr
     return offsets, np.array([np.broadcast_to(slopes[name], times.shape) for name in at])
 
 
-CLOSE = 0.05  # part of a width: bounds are imposed also where a local minimum of the margin is smaller than this
-_HELD = 0.9  # part of a back-off: a function with kinks that has less margin at a regular time is constrained there
 _IN_REACH = 0.5  # part of a width: bounds on nonlinear formulas are kept for steps of θ only if their slack is smaller
 
 Minima = list[tuple[Array, Array]]
@@ -233,24 +231,16 @@ class MarginScan:
         centres = [each.suspect_centres(self) for each in self._known]
         return joined(found, between(self._known, self._all, centres, CLOSER))
 
-    def violated(self, times: Sequence[Array]) -> Minima:
-        """Return those `times` [s] of each constraint at which its margin is below 0.9 of the back-off, with margins.
+    def at(self, times: Sequence[Array]) -> Minima:
+        """Return the `times` [s] of each constraint, with its margins there as parts of the bounds' width."""
+        pairs = zip(self._known, times, margins_at(self._all, times), strict=True)
+        return [(at, margins / constraint.quantity.bounds.width) for constraint, at, margins in pairs]
 
-        At these times, the function violates the bounds that programs impose, which are tightened by the back-off.
-        Margins are relative to the bounds' width.
-        """
-        found = []
-        for constraint, at, margins in zip(self._known, times, margins_at(self._all, times), strict=True):
-            relative = margins / constraint.quantity.bounds.width
-            is_beyond = relative < _HELD * constraint.backoff
-            found.append((at[is_beyond], relative[is_beyond]))
-        return found
-
-    def places(self, found: Minima, below: float = CLOSE) -> Places:
-        """Return the times of minima with a margin `below` this part of a width, and the sides of the nearer bounds."""
+    def places(self, found: Minima, below: Sequence[float]) -> Places:
+        """Return the times with a margin `below` that of their constraint, and the sides of the nearer bounds."""
         chosen = []
-        for constraint, (at, margins) in zip(self._known, found, strict=True):
-            times = at[np.isfinite(margins) & (margins < below)]
+        for constraint, (at, margins), least in zip(self._known, found, below, strict=True):
+            times = at[np.isfinite(margins) & (margins < least)]
             low, high = self._slacks(constraint, times)
             chosen.append(np.column_stack([times, np.where(low < high, LOWER, UPPER)]))
         return tuple(chosen)
