@@ -113,8 +113,8 @@ class Posterior:
 
         u = `weights` are those of further kernels with centres at t [s], both (P,). A `base` takes the place of m.
         """
-        some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
-        centres, together = [self._kernel_centres, t[some]], [own, weights[some]]
+        some, own = weights != 0, self.samples.stencil.spread(own)
+        centres, together = [self.samples.centres, t[some]], [own, weights[some]]
         if self.base:
             centres, together = [self.base.centres, *centres], [self.base.weights, *together]
         every = np.concatenate(centres), np.concatenate(together)
@@ -204,7 +204,7 @@ class Posterior:
         return np.asarray(np.maximum(before - explained, 0.0))
 
     def _jets(self, order: int, t: Array) -> Array:
-        kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
+        kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient
         jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
@@ -222,20 +222,13 @@ class Posterior:
         return found
 
     @cached
-    def _kernel_centres(self) -> Array:
-        """The centres [s] of the kernels in the posterior mean, shape (m,)."""
-        times = self._factored.centres(self.samples.times)
-        return self.samples.centres if times is self.samples.times else self.samples.stencil.centres(times)
-
-    @cached
     def _weights_and_gradient(self) -> Array:
-        """The weights c, then ∂c/∂ln θ_j = −A⁻¹ ∂A c for learned θ_j, all at the m kernel centres: (1 + p, m).
+        """The weights c, then ∂c/∂ln θ_j = −A⁻¹ ∂A c for learned θ_j, all at the m centres of samples: (1 + p, m).
 
         A is K + σ_n² I.
         """
         moved, _ = self._moved_weights
-        together = np.concatenate([self.weights[None], -moved.T])
-        return self.samples.stencil.spread(self._factored.weights_at_centres(together))
+        return self.samples.stencil.spread(np.concatenate([self.weights[None], -moved.T]))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:

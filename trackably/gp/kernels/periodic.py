@@ -1,19 +1,14 @@
 """The periodic kernel, in its correct form: the paper prints the square inside the sine."""
 
-import math
 from dataclasses import dataclass
 from math import comb, tau
 
 import numpy as np
-import scipy
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
-from trackably.gp.kernels.base import SpectralDensity, lengthscale_gradient
+from trackably.gp.kernels.base import lengthscale_gradient
 from trackably.gp.kernels.elementary import Elementary
-
-_LOST = 41.0  # e^(−x) is below 2⁻⁵⁹ for every larger x
-_SHARPEST = 1e4  # 1/θ₂²: a sharper kernel has over a thousand lines
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,27 +77,6 @@ class Periodic(Elementary):
             for j in range(1, n + 1):
                 kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
         return kappa, g
-
-    @property
-    def lines(self) -> SpectralDensity | None:
-        """κ = θ₁² e^(−β) Σ_k I_k(β) cos(ω_k r) over all whole k, with β = 1/θ₂², ω_k = 2πk/θ₃ and Bessel functions I_k.
-
-        e^(−β) I_k(β) is the probability that two Poisson numbers of mean β/2 differ by k. By Bernstein's inequality, it
-        is below e^(−x) for k ≥ x/3 + √(x²/9 + 2 x β).
-        """
-        beta = float(self.lengthscale) ** -2
-        if beta > _SHARPEST:
-            return None
-        most = _LOST / 3 + math.sqrt(_LOST**2 / 9 + 2 * _LOST * beta)
-        last = np.flatnonzero(scipy.special.ive(np.arange(most), beta) > math.exp(-_LOST))[-1]
-        return SpectralDensity(self.signal_std**2, math.inf, float(last) * tau / self.period, self._lines)
-
-    def _lines(self, omega: Array) -> tuple[Array, Array]:
-        beta, k = float(self.lengthscale) ** -2, np.rint(omega * (self.period / tau))
-        before, own, after = scipy.special.ive([np.abs(k - 1), k, k + 1], beta)
-        gradient = np.zeros((3, len(k)))
-        gradient[0], gradient[1] = 2, beta * (2 - (before + after) / own)  # 2 İ_k = I_(k − 1) + I_(k + 1)
-        return self.signal_std**2 * self.period * own, gradient
 
 
 def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:
