@@ -37,6 +37,10 @@ class _Instants:
         """Return the values y(t) that are measured of a process g at times t [s]; an array of the same shape as t."""
         return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
+    def at_rest(self: Any, level: float) -> Any:
+        """Return the measured value of a process that is constant at `level`: a number, or numbers (n,)."""
+        return self.offset + sum(self.weights) * level
+
     def centres(self: Any, t: Array) -> Array:
         """Return the instants t + j step [s] on which samples at t, shape (n,), depend; the shape is (n · J,)."""
         return np.concatenate([t + j * self.step for j in range(len(self.weights))])
@@ -83,10 +87,6 @@ class Stencil(_Instants):
     def __post_init__(self) -> None:
         if not any(self.weights):
             raise ValueError("stencil: samples must depend on the process, but all weights are zero")
-
-    def at_rest(self, level: float) -> float:
-        """Return the measured value of a process that is constant at `level`."""
-        return self.offset + sum(self.weights) * level
 
     def only(self, _: object) -> "Stencil":
         """Return the stencil of some of the samples: this stencil, as all samples have the same one."""
@@ -153,10 +153,6 @@ class Stencils(_Instants):
     def offset(self) -> Array:
         """The constant of each sample, shape (n,)."""
         return np.array([part.offset for part in self.parts])[self.places]
-
-    def at_rest(self, level: float) -> Array:
-        """Return the measured values of a process that is constant at `level`; the shape is (n,)."""
-        return np.array([part.at_rest(level) for part in self.parts])[self.places]
 
     def only(self, chosen: npt.NDArray[np.intp]) -> "Stencil | Stencils":
         """Return the stencils of some samples; a single stencil if these are of one kind."""

@@ -19,8 +19,9 @@ A periodic kernel is such a sum at all distances, with its own period P, a hyper
 """
 
 import math
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -34,7 +35,7 @@ from trackably.gp.stencil import Covariance, Stencil, Stencils
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
-_CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
+_CACHE_SIZE = 3  # rungs whose waves are kept, as an optimiser's iterates alternate between a few
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
@@ -109,7 +110,6 @@ class Ladder:
     times: Array
     relative_noise: Array
     stencil: Stencil | Stencils
-    _cache: dict[tuple[int, int], Waves] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def span(self) -> float:
@@ -134,19 +134,18 @@ class Ladder:
             return value.sum(axis=0), gradient.sum(axis=1)
 
         found = cosines(repeated, period, most)
-        return found and (self._from_cache(place, period, found.waves), found)
-
-    def _from_cache(self, place: int, period: float, count: int) -> Waves:
+        if found is None:
+            return None
         # Compute a few waves more, for other kernels. Their number must not depend on earlier calls; else the last bits
         # of results would depend on earlier calls.
-        key = place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
-        found = self._cache.pop(key, None)
-        if found is None:
-            found = self._compute(period, key[1])
-            while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
-                del self._cache[next(iter(self._cache))]
-        self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
-        return Waves(found.scaled[:, :count], found.products[:count, :count])
+        count, more = found.waves, math.floor(math.exp2(math.ceil(_STEPS * math.log2(found.waves)) / _STEPS)) | 1
+        waves = self._of(period, more)
+        return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
+
+    @cached_property
+    def _of(self) -> Callable[[float, int], Waves]:
+        """Return a number of waves of a period [s]; the last few are kept."""
+        return lru_cache(_CACHE_SIZE)(self._compute)
 
     def _compute(self, period: float, count: int, has_moved: bool = False) -> Waves:
         times = self.stencil.centres(self.times - (self.times[0] + self.times[-1]) / 2)

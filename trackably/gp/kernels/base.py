@@ -175,10 +175,7 @@ class Kernel(Parametrized):
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape).
-
-        For order 0, the value may differ from that of `jet` by a few roundings.
-        """
+        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         """Return the jet of order 0: κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""

@@ -23,8 +23,6 @@ class Periodic(Elementary):
         return np.asarray(self._jets(r, order)[0])
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        if not order:
-            return self._of_order_0(r)
         jet, detour = self._jets(r, order + 1)
         gradient = np.empty((3, *jet[:-1].shape))
         gradient[0] = 2 * jet[:-1]
@@ -34,28 +32,6 @@ class Periodic(Elementary):
                 gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
         gradient[2] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
-
-    def _of_order_0(self, r: Array) -> tuple[Array, Array]:
-        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ.
-
-        Here, g = 2 sin²(π r/θ₃)/θ₂².
-        """
-        omega, beta = tau / self.period, self.lengthscale**-2
-        phase = omega / 2 * r
-        tangent = np.tan(phase)  # gives sine and cosine: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
-        square = tangent * tangent
-        quotient = 2 * beta / (1 + square)
-        g = square * quotient
-        value = np.asarray(-g)
-        np.exp(value, out=value)
-        value *= self.signal_std**2
-        gradient = np.empty((3, *value.shape))
-        twice = np.multiply(value, 2.0, out=gradient[0, ...])
-        np.multiply(twice, g, out=gradient[1, ...])
-        phase *= tangent
-        phase *= quotient
-        np.multiply(phase, twice, out=gradient[2, ...])
-        return value[None], gradient[:, None]
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g) and g = 2 sin²(ωr/2)/θ₂² = (1 − cos ωr)/θ₂² with ω = 2π/θ₃, each with its derivatives.

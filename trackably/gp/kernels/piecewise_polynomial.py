@@ -9,9 +9,10 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
 
 from trackably.arrays import Array
-from trackably.gp.kernels.elementary import Radial, horner, powers
+from trackably.gp.kernels.elementary import Radial
 
 
 class _PiecewisePolynomial(Radial):
@@ -38,11 +39,10 @@ class _PiecewisePolynomial(Radial):
         distance = np.abs(s)
         x = np.minimum(distance, 1.0)
         phi = np.empty((order + 1, *s.shape))
-        falls = powers(1 - x, max(self.power - order, 1), self.power)
         for n, coefficients in enumerate(_factors(self.power, tuple(self.polynomial.coef.tolist()), order)):
             left = self.power - n
-            fall = falls[left] if left > 0 else np.heaviside(1 - distance, 0.5)
-            np.multiply(horner(coefficients, x), fall, out=phi[n, ...])
+            fall = (1 - x) ** left if left > 0 else np.heaviside(1 - distance, 0.5)
+            np.multiply(polyval(x, coefficients), fall, out=phi[n, ...])
             if n % 2:  # φ is even: its odd derivatives are odd
                 phi[n] *= np.sign(s)
         return phi
