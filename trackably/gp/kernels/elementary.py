@@ -67,7 +67,7 @@ class Radial(Elementary):
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         jet = self.jet(r, order + 1)
         gradient = np.empty((2, *jet[:-1].shape))
-        np.multiply(jet[:-1], 2.0, out=gradient[0])
+        gradient[0] = 2 * jet[:-1]
         gradient[1] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
 

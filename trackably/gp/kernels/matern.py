@@ -39,13 +39,9 @@ class Matern(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)
         decay = np.exp(-x)
-        phi = np.empty((order + 1, *s.shape))
-        for n, coefficients in enumerate(_factors(type(self), order)):
-            np.multiply(polyval(x, coefficients), decay, out=phi[n, ...])
-            if n:
-                phi[n] *= self.rate**n
-            if n % 2:  # φ is even: its odd derivatives are odd
-                phi[n] *= np.sign(s)
+        every = enumerate(_factors(type(self), order))
+        phi = np.array([polyval(x, coefficients) * decay * self.rate**n for n, coefficients in every])
+        phi[1::2] *= np.sign(s)  # φ is even: its odd derivatives are odd
         return phi
 
 

@@ -38,13 +38,11 @@ class _PiecewisePolynomial(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         distance = np.abs(s)
         x = np.minimum(distance, 1.0)
-        phi = np.empty((order + 1, *s.shape))
-        for n, coefficients in enumerate(_factors(self.power, tuple(self.polynomial.coef.tolist()), order)):
-            left = self.power - n
-            fall = (1 - x) ** left if left > 0 else np.heaviside(1 - distance, 0.5)
-            np.multiply(polyval(x, coefficients), fall, out=phi[n, ...])
-            if n % 2:  # φ is even: its odd derivatives are odd
-                phi[n] *= np.sign(s)
+        factors = _factors(self.power, tuple(self.polynomial.coef.tolist()), order)
+        powers = range(self.power, self.power - order - 1, -1)
+        falls = ((1 - x) ** n if n > 0 else np.heaviside(1 - distance, 0.5) for n in powers)
+        phi = np.array([polyval(x, factor) * fall for factor, fall in zip(factors, falls, strict=True)])
+        phi[1::2] *= np.sign(s)  # φ is even: its odd derivatives are odd
         return phi
 
 

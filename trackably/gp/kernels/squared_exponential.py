@@ -12,12 +12,10 @@ class SquaredExponential(Radial):
     """φ(s) = exp(−s²/2) with s = r/θ₂ and the length scale θ₂."""
 
     def correlation(self, s: Array, order: int) -> Array:
-        phi, minus = np.empty((order + 1, *s.shape)), -s
-        square = s * s
-        square *= -0.5
-        np.exp(square, out=phi[0, ...])
+        phi = np.empty((order + 1, *s.shape))
+        phi[0] = np.exp(-0.5 * s**2)
         for n in range(order):  # φ' = −s φ, differentiated n times
-            np.multiply(minus, phi[n], out=phi[n + 1, ...])
+            phi[n + 1] = -s * phi[n]
             if n:
                 phi[n + 1] -= n * phi[n - 1]
         return phi
