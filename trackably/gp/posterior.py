@@ -113,7 +113,7 @@ class Posterior:
     @cached
     def misfit_gradient(self) -> Array:
         """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c for fixed weights c; the shape is (p,)."""
-        return self._form_gradient(self.weights)
+        return self.energy_gradient(self.weights, _NONE, _NONE)
 
     def energy_gradient(self, own: Array, t: Array, weights: Array) -> Array:
         """Return ∂/∂ln θ of the squared norm of the kernels of `with_kernels` plus σ_n² Σ_i ϱ_i² w_i²: (p,).
@@ -123,13 +123,9 @@ class Posterior:
         """
         centres = np.append(t, self.samples.centres)
         twice = np.append(weights, 2 * self.samples.stencil.spread(own))
-        by_kernel = gradient_of_sum(self.prior.kernel, centres, twice, t) @ weights
-        return np.asarray(self._form_gradient(own) + np.append(by_kernel, 0.0)[self.prior.places])
-
-    def _form_gradient(self, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ (K + σ_n² I) w for fixed weights w; the shape is (p,)."""
-        by_kernel = self._factored.gradient_times(weights) @ weights
-        by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
+        of_rows = gradient_of_sum(self.prior.kernel, centres, twice, t) @ weights
+        by_kernel = self._factored.gradient_times(own) @ own + of_rows
+        by_noise = 2 * noise_variance(self.prior, self.samples) @ own**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 
     @property

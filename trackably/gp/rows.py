@@ -83,15 +83,6 @@ class Rows:
     offsets: Array
     terms: tuple[Terms, ...]
 
-    @classmethod
-    def joined(cls, parts: Sequence["Rows"], processes: int) -> Self:
-        """Return the rows of all parts, stacked; every part has terms for each of the `processes`."""
-        starts = np.cumsum([0, *map(len, parts)]).tolist()[:-1]
-        return cls(
-            np.concatenate([np.empty(0), *(part.offsets for part in parts)]),
-            tuple(Terms.joined([part.terms[c] for part in parts], starts) for c in range(processes)),
-        )
-
     def __len__(self) -> int:
         return len(self.offsets)
 
