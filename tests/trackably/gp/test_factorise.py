@@ -1,5 +1,7 @@
 """Each factorisation against the dense one, on all kinds of times and noise."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -77,7 +79,9 @@ def test_all_factorisations_lead_to_the_same_answers(kernel, times):
     ],
 )
 def test_the_fastest_factorisation_is_taken(kernel, times, wanted):
-    assert isinstance(posterior_at(kernel, times, 0.1)._factored, wanted)
+    posterior = posterior_at(kernel, times, 0.1)
+    assert isinstance(posterior._factored, wanted)
+    assert len(pickle.loads(pickle.dumps(posterior.samples))) == len(times)  # with what is kept for the next likelihood
 
 
 @over({name: KERNELS[name] for name in ("se", "matern52", "rq_third", "periodic_pi", "sum")})

@@ -19,9 +19,8 @@ A periodic kernel is such a sum at all distances, with its own period P, a hyper
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -110,6 +109,7 @@ class Ladder:
     times: Array
     relative_noise: Array
     stencil: Stencil | Stencils
+    _cache: dict[tuple[float, int], Waves] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def span(self) -> float:
@@ -139,13 +139,11 @@ class Ladder:
         # Compute a few waves more, for other kernels. Their number must not depend on earlier calls; else the last bits
         # of results would depend on earlier calls.
         count, more = found.waves, math.floor(math.exp2(math.ceil(_STEPS * math.log2(found.waves)) / _STEPS)) | 1
-        waves = self._of(period, more)
+        waves = self._cache.pop((period, more), None) or self._compute(period, more)
+        self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
+        if len(self._cache) > _CACHE_SIZE:
+            del self._cache[next(iter(self._cache))]
         return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
-
-    @cached_property
-    def _of(self) -> Callable[[float, int], Waves]:
-        """Return a number of waves of a period [s]; the last few are kept."""
-        return lru_cache(_CACHE_SIZE)(self._compute)
 
     def _compute(self, period: float, count: int, has_moved: bool = False) -> Waves:
         times = self.stencil.centres(self.times - (self.times[0] + self.times[-1]) / 2)
