@@ -106,7 +106,7 @@ def test_waves_that_fold_back_onto_few_points_are_not_taken_for_resolved(waves):
         values = np.cos(2 * np.pi * waves / 7.0 * r)
         return values, values[None]
 
-    assert cosines(cosine, 7.0, 256) is None
+    assert cosines(cosine, 7.0, 128) is None
 
 
 def test_samples_that_no_factorisation_holds_in_memory_are_refused():

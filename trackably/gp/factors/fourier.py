@@ -38,7 +38,6 @@ _CACHE_SIZE = 3  # rungs whose waves are kept, as an optimiser's iterates altern
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
-_CHECKED = 7 / 8  # coefficients above rounding level must all be among this first part of the coefficients
 _OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 2 % 1  # parts of half a period at which a sum of cosines is checked
 
 
@@ -58,10 +57,10 @@ class Cosines(NamedTuple):
 def cosines(covariance: Covariance, period: float, most: float) -> Cosines | None:
     """Return the cosines of an even covariance with this `period` [s], up to rounding; None if over `most` waves.
 
-    Frequencies too high for `most` waves would appear as (alias onto) lower ones: as the last coefficients, or as a sum
-    that is wrong between the points of the transform.
+    Frequencies too high for the transform would appear as (alias onto) lower ones: these take more waves, or their sum
+    is wrong between the points of the transform.
     """
-    count = int(most) // 2 + 1
+    count = int(most) + 1  # twice as many frequencies
     value, gradient = covariance(period / 2 * np.append(_OFF_GRID, np.arange(count) / (count - 1)))
     between, rows = np.split(np.concatenate([value[None], gradient]), [len(_OFF_GRID)], axis=1)
     found = scipy.fft.dct(rows, type=1) / (count - 1)
@@ -69,7 +68,7 @@ def cosines(covariance: Covariance, period: float, most: float) -> Cosines | Non
     sizes = np.abs(found[0])
     kept = found[:, : np.flatnonzero(sizes > _LOST * np.max(sizes))[-1] + 1]
     wrong = kept[0] @ np.cos(np.arange(kept.shape[1])[:, None] * (np.pi * _OFF_GRID)) - between[0]
-    is_resolved = kept.shape[1] <= _CHECKED * count and np.max(np.abs(wrong)) <= _LOST * count * rows[0, 0]
+    is_resolved = 2 * kept.shape[1] - 1 <= most and np.max(np.abs(wrong)) <= _LOST * count * rows[0, 0]
     return Cosines(period, kept[0], kept[1:]) if is_resolved else None
 
 
