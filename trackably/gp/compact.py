@@ -15,8 +15,8 @@ import math
 
 import numpy as np
 
-from trackably.gp.factors.fourier import harmonic_count, waves_at
-from trackably.gp.factors.low_rank import interpolation, nodes
+from trackably.arrays import Array
+from trackably.gp.factors.fourier import cosines, waves_at
 from trackably.gp.signal import KernelSum
 
 _FEWEST = 64  # kernels: a sum of fewer kernels is not changed, as its rounding errors are small
@@ -24,7 +24,33 @@ _LEAST, _GROWTH = 2.0, 1.125  # points per correlation time that are tried first
 _ROUNDINGS = 8.0  # largest change of a value, in units of ε Σ_i |c_i| κ(0); the bounds of rounding errors are larger
 _BEYOND = 2.0  # correlation times before the first centre and after the last at which functions are compared
 _RESOLVED = 16.0  # spacings of float64: times that are closer together are rounded by a large part of their distance
+_ON_NODE = 1e-200  # part of the interval: a time this close to a node counts as the node, or a division would overflow
 _EPS = float(np.finfo(float).eps)
+
+# Polynomial interpolation in Chebyshev points.
+#
+# L. N. Trefethen, Approximation Theory and Approximation Practice, chapters 2 and 5.
+
+
+def nodes(first: float, last: float, count: int) -> Array:
+    """Return the extrema of the Chebyshev polynomial of degree count − 1 on [first, last], increasing: (count,)."""
+    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * np.arange(count) / (count - 1))
+
+
+def interpolation(t: Array, first: float, last: float, count: int) -> Array:
+    """Return the matrix (n, count) that maps values at `nodes` to the interpolant at t, shape (n,) in [first, last].
+
+    Uses the barycentric formula, which is stable. Absolute values in a row sum to at most 1 + (2/π) ln(count) + 0.3.
+    """
+    weights = np.where(np.arange(count) % 2, -1.0, 1.0)
+    weights[[0, -1]] /= 2
+    distances = t[:, None] - nodes(first, last, count)
+    hits = np.abs(distances) < _ON_NODE * (last - first)
+    distances[hits] = 1.0
+    matrix = weights / distances
+    hit = np.any(hits, axis=1)
+    matrix[hit] = hits[hit]
+    return np.asarray(matrix / matrix.sum(axis=1, keepdims=True))
 
 
 def compact(signal: KernelSum) -> KernelSum:
@@ -58,11 +84,11 @@ def within_a_period(signal: KernelSum) -> KernelSum:
     are subtracted from times without rounding errors.
     """
     kernel, centres = signal.kernel, signal.centres
-    if len(centres) < _FEWEST or not (lines := kernel.lines) or not (period := kernel.period):
+    if len(centres) < _FEWEST or not (period := kernel.period):
         return signal
-    apart = period / (count := harmonic_count(lines, period))
-    if count > len(centres) // 2 or apart < _RESOLVED * np.spacing(np.max(np.abs(centres))):
+    lines = cosines(kernel.value_and_gradient, period, len(centres) // 2)
+    if lines is None or period < _RESOLVED * lines.waves * np.spacing(np.max(np.abs(centres))):
         return signal
-    times = np.asarray(centres[0] + apart * np.arange(count))
-    here, there = (waves_at(np.fmod(at, period), period, count) for at in (times, centres))
+    times = np.asarray(centres[0] + period / lines.waves * np.arange(lines.waves))
+    here, there = (waves_at(at, period, lines.waves) for at in (times, centres))
     return KernelSum(kernel, signal.mean, times, np.asarray(np.linalg.solve(here, there @ signal.weights)))

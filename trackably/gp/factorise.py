@@ -1,15 +1,12 @@
 """Factorise K + V, the covariance of samples with noise, in the fastest way that is exact up to rounding.
 
-- `Fourier`: few cosines and sines make a periodic kernel, and one whose spectral density decays fast, such as the
-  squared exponential.
-  It is 6 times as fast as `Dense` for 300 samples, 10 times for 1,000: most references are learned with it.
+- `Fourier`: few cosines and sines make a periodic kernel, and a smooth one that decays soon, such as the squared
+  exponential. It is 5 times as fast as `Dense` for 300 samples, 10 times for 1,000: most references are learned so.
 - `Quasiseparable` by tails (polynomials times e^(−λ|r|)): covariances with later samples pass through a small state.
   This is for Matérn kernels and sums of them. The time is linear in the number of samples: 7 times as fast as `Dense`
   for 1,000 samples, 30 times for 3,000, the only way for 100,000.
 - `Quasiseparable` without tails: only samples in neighbouring blocks covary, if a kernel decays within a small part of
   the samples' span.
-- `LowRank`: few Chebyshev points resolve a smooth kernel without such a density, for example a rational quadratic one.
-  It is 30 times as fast as `Dense` for 1,500 samples.
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
 The factorisations that apply are tried in the order of their speed. Where a dense matrix is possible, the
@@ -25,7 +22,6 @@ from trackably.arrays import Array
 from trackably.gp.factors.dense import Dense
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.factors.fourier import Fourier
-from trackably.gp.factors.low_rank import ROUNDING, LowRank
 from trackably.gp.factors.quasiseparable import Quasiseparable, blocks, row_blocks
 from trackably.gp.kernels.base import Decay
 from trackably.gp.prior import Prior
@@ -44,10 +40,10 @@ _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
 _PER_BLOCK = 4000  # entries of K for each block: with fewer, `Dense` is faster than `Quasiseparable` without tails
-_MANY_BLOCKS = 20  # blocks: from here on, `Quasiseparable` without tails is faster than `Fourier` and `LowRank`
+_MANY_BLOCKS = 20  # blocks: from here on, `Quasiseparable` without tails is faster than `Fourier`
 _AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
-_LOOSENED = 1e3  # factor by which `_AGREEMENT` is loosened if a dense matrix would be too large
 _EPS = float(np.finfo(float).eps)
+_ROUNDING = 4 * _EPS  # part of the largest covariance: smaller differences are not resolved
 
 
 def noise_variance(prior: Prior, samples: Samples) -> Array:
@@ -113,8 +109,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
         return
-    variances, density = noise_variance(prior, samples), stencil.spectral_density(kernel)
-    largest = density.largest if density else stencil.largest_gain * kernel(np.zeros(())).item()
+    variances, largest = noise_variance(prior, samples), stencil.largest_gain * kernel(np.zeros(())).item()
     tolerance = _AGREEMENT * float(np.min(variances)) / math.sqrt(n)
 
     def is_allowed(error: float) -> bool:
@@ -124,7 +119,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
         return Quasiseparable.of(row_blocks(terms, rows, tails, kernel.value_and_gradient), variances)
 
-    longest, tails, near = stencil.lags[-1][1], kernel.decays, list[slice]()
+    longest, tails, near = stencil.length, kernel.decays, list[slice]()
     if n >= _FEWEST and is_allowed(_EPS * largest):
         if tails and max(tail.rate for tail in tails) * longest <= _WITHIN_A_LAG:
             yield of_blocks(blocks(times, longest, _BLOCK), tails)
@@ -135,22 +130,10 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
         yield of_blocks(near)
 
     noise, most = (samples.relative_noise, prior.noise_std**2), min(_MOST_WAVES * n, _LARGEST_MATRIX / n)
-    if density and is_allowed(ROUNDING * largest) and (waves := samples.ladder.waves(density, most)):
-        yield Fourier.of(*noise, waves, density)
-
-    slope = largest / kernel.correlation_time  # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
-    lines = kernel.lines if is_allowed(ROUNDING * largest + _EPS * slope * samples.ladder.span) else None
-    if lines and kernel.period and (waves := samples.ladder.harmonics(lines, kernel.period, stencil, most)):
-        yield Fourier.of(*noise, waves, lines)
-
-    # Chebyshev points are computed for times from 0 on; moving them to the first sample rounds them.
-    moved = slope * float(np.spacing(np.max(np.abs(times)))) if times[0] else 0.0
-    is_smooth = kernel.is_analytic and moved <= tolerance * (1 if n <= LARGEST_DENSE else _LOOSENED)
-    bases, points = samples.bases, int(min(n / 2, _LARGEST_MATRIX / n))
-    if n >= _FEWEST and is_smooth and is_allowed(ROUNDING * largest + _EPS * slope * bases.span):
-        covariance = stencil.covariance(kernel)
-        if count := bases.points_for(covariance, points):
-            yield LowRank.of(*noise, bases.of(count), covariance)
+    # |κ̇|² ≤ κ(0) |κ̈(0)| for every covariance
+    of_phases = _EPS * largest * samples.ladder.span / kernel.correlation_time if kernel.period else 0.0
+    if is_allowed(_ROUNDING * largest + of_phases) and (waves := samples.ladder.waves(kernel, most)):
+        yield Fourier.of(*noise, *waves)
 
     if 2 < len(near) < _MANY_BLOCKS:
         yield of_blocks(near)

@@ -13,9 +13,8 @@ from trackably.gp.compact import within_a_period
 from trackably.gp.factorise import factorise, noise_variance
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.prior import Prior
-from trackably.gp.rows import RowKernel
 from trackably.gp.samples import Samples
-from trackably.gp.signal import KernelSum, in_blocks
+from trackably.gp.signal import KernelSum, gradient_of_sum, in_blocks
 
 _LOG_TAU = math.log(math.tau)
 _NONE = np.empty(0)
@@ -100,21 +99,12 @@ class Posterior:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)
 
-    def weights_with_rows(self, cross: Array) -> Array:
-        """Return the weights of the samples in m⁺ + Σ_a ν_a κ⁺(·, L_a), for rows L_a with multipliers ν_a: (n,).
-
-        They are c − A⁻¹ `cross`, with the weights c of m⁺ and A = K + σ_n² I. `cross` (n,) is the covariance of each
-        sample with Σ_a ν_a L_a g.
-        """
-        return self.weights - self.solve(cross)
-
     def with_kernels(self, own: Array, t: Array, weights: Array) -> KernelSum:
         """Return m + Σ_i w_i κ(·, S_i) + Σ_p u_p κ(·, t_p): sample i, a functional S_i, has the weight w_i = `own`[i].
 
         u = `weights` are those of further kernels with centres at t [s], both (P,). A `base` takes the place of m.
         """
-        some, own = weights != 0, self.samples.stencil.spread(self._factored.weights_at_centres(own))
-        centres, together = [self._kernel_centres, t[some]], [own, weights[some]]
+        centres, together = [self.samples.centres, t], [self.samples.stencil.spread(own), weights]
         if self.base:
             centres, together = [self.base.centres, *centres], [self.base.weights, *together]
         every = np.concatenate(centres), np.concatenate(together)
@@ -122,26 +112,20 @@ class Posterior:
 
     @cached
     def misfit_gradient(self) -> Array:
-        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m) with A = K + σ_n² I; the shape is (p,).
+        """−∂/∂ln θ of (y − m)ᵀ A⁻¹ (y − m), which is ∂/∂ln θ of cᵀ A c for fixed weights c; the shape is (p,)."""
+        return self.energy_gradient(self.weights, _NONE, _NONE)
 
-        It equals ∂/∂ln θ of cᵀ A c for fixed weights c = A⁻¹ (y − m).
+    def energy_gradient(self, own: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of the squared norm of the kernels of `with_kernels` plus σ_n² Σ_i ϱ_i² w_i²: (p,).
+
+        Sample i has the weight w_i = `own`[i], and kernels at t [s] have `weights`; all these are fixed. If they are
+        those of the posterior mean with rows, this is the cost of a function: its norm plus its misfit.
         """
-        return self._form_gradient(self.weights)
-
-    def energy_gradient(self, rows: RowKernel, multipliers: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ A w + 2 νᵀ (L κ(·, S)) w + νᵀ (L L κ) ν for fixed `multipliers` ν and `weights` w: (p,).
-
-        A is K + σ_n² I, L κ(·, S) the covariances of rows and samples, and L L κ those of rows. If w (n,) are the
-        samples' weights that belong to ν, the expression is the cost of a function: its norm plus its misfit.
-        """
-        by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
-        by_kernel += rows.among_gradient(multipliers)
-        return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
-
-    def _form_gradient(self, weights: Array) -> Array:
-        """Return ∂/∂ln θ of wᵀ (K + σ_n² I) w for fixed weights w; the shape is (p,)."""
-        by_kernel = self._factored.gradient_times(weights) @ weights
-        by_noise = 2 * noise_variance(self.prior, self.samples) @ weights**2
+        centres = np.append(t, self.samples.centres)
+        twice = np.append(weights, 2 * self.samples.stencil.spread(own))
+        of_rows = gradient_of_sum(self.prior.kernel, centres, twice, t) @ weights
+        by_kernel = self._factored.gradient_times(own) @ own + of_rows
+        by_noise = 2 * noise_variance(self.prior, self.samples) @ own**2
         return np.array([*by_kernel.tolist(), by_noise])[self.prior.places]
 
     @property
@@ -207,7 +191,7 @@ class Posterior:
         return np.asarray(np.maximum(before - explained, 0.0))
 
     def _jets(self, order: int, t: Array) -> Array:
-        kernel, r, weights = self.prior.kernel, t[..., None] - self._kernel_centres, self._weights_and_gradient
+        kernel, r, weights = self.prior.kernel, t[..., None] - self.samples.centres, self._weights_and_gradient
         jet, by_theta = kernel.jet_and_gradient(r, order)
         sums = weights.dot(jet.reshape(-1, weights.shape[1]).T).reshape(len(weights), *jet.shape[:-1])
         sums[0, 0] += self.prior.mean
@@ -225,20 +209,13 @@ class Posterior:
         return found
 
     @cached
-    def _kernel_centres(self) -> Array:
-        """The centres [s] of the kernels in the posterior mean, shape (m,)."""
-        times = self._factored.centres(self.samples.times)
-        return self.samples.centres if times is self.samples.times else self.samples.stencil.centres(times)
-
-    @cached
     def _weights_and_gradient(self) -> Array:
-        """The weights c, then ∂c/∂ln θ_j = −A⁻¹ ∂A c for learned θ_j, all at the m kernel centres: (1 + p, m).
+        """The weights c, then ∂c/∂ln θ_j = −A⁻¹ ∂A c for learned θ_j, all at the m centres of samples: (1 + p, m).
 
         A is K + σ_n² I.
         """
         moved, _ = self._moved_weights
-        together = np.concatenate([self.weights[None], -moved.T])
-        return self.samples.stencil.spread(self._factored.weights_at_centres(together))
+        return self.samples.stencil.spread(np.concatenate([self.weights[None], -moved.T]))
 
     @cached
     def _moved_weights(self) -> tuple[Array, Array]:

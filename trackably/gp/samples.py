@@ -13,7 +13,6 @@ import numpy.typing as npt
 from trackably.arguments import instance, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.factors.fourier import Ladder
-from trackably.gp.factors.low_rank import Bases
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.stencil import POINT, Stencil, Stencils
 
@@ -171,16 +170,11 @@ class Samples:
         return next((of for of in kinds if isinstance(of.stencil, Stencil) and of.stencil.measures_levels), self)
 
     @cached_property
-    def bases(self) -> Bases:
-        """Bases for interpolation to the sample times; cached, as they do not depend on hyperparameters."""
-        return Bases(self.times - self.times[0], self.relative_noise, float(self.times[-1] - self.times[0]))
-
-    @cached_property
     def ladder(self) -> Ladder:
-        """Cosines and sines at the sample times, of which `Fourier` makes covariances; cached, as they do not depend on
-        hyperparameters.
+        """Cosines and sines as the samples measure them, of which `Fourier` makes covariances; cached, as they do not
+        depend on hyperparameters.
         """
-        return Ladder(self.times, self.relative_noise)
+        return Ladder(self.times, self.relative_noise, self.stencil)
 
     @cached_property
     def scatter(self) -> ResidualStatistics:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trackably.arrays import Array
-from trackably.gp.kernels.base import Kernel, SpectralDensity
+from trackably.gp.kernels.base import Kernel
 
 _CANCELLED = 1e-9  # relative to the largest weight: smaller sums of weights count as 0, and the stencil as a difference
 
@@ -37,6 +37,10 @@ class _Instants:
         """Return the values y(t) that are measured of a process g at times t [s]; an array of the same shape as t."""
         return np.asarray(self.offset + sum(w * process(t + j * self.step) for j, w in enumerate(self.weights)))
 
+    def at_rest(self: Any, level: float) -> Any:
+        """Return the measured value of a process that is constant at `level`: a number, or numbers (n,)."""
+        return self.offset + sum(self.weights) * level
+
     def centres(self: Any, t: Array) -> Array:
         """Return the instants t + j step [s] on which samples at t, shape (n,), depend; the shape is (n · J,)."""
         return np.concatenate([t + j * self.step for j in range(len(self.weights))])
@@ -52,6 +56,21 @@ class _Instants:
         """Return the weighted sum, for each sample, of values (…, n · J) at its centres; the shape is (…, n)."""
         parts = np.split(values, len(self.weights), axis=-1)
         return np.asarray(sum(w * part for w, part in zip(self.weights, parts, strict=True)))
+
+    @property
+    def length(self: Any) -> float:
+        """The time [s] from the first instant of a sample to the last one."""
+        return float((len(self.weights) - 1) * self.step)
+
+    def covariance_at(self: Any, kernel: Kernel, apart: Array) -> tuple[Array, Array]:
+        """Return the covariance (n, n) of samples whose times are `apart` [s], t_i − t_j, and ∂/∂ln θ: (p, n, n).
+
+        An entry is Σ_d ρ_d κ(t − t' + d step) with ρ_d = Σ_j w_j w'_(j − d).
+        """
+        w, count = self.weights, len(self.weights)
+        lags = ((d, range(max(d, 0), min(count, count + d))) for d in range(1 - count, count))
+        pairs = ((sum(np.multiply.outer(w[j], w[j - d]) for j in of), apart + d * self.step) for d, of in lags)
+        return weighted_sum(kernel.value_and_gradient, pairs)
 
 
 @dataclass(frozen=True)
@@ -69,10 +88,6 @@ class Stencil(_Instants):
         if not any(self.weights):
             raise ValueError("stencil: samples must depend on the process, but all weights are zero")
 
-    def at_rest(self, level: float) -> float:
-        """Return the measured value of a process that is constant at `level`."""
-        return self.offset + sum(self.weights) * level
-
     def only(self, _: object) -> "Stencil":
         """Return the stencil of some of the samples: this stencil, as all samples have the same one."""
         return self
@@ -83,38 +98,9 @@ class Stencil(_Instants):
         return abs(sum(self.weights)) > _CANCELLED * max(map(abs, self.weights))
 
     @cached_property
-    def lags(self) -> list[tuple[float, float]]:
-        """The pairs (ρ_d, d step) in the covariance of samples, cov(y(t), y(t')) = Σ_d ρ_d κ(t − t' + d step)."""
-        last = len(self.weights) - 1
-        correlation = np.correlate(self.weights, self.weights, mode="full").tolist()
-        return [(rho, d * self.step) for d, rho in zip(range(-last, last + 1), correlation, strict=True)]
-
-    @cached_property
     def largest_gain(self) -> float:
-        """Σ_d |ρ_d| over all `lags`: an upper bound of the samples' covariance, relative to the process's variance."""
-        return sum(abs(rho) for rho, _ in self.lags)
-
-    def covariance(self, kernel: Kernel) -> Covariance:
-        """Return the function of r [s] that gives two samples' covariance Σ_d ρ_d κ(r + d step), with its ∂/∂ln θ."""
-        if self.weights == POINT.weights:
-            return kernel.value_and_gradient
-        return lambda r: weighted_sum(kernel.value_and_gradient, ((rho, r + lag) for rho, lag in self.lags))
-
-    def covariance_at(self, kernel: Kernel, apart: Array) -> tuple[Array, Array]:
-        """Return the covariance (n, n) of samples whose times are `apart` [s], t_i − t_j, and ∂/∂ln θ: (p, n, n)."""
-        return self.covariance(kernel)(apart)
-
-    def gain(self, omega: Array) -> Array:
-        """Return |Σ_j w_j e^(iωj step)|², the factor of a spectral density at ω [rad/s], shape (m,)."""
-        phases = np.exp(1j * self.step * omega[:, None] * np.arange(len(self.weights)))
-        return np.asarray(np.abs(phases @ self.weights) ** 2)
-
-    def spectral_density(self, kernel: Kernel) -> SpectralDensity | None:
-        """Return the spectral density of samples, |Σ_j w_j e^(iωj step)|² S(ω); None if the kernel has none."""
-        density = kernel.spectral_density
-        if density is None or self.weights == POINT.weights:
-            return density
-        return density.filtered(self.gain, self.largest_gain, self.lags[-1][1])
+        """(Σ_j |w_j|)²: an upper bound of the samples' covariance, relative to the process's variance."""
+        return sum(map(abs, self.weights)) ** 2
 
 
 POINT = Stencil((1.0,))
@@ -167,19 +153,6 @@ class Stencils(_Instants):
     def offset(self) -> Array:
         """The constant of each sample, shape (n,)."""
         return np.array([part.offset for part in self.parts])[self.places]
-
-    def at_rest(self, level: float) -> Array:
-        """Return the measured values of a process that is constant at `level`; the shape is (n,)."""
-        return np.array([part.at_rest(level) for part in self.parts])[self.places]
-
-    def covariance_at(self, kernel: Kernel, apart: Array) -> tuple[Array, Array]:
-        """Return the covariance (n, n) of samples whose times are `apart` [s], t_i − t_j, and ∂/∂ln θ: (p, n, n).
-
-        An entry is Σ_jk w_j w'_k κ(t − t' + (j − k) step).
-        """
-        each = list(enumerate(self.weights))
-        pairs = ((w[:, None] * v, apart + (j - k) * self.step) for j, w in each for k, v in each)
-        return weighted_sum(kernel.value_and_gradient, pairs)
 
     def only(self, chosen: npt.NDArray[np.intp]) -> "Stencil | Stencils":
         """Return the stencils of some samples; a single stencil if these are of one kind."""

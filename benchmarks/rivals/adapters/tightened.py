@@ -17,7 +17,7 @@ from benchmarks.rivals.curves import curve_of
 from benchmarks.rivals.model import Found, Problem
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
-from trackably.gp.rows import Rows, row_kernel
+from trackably.gp.rows import Rows, Terms, row_kernel
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import rows_of
 from trackably.systems.trajectories import Functional
@@ -30,7 +30,10 @@ def solve(problem: Problem, points: int = POINTS) -> Found:
     times = evenly(problem, points)
     grid = Grid.of(problem, times)
     posterior, seen = problem.likeliest.posterior, sample_rows(problem)
-    rows = Rows.joined([seen, grid.rows], problem.task.plant.signal_count)
+    rows = Rows(
+        np.append(seen.offsets, grid.rows.offsets),
+        tuple(Terms.joined(pair, [0, len(seen)]) for pair in zip(seen.terms, grid.rows.terms, strict=True)),
+    )
     F = root(prior_covariance(posterior, rows))
     n, r = len(seen), F.shape[1]
     levels = (part.mean for part in posterior.prior.parts)

@@ -1,1 +1,1 @@
-"""Factorisations of the covariance matrix K + V: dense, quasiseparable, Fourier, low rank."""
+"""Factorisations of the covariance matrix K + V: dense, quasiseparable, Fourier."""

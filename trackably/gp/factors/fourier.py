@@ -1,9 +1,9 @@
-"""Kernels with a spectral density S that decays fast: K = Φ diag(s) Φᵀ with m cosines and sines in the columns of Φ.
+"""Smooth kernels that decay, and periodic ones: K = Φ diag(s) Φᵀ with m cosines and sines in the columns of Φ.
 
 Let T be the span of the samples. If κ is at rounding level from a distance P − T on, it equals its periodic summation
-Σ_j κ(r + j P) at all distances |r| ≤ T up to rounding, and Poisson's summation formula has its Fourier coefficients:
+Σ_j κ(r + j P) at all distances |r| ≤ T up to rounding, and a cosine transform of half a period has its coefficients:
 
-    κ(r) = Σ_k s_k cos(ω_k r),    ω_k = 2πk/P,    s_0 = S(0)/P,    s_k = 2 S(ω_k)/P.
+    κ(r) = Σ_k s_k cos(ω_k r),    ω_k = 2πk/P.
 
 Φ depends on the hyperparameters through P only. Sample i has noise of standard deviation ϱ_i σ_n; below, ϱ is the
 diagonal matrix of these ϱ_i, and ∂ a derivative by ln θ_j. With M = ϱ⁻¹ Φ diag(√s)/σ_n and B = I + Mᵀ M, of size m,
@@ -27,149 +27,170 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.gp.factors.factorisation import Woodbury
-from trackably.gp.kernels.base import SpectralDensity
-from trackably.gp.stencil import Stencil
+from trackably.gp.factors.factorisation import Factorisation
+from trackably.gp.kernels.base import Kernel
+from trackably.gp.stencil import Covariance, Stencil, Stencils
 
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
-_CACHED = 2**23  # numbers in the cache of waves, as an optimiser's iterates alternate between a few periods
+_CACHE_SIZE = 3  # rungs whose waves are kept, as an optimiser's iterates alternate between a few
+_VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
+_EPS = float(np.finfo(float).eps)
+_LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
+_OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 2 % 1  # parts of half a period at which a sum of cosines is checked
 
 
-class Waves(NamedTuple):
-    """Columns of Φ (n, m): 1, cos ω₁t, sin ω₁t, cos ω₂t, … with ω_k = 2πk/P and t from the middle of the samples.
-
-    `period` is P [s], `scaled` is ϱ⁻¹ Φ (n, m), and `products` are Φᵀ ϱ⁻² Φ (m, m). The noise of sample i has the
-    standard deviation ϱ_i σ_n; ϱ is diagonal. `moved` is ϱ⁻¹ ∂Φ/∂ln P (n, m) if P is the last hyperparameter of the
-    kernel.
-    """
+class Cosines(NamedTuple):
+    """κ(r) = Σ_k s_k cos(2πk r/P) with the `period` P [s], `powers` s_k (K,), and `gradient` ∂s_k/∂ln θ_j (p, K)."""
 
     period: float
-    scaled: Array
-    products: Array
-    moved: Array | None = None
-
-    def first(self, count: int) -> "Waves":
-        """Return the first `count` of these waves, the columns of Φ with the lowest frequencies."""
-        return Waves(self.period, self.scaled[:, :count], self.products[:count, :count])
+    powers: Array
+    gradient: Array
 
     @property
-    def frequencies(self) -> Array:
-        """The frequency ω [rad/s] of each column of Φ, shape (m,): 0, ω₁, ω₁, ω₂, ω₂, …"""
-        return np.asarray((np.arange(len(self.products)) + 1) // 2 * (math.tau / self.period))
+    def waves(self) -> int:
+        """The number m = 2K − 1 of cosines and sines of these frequencies, of which the first one is zero."""
+        return 2 * len(self.powers) - 1
+
+
+def cosines(covariance: Covariance, period: float, most: float) -> Cosines | None:
+    """Return the cosines of an even covariance with this `period` [s], up to rounding; None if over `most` waves.
+
+    Frequencies too high for the transform would appear as (alias onto) lower ones: these take more waves, or their sum
+    is wrong between the points of the transform.
+    """
+    count = int(most) + 1  # twice as many frequencies
+    value, gradient = covariance(period / 2 * np.append(_OFF_GRID, np.arange(count) / (count - 1)))
+    between, rows = np.split(np.concatenate([value[None], gradient]), [len(_OFF_GRID)], axis=1)
+    found = scipy.fft.dct(rows, type=1) / (count - 1)
+    found[:, [0, -1]] /= 2
+    sizes = np.abs(found[0])
+    kept = found[:, : np.flatnonzero(sizes > _LOST * np.max(sizes))[-1] + 1]
+    wrong = kept[0] @ np.cos(np.arange(kept.shape[1])[:, None] * (np.pi * _OFF_GRID)) - between[0]
+    is_resolved = 2 * kept.shape[1] - 1 <= most and np.max(np.abs(wrong)) <= _LOST * count * rows[0, 0]
+    return Cosines(period, kept[0], kept[1:]) if is_resolved else None
 
 
 def waves_at(times: Array, period: float, count: int) -> Array:
-    """Return the `count` waves 1, cos ω₁t, sin ω₁t, cos ω₂t, … of a `period` [s] at `times` t [s], (count, n)."""
-    angles = (np.arange(1, count // 2 + 1) * (math.tau / period))[:, None] * times
+    """Return the `count` waves 1, cos ω₁t, sin ω₁t, cos ω₂t, … of a `period` [s] at `times` t [s], (count, n).
+
+    Whole periods are subtracted from times exactly, so that phases after many periods lose no digits.
+    """
+    angles = (np.arange(1, count // 2 + 1) * (math.tau / period))[:, None] * np.fmod(times, period)
     phi = np.ones((count, len(times)))
     phi[1::2], phi[2::2] = np.cos(angles), np.sin(angles)
     return phi
 
 
-def harmonic_count(density: SpectralDensity, period: float) -> int:
-    """Return the number m = 1 + 2k of waves of a `period` [s], up to the k-th harmonic.
+class Waves(NamedTuple):
+    """`scaled` ϱ⁻¹ Φ (n, m), and its `products` Φᵀ ϱ⁻² Φ (m, m).
 
-    The `density` is negligible at higher frequencies.
+    The columns of Φ are 1, cos ω₁t, sin ω₁t, cos ω₂t, … with ω_k = 2πk/P and t from the middle of the samples, as a
+    stencil measures them. The noise of sample i has the standard deviation ϱ_i σ_n; ϱ is diagonal. `moved` is
+    ϱ⁻¹ ∂Φ/∂ln P (n, m) if P is the last hyperparameter of the kernel.
     """
-    return 1 + 2 * round(density.limit * period / math.tau)
+
+    scaled: Array
+    products: Array
+    moved: Array | None = None
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Waves at `times` [s] with `relative_noise` ϱ.
+    """Waves at `times` [s], as a `stencil` measures them, with `relative_noise` ϱ.
 
-    Their periods come from a fixed series, so that the same waves serve many spectral densities. A period P is the span
-    of the times plus a reach, a distance beyond which κ is below rounding errors. Reaches form a geometric series.
+    Periods of kernels that decay come from a fixed ladder, so that the same waves serve many hyperparameters. On each
+    rung, the period P is the span of the samples plus a reach, a distance beyond which κ is lost in rounding. Reaches
+    form a geometric series.
     """
 
     times: Array
     relative_noise: Array
-    _cache: dict[tuple[int, int], Waves] = field(default_factory=dict, init=False, repr=False)
+    stencil: Stencil | Stencils
+    _cache: dict[tuple[float, int], Waves] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def span(self) -> float:
-        return float(self.times[-1] - self.times[0])
+        return float(self.times[-1] - self.times[0]) + self.stencil.length
 
-    def waves(self, density: SpectralDensity, most: float) -> Waves | None:
-        """Return the waves of the shortest period that suffices for a density, from the cache if they are there.
+    def waves(self, kernel: Kernel, most: float) -> tuple[Waves, Cosines] | None:
+        """Return the waves of the shortest period that suffices for a kernel, with their coefficients.
 
-        Return None if this period is too long, or takes more than `most` waves.
+        Return None if the kernel has no such sum, or if this takes more than `most` waves.
         """
-        waves_at_least = density.limit * (self.span + density.reach) / math.pi
-        if not (waves_at_least < most and density.reach < _LONGEST * self.span):
+        if period := kernel.hyperparameters.get("period"):
+            lines = cosines(kernel.value_and_gradient, period, most)
+            return lines and (self._compute(period, lines.waves, has_moved=True), lines)
+        reach = kernel.extent(_VANISHED)
+        if not (kernel.is_analytic and reach < _LONGEST * self.span):
             return None
-        place = max(math.ceil(_STEPS * math.log2(density.reach / self.span)), _LOWEST)
+        place = max(math.ceil(_STEPS * math.log2(reach / self.span)), _LOWEST)
         period = self.span * (1 + math.exp2(place / _STEPS))
-        count = 1 + 2 * math.floor(density.limit * period / math.tau)
-        if count > most:
-            return None
-        # Compute a few waves more, for other densities. Their number must not depend on earlier calls; else the
-        # last bits of results would depend on earlier calls.
-        key = place, math.floor(math.exp2(math.ceil(_STEPS * math.log2(count)) / _STEPS)) | 1
-        found = self._cache.pop(key, None)
+
+        def repeated(r: Array) -> tuple[Array, Array]:
+            value, gradient = kernel.value_and_gradient(np.array([r, period - r]))
+            return value.sum(axis=0), gradient.sum(axis=1)
+
+        found = cosines(repeated, period, most)
         if found is None:
-            found = self._compute(period, key[1])
-            while self._cache and found.scaled.size + sum(each.scaled.size for each in self._cache.values()) > _CACHED:
-                del self._cache[next(iter(self._cache))]
-        self._cache[key] = found  # a dictionary keeps its order: the last entry is the one used last
-        return found.first(count)
-
-    def harmonics(self, density: SpectralDensity, period: float, stencil: Stencil, most: float) -> Waves | None:
-        """Return the harmonics of a `period` [s], as the `stencil` measures them; None if they are more than `most`.
-
-        Whole periods are subtracted from times exactly, so that phases of samples after many periods lose no digits.
-        """
-        if (count := harmonic_count(density, period)) > most:
             return None
-        times = stencil.centres(self.times - self._middle)
-        phi = waves_at(np.fmod(times, period), period, count)
-        psi = np.zeros_like(phi)
-        psi[1::2], psi[2::2] = phi[2::2], -phi[1::2]
-        phi, psi = (stencil.combine(rows) / self.relative_noise for rows in (phi, times * psi))
-        found = Waves(period, phi.T, phi @ phi.T)
-        return found._replace(moved=psi.T * found.frequencies)
+        # Compute a few waves more, for other kernels. Their number must not depend on earlier calls; else the last bits
+        # of results would depend on earlier calls.
+        count, more = found.waves, math.floor(math.exp2(math.ceil(_STEPS * math.log2(found.waves)) / _STEPS)) | 1
+        waves = self._cache.pop((period, more), None) or self._compute(period, more)
+        self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
+        if len(self._cache) > _CACHE_SIZE:
+            del self._cache[next(iter(self._cache))]
+        return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
 
-    @property
-    def _middle(self) -> float:
-        """The middle of the times, about which they have the smallest rounding errors."""
-        return float(self.times[0]) + self.span / 2
-
-    def _compute(self, period: float, count: int) -> Waves:
-        phi = waves_at(self.times - self._middle, period, count)
-        phi /= self.relative_noise
-        return Waves(period, phi.T, phi @ phi.T)
+    def _compute(self, period: float, count: int, has_moved: bool = False) -> Waves:
+        times = self.stencil.centres(self.times - (self.times[0] + self.times[-1]) / 2)
+        phi, moved = waves_at(times, period, count), None
+        if has_moved:
+            psi = np.zeros_like(phi)
+            psi[1::2], psi[2::2] = phi[2::2], -phi[1::2]
+            frequencies = (np.arange(count) + 1) // 2 * (math.tau / period)
+            moved = (self.stencil.combine(times * psi) / self.relative_noise).T * frequencies
+        phi = self.stencil.combine(phi) / self.relative_noise
+        return Waves(phi.T, phi @ phi.T, moved)
 
 
 @dataclass(frozen=True)
-class Fourier(Woodbury):
+class Fourier(Factorisation):
     """A = σ_n² ϱ (I + M Mᵀ) ϱ, by the Cholesky `factor` L of B = I + Mᵀ M = L Lᵀ.
 
-    M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the Fourier coefficients of κ, and ϱ is relative noise.
-    `root` is √s_k/σ_n (m,), and `slope` is ∂ln s_k/∂ln θ_j (p, m).
+    M = ϱ⁻¹ Φ diag(`root`) (n, m) has the `waves` Φ; s_k are the coefficients of κ. Sample i has noise of the standard
+    deviation ϱ_i σ_n: `relative_noise` ϱ (n,) and `noise_variance` σ_n². `root` is √s_k/σ_n (m,), and `slope` is
+    ∂ln s_k/∂ln θ_j (p, m).
     """
 
+    relative_noise: Array
+    noise_variance: float
+    factor: Array
     waves: Waves
     root: Array
     slope: Array
 
     @classmethod
-    def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, density: SpectralDensity) -> Self | None:
-        """Factorise A = σ_n² ϱ (I + M Mᵀ) ϱ, the covariance of samples with noise, for σ_n² = `noise_variance`.
-
-        ϱ is the `relative_noise`; M follows from the `waves` and the kernel's spectral `density`. None if I + Mᵀ M is
-        not positive definite in float64.
-        """
-        power, slope = density.at(waves.frequencies)
-        power *= 2 / (waves.period * noise_variance)
-        power[0] *= 0.5
-        root = np.sqrt(power, out=power)
+    def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, terms: Cosines) -> Self | None:
+        """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
+        powers = np.maximum(terms.powers, _EPS * np.max(terms.powers))  # rounding errors may be negative
+        gradient = terms.gradient / powers
+        if waves.moved is not None:
+            gradient[-1] = 0  # the coefficients do not depend on the period
+        both = (np.arange(terms.waves) + 1) // 2  # a cosine and a sine of each frequency
+        root, slope = np.sqrt(powers / noise_variance)[both], gradient[:, both]
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
         factor, info = scipy.linalg.lapack.dpotrf(b.T, lower=True, overwrite_a=True)
         return None if info else cls(relative_noise, noise_variance, factor, waves, root, slope)
+
+    @property
+    def log_determinant(self) -> float:
+        of_noise = len(self.relative_noise) * math.log(self.noise_variance) + 2 * np.log(self.relative_noise).sum()
+        return float(of_noise + 2 * np.log(self.factor.diagonal()).sum())
 
     def solve(self, right: Array) -> Array:
         y = right.T / self.relative_noise
@@ -215,3 +236,8 @@ class Fourier(Woodbury):
     def _spread(self, rows: Array) -> Array:
         """Return M times each of the `rows` (…, m), with M = ϱ⁻¹ Φ diag(`root`); the shape is (…, n)."""
         return np.asarray((rows * self.root) @ self.waves.scaled.T)
+
+    def _solve(self, rows: Array) -> Array:
+        """Return B⁻¹ times each of the `rows` (…, m)."""
+        solved, _ = scipy.linalg.lapack.dpotrs(self.factor, rows.T, lower=True)
+        return np.asarray(solved.T.reshape(rows.shape))

@@ -157,48 +157,6 @@ def _move(decay: Decay, moments: Array, by: Array) -> Array:
     return np.asarray(np.einsum("lkn,ln->kn", decay.moved(by), moments))
 
 
-# Spectral densities S(ω) = ∫ κ(r) e^(−iωr) dr of kernels that decay fast and have densities that decay fast.
-
-_TINY = float(np.finfo(float).tiny)
-
-
-@dataclass(frozen=True)
-class SpectralDensity:
-    """`at(ω)` returns S and ∂ln S/∂ln θ_j at frequencies ω [rad/s] of shape (m,); the shapes are (m,) and (p, m).
-
-    `largest` bounds |κ|. κ is lost in rounding beyond `reach` [s], and its density beyond `limit` [rad/s].
-    """
-
-    largest: float
-    reach: float
-    limit: float
-    at: Callable[[Array], tuple[Array, Array]]
-
-    def __add__(self, other: "SpectralDensity") -> "SpectralDensity":
-        """Return the density of a sum of kernels."""
-
-        def at(omega: Array) -> tuple[Array, Array]:
-            (one, by_one), (two, by_two) = self.at(omega), other.at(omega)
-            whole = one + two
-            shares = np.array([one, two]) / np.maximum(whole, _TINY)
-            return whole, np.concatenate([shares[0] * by_one, shares[1] * by_two])
-
-        reach, limit = max(self.reach, other.reach), max(self.limit, other.limit)
-        return SpectralDensity(self.largest + other.largest, reach, limit, at)
-
-    def filtered(self, gain: Callable[[Array], Array], largest: float, length: float) -> "SpectralDensity":
-        """Return the density after a filter of this `length` [s]; its `gain` is |F(ω)|², with its Fourier transform F.
-
-        The filter raises no covariance by more than the factor `largest`.
-        """
-
-        def at(omega: Array) -> tuple[Array, Array]:
-            density, gradient = self.at(omega)
-            return density * gain(omega), gradient
-
-        return SpectralDensity(largest * self.largest, self.reach + length, self.limit, at)
-
-
 _UNDERFLOW = 746.0  # e^(−x) is zero in float64 for every larger x
 _NEGLIGIBLE = 56.0  # e^(−x) is below 2⁻⁸⁰ for every larger x, and so below 2⁻⁶⁰ after a derivative's polynomial
 
@@ -217,10 +175,7 @@ class Kernel(Parametrized):
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape).
-
-        For order 0, the value may differ from that of `jet` by a few roundings.
-        """
+        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
         """Return the jet of order 0: κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
@@ -258,20 +213,6 @@ class Kernel(Parametrized):
     def decays(self) -> tuple[Decay, ...]:
         """Polynomials times e^(−λ|r|) whose sum is κ, with each ∂κ/∂ln θ_j; empty if κ is no such sum."""
         return ()
-
-    @property
-    def spectral_density(self) -> SpectralDensity | None:
-        """The spectral density of κ; None if κ or its density decays slowly, or if the density is not a function."""
-        return None
-
-    @property
-    def lines(self) -> SpectralDensity | None:
-        """The spectral lines of a periodic κ, at multiples of 2π/period; None if κ has no period, or too many lines.
-
-        As κ never decays, `reach` is infinite. A line's power is 2/period times its density (1/period at ω = 0), and
-        `at` returns the derivatives of the logarithm of this power.
-        """
-        return None
 
     @cached_property
     def correlation_time(self) -> float:
@@ -346,11 +287,6 @@ class Sum(_Pair):
             *(Decay(of.rate, np.pad(of.coefficients, ((0, q), (0, 0)))) for of in left),
             *(Decay(of.rate, np.insert(of.coefficients, [1] * p, 0.0, axis=0)) for of in right),
         )
-
-    @property
-    def spectral_density(self) -> SpectralDensity | None:
-        left, right = self.left.spectral_density, self.right.spectral_density
-        return left + right if left and right else None
 
     def jet(self, r: Array, order: int) -> Array:
         return np.asarray(self.left.jet(r, order) + self.right.jet(r, order))

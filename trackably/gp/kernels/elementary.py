@@ -3,7 +3,7 @@
 import dataclasses
 import inspect
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Self
@@ -13,28 +13,6 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, Scales, Search, amplitude, as_text, duration
 from trackably.gp.kernels.base import Kernel, lengthscale_gradient
-
-# Values of polynomials at arrays of times, computed with few temporary arrays.
-
-
-def horner(coefficients: Sequence[float], x: Array) -> Array:
-    """Return Σ_k c_k xᵏ by Horner's rule, elementwise; an array of the same shape as x."""
-    found = np.full(x.shape, coefficients[-1])
-    for coefficient in reversed(coefficients[:-1]):
-        found *= x
-        found += coefficient
-    return found
-
-
-def powers(x: Array, first: int, last: int) -> dict[int, Array]:
-    """Return xⁿ for n = first … last (first ≥ 1), each from the one before by one multiplication."""
-    power = x
-    for _ in range(first - 1):
-        power = power * x
-    found = {first: power}
-    for n in range(first + 1, last + 1):
-        found[n] = found[n - 1] * x
-    return found
 
 
 class Elementary(Kernel):
@@ -89,7 +67,7 @@ class Radial(Elementary):
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
         jet = self.jet(r, order + 1)
         gradient = np.empty((2, *jet[:-1].shape))
-        np.multiply(jet[:-1], 2.0, out=gradient[0])
+        gradient[0] = 2 * jet[:-1]
         gradient[1] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
 

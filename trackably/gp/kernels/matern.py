@@ -6,10 +6,11 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
 
 from trackably.arrays import Array
 from trackably.gp.kernels.base import Decay
-from trackably.gp.kernels.elementary import Radial, horner
+from trackably.gp.kernels.elementary import Radial
 
 
 class Matern(Radial):
@@ -38,13 +39,9 @@ class Matern(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         x = self.rate * np.abs(s)
         decay = np.exp(-x)
-        phi = np.empty((order + 1, *s.shape))
-        for n, coefficients in enumerate(_factors(type(self), order)):
-            np.multiply(horner(coefficients, x), decay, out=phi[n, ...])
-            if n:
-                phi[n] *= self.rate**n
-            if n % 2:  # φ is even: its odd derivatives are odd
-                phi[n] *= np.sign(s)
+        every = enumerate(_factors(type(self), order))
+        phi = np.array([polyval(x, coefficients) * decay * self.rate**n for n, coefficients in every])
+        phi[1::2] *= np.sign(s)  # φ is even: its odd derivatives are odd
         return phi
 
 

@@ -1,19 +1,14 @@
 """The periodic kernel, in its correct form: the paper prints the square inside the sine."""
 
-import math
 from dataclasses import dataclass
 from math import comb, tau
 
 import numpy as np
-import scipy
 
 from trackably.arrays import Array
 from trackably.gp.hyperparameter import Hyperparameter, amplitude, fraction_of_period, repetition
-from trackably.gp.kernels.base import SpectralDensity, lengthscale_gradient
+from trackably.gp.kernels.base import lengthscale_gradient
 from trackably.gp.kernels.elementary import Elementary
-
-_LOST = 41.0  # e^(−x) is below 2⁻⁵⁹ for every larger x
-_SHARPEST = 1e4  # 1/θ₂²: a sharper kernel has over a thousand lines
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,8 +23,6 @@ class Periodic(Elementary):
         return np.asarray(self._jets(r, order)[0])
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        if not order:
-            return self._of_order_0(r)
         jet, detour = self._jets(r, order + 1)
         gradient = np.empty((3, *jet[:-1].shape))
         gradient[0] = 2 * jet[:-1]
@@ -39,28 +32,6 @@ class Periodic(Elementary):
                 gradient[1, n] += 2 * comb(n, j) * detour[n - j] * jet[j]
         gradient[2] = lengthscale_gradient(jet, r)
         return jet[:-1], gradient
-
-    def _of_order_0(self, r: Array) -> tuple[Array, Array]:
-        """Return κ = θ₁² e^(−g), and ∂κ/∂ln θ₁ = 2 κ, ∂κ/∂ln θ₂ = 2 g κ and ∂κ/∂ln θ₃ = r ġ κ.
-
-        Here, g = 2 sin²(π r/θ₃)/θ₂².
-        """
-        omega, beta = tau / self.period, self.lengthscale**-2
-        phase = omega / 2 * r
-        tangent = np.tan(phase)  # gives sine and cosine: sin² = tan²/(1 + tan²), sin cos = tan/(1 + tan²)
-        square = tangent * tangent
-        quotient = 2 * beta / (1 + square)
-        g = square * quotient
-        value = np.asarray(-g)
-        np.exp(value, out=value)
-        value *= self.signal_std**2
-        gradient = np.empty((3, *value.shape))
-        twice = np.multiply(value, 2.0, out=gradient[0, ...])
-        np.multiply(twice, g, out=gradient[1, ...])
-        phase *= tangent
-        phase *= quotient
-        np.multiply(phase, twice, out=gradient[2, ...])
-        return value[None], gradient[:, None]
 
     def _jets(self, r: Array, order: int) -> tuple[Array, Array]:
         """Return κ = θ₁² e^(−g) and g = 2 sin²(ωr/2)/θ₂² = (1 − cos ωr)/θ₂² with ω = 2π/θ₃, each with its derivatives.
@@ -82,27 +53,6 @@ class Periodic(Elementary):
             for j in range(1, n + 1):
                 kappa[n + 1] -= comb(n, j) * g[n - j + 1] * kappa[j]
         return kappa, g
-
-    @property
-    def lines(self) -> SpectralDensity | None:
-        """κ = θ₁² e^(−β) Σ_k I_k(β) cos(ω_k r) over all whole k, with β = 1/θ₂², ω_k = 2πk/θ₃ and Bessel functions I_k.
-
-        e^(−β) I_k(β) is the probability that two Poisson numbers of mean β/2 differ by k. By Bernstein's inequality, it
-        is below e^(−x) for k ≥ x/3 + √(x²/9 + 2 x β).
-        """
-        beta = float(self.lengthscale) ** -2
-        if beta > _SHARPEST:
-            return None
-        most = _LOST / 3 + math.sqrt(_LOST**2 / 9 + 2 * _LOST * beta)
-        last = np.flatnonzero(scipy.special.ive(np.arange(most), beta) > math.exp(-_LOST))[-1]
-        return SpectralDensity(self.signal_std**2, math.inf, float(last) * tau / self.period, self._lines)
-
-    def _lines(self, omega: Array) -> tuple[Array, Array]:
-        beta, k = float(self.lengthscale) ** -2, np.rint(omega * (self.period / tau))
-        before, own, after = scipy.special.ive([np.abs(k - 1), k, k + 1], beta)
-        gradient = np.zeros((3, len(k)))
-        gradient[0], gradient[1] = 2, beta * (2 - (before + after) / own)  # 2 İ_k = I_(k − 1) + I_(k + 1)
-        return self.signal_std**2 * self.period * own, gradient
 
 
 def correlation(r: Array, lengthscale: Array | float, period: Array | float) -> Array:

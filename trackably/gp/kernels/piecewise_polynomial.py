@@ -9,9 +9,10 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
 
 from trackably.arrays import Array
-from trackably.gp.kernels.elementary import Radial, horner, powers
+from trackably.gp.kernels.elementary import Radial
 
 
 class _PiecewisePolynomial(Radial):
@@ -37,14 +38,11 @@ class _PiecewisePolynomial(Radial):
     def correlation(self, s: Array, order: int) -> Array:
         distance = np.abs(s)
         x = np.minimum(distance, 1.0)
-        phi = np.empty((order + 1, *s.shape))
-        falls = powers(1 - x, max(self.power - order, 1), self.power)
-        for n, coefficients in enumerate(_factors(self.power, tuple(self.polynomial.coef.tolist()), order)):
-            left = self.power - n
-            fall = falls[left] if left > 0 else np.heaviside(1 - distance, 0.5)
-            np.multiply(horner(coefficients, x), fall, out=phi[n, ...])
-            if n % 2:  # φ is even: its odd derivatives are odd
-                phi[n] *= np.sign(s)
+        factors = _factors(self.power, tuple(self.polynomial.coef.tolist()), order)
+        powers = range(self.power, self.power - order - 1, -1)
+        falls = ((1 - x) ** n if n > 0 else np.heaviside(1 - distance, 0.5) for n in powers)
+        phi = np.array([polyval(x, factor) * fall for factor, fall in zip(factors, falls, strict=True)])
+        phi[1::2] *= np.sign(s)  # φ is even: its odd derivatives are odd
         return phi
 
 
