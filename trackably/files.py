@@ -27,7 +27,7 @@ def save_accepted(what: str, found: object, path: Path | str) -> Path:
     Raises OSError, and ValueError if the checker has accepted no file. All that the library returns is accepted.
     """
     if ACCEPTED not in vars(found):
-        raise ValueError(f"{what}: the checker has not accepted it; save what a proof or a repair returned")
+        raise ValueError(f"{what}: the checker has not accepted this object; save an object as the library returned it")
     write_atomically(file := new_file(what, path), vars(found)[ACCEPTED])
     return file
 

@@ -288,7 +288,9 @@ def _cancelling(
     columns = [*lines, [*map(Fraction, vector)]]
     reduced, pivots = row_echelon([[column[j] for column in columns] for j in range(len(vector))], len(columns))
     if len(lines) in pivots:
-        raise FailedStepError(f"proof: {what} does not cancel in the weighted sum of bounds, nor with more of them")
+        raise FailedStepError(
+            f"proof: {what} does not cancel in the weighted sum of bounds, even if other bounds are added to it"
+        )
     factors = zip(pivots, [line[-1] for line in reduced], strict=False)
     return [replace(rows[i], multiplier=-factor) for i, factor in factors if factor]
 

@@ -299,7 +299,7 @@ def _check_room(
         above, below = room(outer.high, inner.high), room(inner.low, outer.low)
         if above is None or below is None:
             raise FailedStepError(
-                f"disturbance: {name}: row {i} does not move as that of the reference; only constants may differ"
+                f"disturbance: {name}: row {i} may differ from that of the reference by a constant only, at all times"
             )
         if not (errors.fit(row, above, V) and errors.fit([-r for r in row], below, V)):
             raise FailedStepError(

@@ -145,7 +145,8 @@ def check_sizes(certificate: Certificate) -> None:
         largest = max(map(abs, (*z.breakpoints, *(c for piece in z.coefficients for c in piece))))
         if largest > _LARGEST or z.degree > _HIGHEST or max([*z.lengths, Fraction(1)]) ** z.degree > _LARGEST_POWER:
             raise FailedStepError(
-                "sizes: rounding is bounded only for numbers up to 1e30, degrees up to 50 and length^degree up to 1e100"
+                "sizes: rounding is bounded only for numbers up to 1e30, degrees d up to 50, and pieces of L s with "
+                "L^d ≤ 1e100"
             )
     factors = [length for z in subject.pieces for length in z.lengths]
     for bound in subject.bounds:

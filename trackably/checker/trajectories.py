@@ -97,7 +97,7 @@ def check_names(certificate: Certificate) -> None:
         raise FailedStepError("names: nothing is bounded, so there is nothing to prove")
     if len(set(bounded)) != len(bounded) or sorted(certificate.errors) != bounded or covers != bounded:
         raise FailedStepError(
-            "names: the bounds must have different names, and evaluation errors and covers these names, each once"
+            "names: bounds must have different names; evaluation errors and boxes must be given once for each of these"
         )
 
 
@@ -159,7 +159,9 @@ def check_trajectories(subject: Subject) -> None:
     for A, B, c, state in zip(*system.exact, trajectories.states, strict=True):
         x, u = weighted_sum(A, trajectories.states), weighted_sum(B, trajectories.inputs)
         if x.offset + u.offset + c != state.offset:
-            raise FailedStepError("trajectories: the offsets of states and inputs are no equilibrium of the system")
+            raise FailedStepError(
+                "trajectories: the constants x_0 and u_0 of states and inputs are no equilibrium of the system"
+            )
         for s, weights in enumerate(state.weights):
             earlier = Fraction(0), *weights
             for j, (p, q, r) in enumerate(zip_longest(x.weights[s], u.weights[s], earlier, fillvalue=Fraction(0))):

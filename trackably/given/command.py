@@ -215,14 +215,16 @@ class Columns:
 
         Of several such columns, the one that `sampled_names` lists first is taken.
 
-        ValueError: no column shows a flat output.
+        ValueError: no column has values of a flat output.
         """
         times = self.times(plant.sampling_time)
         shown = [sampled_names(plant, signal) for signal in range(plant.signal_count)]
         found = [name for names in shown if (name := next((name for name in names if name in self.headings), None))]
         if not found:
             wanted = " or ".join(name for names in shown for name in names)
-            raise ValueError(f"no column shows a flat output; expected {wanted}, got {', '.join(self.headings)}")
+            raise ValueError(
+                f"no column has values of a flat output; expected {wanted}, got {', '.join(self.headings)}"
+            )
         return {name: Samples(times, self[name]) for name in found}
 
 

@@ -158,7 +158,9 @@ class Reading:
             if not names("time", self.time):
                 raise ValueError(f"time: expected {described}, got {self.time!r}")
         if isinstance(self.clock, DateTimes) and self.time is None:
-            raise ValueError("time: with None, the time is the row number, which is no date; give frames(rate) as unit")
+            raise ValueError(
+                "time: None counts rows, and a row number is no date; give frames(rate) as unit, or a column with dates"
+            )
         chosen_repairs(self.repairs)
         if self.origin not in (None, "first"):
             origin = whole('origin in nanoseconds (or None, or "first")', self.origin)

@@ -42,8 +42,10 @@ class SavedStream(Saved):
         counts = {len(self.samples), len(self.prior.parts), len(self.learned.kernel_sums)}
         if len(counts) > 1 or self.prior.learned or not self.length > 0:
             raise ValueError(
-                "stream: expected as many samples as priors and learned signals (one of each for each flat output), "
-                "no learned hyperparameters, and length > 0"
+                "stream: expected samples, a prior and a learned signal for each flat output, known hyperparameters "
+                f"and length > 0, got {len(self.samples)} of the first, {len(self.prior.parts)} of the second, "
+                f"{len(self.learned.kernel_sums)} of the third, {len(self.prior.learned)} hyperparameters to learn "
+                f"and length = {self.length:g}"
             )
 
     @property

@@ -62,7 +62,7 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
             raise ValueError(f"samples: none are given; expected {wanted}")
         raise ValueError(
             f"samples: the system has {plant.signal_count} flat outputs, which determine all states, but samples of "
-            f"{given} do not show {len(missing)} of these outputs: also give {wanted}{_where(plant)}"
+            f"{given} say nothing about {len(missing)} of these outputs: also give {wanted}{_where(plant)}"
         )
     return ordered
 

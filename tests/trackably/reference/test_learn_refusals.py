@@ -29,7 +29,10 @@ REFUSALS = {
         {"samples": BOTH, "noise_std": (0.01, 0.1)},
         "noise_std: expected a number for each of position and velocity, which depend on the same flat output",
     ),
-    "not seen": ({"plant": CART, "samples": {"a": SAMPLES}}, "do not show 1 of these outputs: also give one of b"),
+    "not seen": (
+        {"plant": CART, "samples": {"a": SAMPLES}},
+        "say nothing about 1 of these outputs: also give one of b",
+    ),
     "no kernel for b": ({**ON_CART, "kernel": {"a": KERNEL}}, "kernel: expected a value for b, got values for a only"),
     "no equilibrium": (
         {"mean": 0.5},
