@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from pipeline.loops.disturbed import constant, drawn, greedy
+from pipeline.loops.disturbed import drawn
 from tests.trackably.control import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
+from trackably.control.bounds import slacks
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
@@ -43,11 +44,17 @@ def feasible_start(loop) -> np.ndarray:
     return start
 
 
+def greedy(loop):
+    """Return a function that takes the point of W that leads the state furthest towards its nearest bound."""
+    W, X = loop.disturbance, loop.plant.state_set
+    return lambda k, successor: W.farthest(X.inequalities[0][np.argmin(slacks(X, successor))])
+
+
 PUSHES = {
-    "greedy": lambda loop: greedy(loop.disturbance, loop.plant.state_set),
+    "greedy": greedy,
     "drawn": lambda loop: drawn(loop.disturbance, 5),
-    "up": lambda loop: constant(loop.disturbance, np.ones(len(loop.controller.Q))),
-    "down": lambda loop: constant(loop.disturbance, -np.ones(len(loop.controller.Q))),
+    "up": lambda loop: lambda k, successor: loop.disturbance.farthest(np.ones(len(successor))),
+    "down": lambda loop: lambda k, successor: loop.disturbance.farthest(-np.ones(len(successor))),
 }
 RUNS = [(name, "greedy") for name in LOOPS]
 RUNS += [("triangle", kind) for kind in PUSHES if kind != "greedy"]

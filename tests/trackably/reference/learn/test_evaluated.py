@@ -27,7 +27,9 @@ PLANT = ConstrainedSystem(CHAIN, Polytope.box(-LIMITS, LIMITS), Polytope.box([-2
 def test_a_sine_is_proved_and_followed(tmp_path: Path) -> None:
     times, noise = np.linspace(0, 16, 25), 0.02
     values = 2 * np.sin(2 * np.pi * times / 8) + noise * np.random.default_rng(0).standard_normal(times.size)
-    found = learn_reference(Samples(times, values), PLANT, Periodic(period=8.0), "all_phases", starts=1)
+    found = learn_reference(
+        Samples(times, values), PLANT, Periodic(lengthscale=(5.0, 40.0), period=8.0), "all_phases", starts=1
+    )
     assert found.misfit["a"] < 1.05 * noise
     assert found.price == pytest.approx(0.0, abs=1e-3)
     assert re.search(r"lengthscale = [0-9.]+: its search was limited, as float64 cannot prove", found.explanation)
