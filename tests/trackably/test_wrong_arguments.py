@@ -104,6 +104,10 @@ WRONG = {
         "vertex 2: expected (A, B) or (A, B, c), got",
     ),
     "a truth of any slope": (lambda: Truth(0.1), "truth: expected a bound of the slope, of the second derivative, or"),
+    "a truth at other times": (
+        lambda: learn(truth=Truth(0.1, slope=9.0), claim=(50.0, 51.0)),
+        f"samples from 0 s to {SAMPLES.times[-1]:g} s and the claim of all real t from 50.0 s to 51.0 s",
+    ),
     "a rate without noise": (
         lambda: Truth(0.1, second_derivative=1.0, rate="velocity"),
         "truth: expected rate and rate_noise together, with second_derivative",
