@@ -20,6 +20,7 @@ from trackably import (
     Polytope,
     Samples,
     Truth,
+    Zonotope,
     certify,
     certify_joints,
     check,
@@ -27,6 +28,7 @@ from trackably import (
     simulate,
     tank,
 )
+from trackably.systems.tightening import tightening
 
 DAYS = np.array(["2024-05-01", "2024-05-02"], dtype="datetime64[ns]")
 SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
@@ -41,6 +43,7 @@ A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]),
 
 RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
 JOINT = Joints(position=[(-1, 1)], names=["a"])
+PUSH = Zonotope.box([-1e-3, -1e-3], [1e-3, 1e-3])
 MOVING = Polytope.box([0.0], [PolynomialPieces.steps({0.0: 1.0, 2.0: 0.5, 4.0: 1.0})])
 
 WRONG = {
@@ -69,6 +72,7 @@ WRONG = {
     "repeated": (lambda: Samples([0, 1, 1], [0, 0, 0]), "times[2] = 1 s repeats times[1] = 1 s"),
     "unsorted": (lambda: Samples([0, 2, 1.5, 1], [0] * 4), "times[2] = 1.5 s lies before times[1] = 2 s"),
     "A of texts": (lambda: system([["a"]], [[1]]), "system: A: expected numbers, got [['a']]"),
+    "A in one row": (lambda: system([1, 2], [[1]]), "system: A must be a square matrix, got shape (2,)"),
     "no function": (lambda: NonlinearSystem.of(3, ["a"], ["b"], 1), "f: expected a function of x and u, got 3"),
     "two sets of wrong dimension": (
         lambda: ConstrainedSystem(AXIS.system, Polytope.box([-1.0], [1.0]), AXIS.state_set),
@@ -78,6 +82,7 @@ WRONG = {
         lambda: Polytope.box([-0.0], [np.inf]),
         "got [1.0] in [0.0, inf]; if one side does not matter, give a bound",
     ),
+    "no bound at a time": (lambda: Polytope.box([{2.5: None}], [1.0]), "value at 2.5 s: expected a number, got None"),
     "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1-2x2 has no lower bound on it"),
     "bare system": (lambda: learn(plant=AXIS.system), "plant: expected a ConstrainedSystem(system, state_set"),
     "starts": (lambda: learn(starts=1.5), "search: starts: expected a whole number, got 1.5"),
@@ -99,6 +104,10 @@ WRONG = {
         "vertex 2: expected (A, B) or (A, B, c), got",
     ),
     "a truth of any slope": (lambda: Truth(0.1), "truth: expected a bound of the slope, of the second derivative, or"),
+    "a truth at other times": (
+        lambda: learn(truth=Truth(0.1, slope=9.0), claim=(50.0, 51.0)),
+        f"samples from 0 s to {SAMPLES.times[-1]:g} s and the claim of all real t from 50.0 s to 51.0 s",
+    ),
     "a rate without noise": (
         lambda: Truth(0.1, second_derivative=1.0, rate="velocity"),
         "truth: expected rate and rate_noise together, with second_derivative",
@@ -169,6 +178,7 @@ HELD = {
     "times": ([0.0, 1.0], lambda given: Samples(given, [0.1, 0.2]).times),
     "values": ([0.1, 0.2], lambda given: Samples([0, 1], given).values),
     "noise": ([1.0, 2.0], lambda given: Samples([0, 1], [0, 0], given).relative_noise),
+    "feedback": ([[-9.0, -9.0]], lambda given: tightening(AXIS, PUSH, given).invariant.feedback),
 }
 
 

@@ -161,11 +161,14 @@ def _sought(
             raise ValueError(f"truth: {sampled} is not sampled; there are samples of {', '.join(samples)}")
     rates = _measure(samples[truth.rate], truth.rate_noise or 0.0) if truth.rate else None
     of = SignalClass(_measure(samples[name], truth.noise), rates, truth.slope, truth.second_derivative)
-    start, end = of.samples.times[0], of.samples.times[-1]
+    first, last = start, end = of.samples.times[0], of.samples.times[-1]
     if isinstance(claim, Window):
         start, end = max(start, claim.start), min(end, claim.end)
     if not start < end:
-        raise ValueError(f"truth: expected at least two samples of {name} within the claimed times, got fewer")
+        raise ValueError(
+            f"truth: expected a claim with times between the first and the last of several samples of {name}, got "
+            f"samples from {first:g} s to {last:g} s and the claim of {claim}"
+        )
     return TrueSignal(name, of, (start, end), (), 0, (), (), (float("inf"),))
 
 

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 import scipy
 
-from trackably.arguments import array, is_number, names, positive
+from trackably.arguments import array, is_number, names, numbers, positive
 from trackably.arrays import Array, ArrayLike
 from trackably.checker.formulas import IDENTIFIER
 from trackably.checker.subject import weighted_sum_text
@@ -172,10 +172,10 @@ class LinearSystem:
             raise TypeError(
                 "system: sampling_time: expected a number, as in LinearSystem(A, B, sampling_time=0.1), got None"
             )
-        A = array("system: A", A, None, None)
-        if len(A) != A.shape[1]:
+        A = numbers("system: A", A)
+        if A.ndim != 2 or len(A) != A.shape[1]:
             raise ValueError(f"system: A must be a square matrix, got shape {A.shape}")
-        B = array("system: B", B, len(A), None)
+        A, B = array("system: A", A, None, None), array("system: B", B, len(A), None)
         n, m = B.shape
         alone = (n, m) == (1, 1)
         states = names("system: states", states) or (("state",) if alone else tuple(f"x{i + 1}" for i in range(n)))

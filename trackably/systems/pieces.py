@@ -364,7 +364,7 @@ def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[f
     TypeError: these are no numbers. ValueError: no values, times that do not increase, or a period that is ≤ 0.
     """
     instance("pieces: values", values, Mapping, "values by their times [s], as {0.0: 0.05, 2.5: 0.08}")
-    found = {real("pieces: time", t): real("pieces: value", value) for t, value in values.items()}
+    found = {real("pieces: time", t): real(f"pieces: value at {t} s", value) for t, value in values.items()}
     if not found or any(a >= b for a, b in pairwise(found)):
         raise ValueError(f"pieces: expected values at increasing times [s], got the times {list(found)}")
     return found, None if period is None else positive("pieces: period", period)

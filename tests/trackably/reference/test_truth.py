@@ -13,6 +13,7 @@ from tests.trackably.checker.changes import changed
 from tests.trackably.gp.instances import over
 from tests.trackably.plants import SLIDE
 from tests.trackably.saved import assert_comes_back
+from tests.trackably.systems.disturbance.instances import CART
 from trackably import (
     ConstrainedSystem,
     LinearSystem,
@@ -29,9 +30,9 @@ from trackably.certificates.form import encode_certificate
 from trackably.certificates.outcome import TooFar
 from trackably.checker import Contradicted, Failed, NotACertificate, Proved, check
 from trackably.checker.boxes import Box
-from trackably.checker.certificate import Measured, SignalClass, TrueSignal
+from trackably.checker.certificate import AllTimes, Measured, SignalClass, TrueSignal
 from trackably.checker.truth import extreme, places, side
-from trackably.reference.truth import Signals, _derive, no_signal, sides_at
+from trackably.reference.truth import Signals, _derive, no_signal, sides_at, true_signals
 
 NOISE, LIMIT = 0.002, 0.5
 
@@ -233,3 +234,14 @@ def test_learning_refuses_samples_that_no_signal_explains():
             Samples(t, 0.1 * np.sin(3 * t)), SLIDE, SquaredExponential(), (0.0, 1.5), truth=Truth(1e-3, slope=0.05)
         )
     assert isinstance(raised.value.outcome, NoSignal)
+
+
+def test_a_tolerance_bounds_the_state_on_both_sides_of_its_true_signals():
+    t = np.linspace(0.0, 2.0, 9)
+    given = {"position": Samples(t, 0.5 * np.sin(t))}
+    plant, (sought,) = true_signals(Truth(0.02, second_derivative=0.5), 0.2, given, CART, AllTimes())
+    at = np.linspace(0.01, 1.99, 40)
+    upper, lower = sides_at(sought, at)
+    low, high = plant.state_set.bounds[-1].ends(at)
+    assert np.all(low >= upper - 0.2)
+    assert np.all(high <= lower + 0.2)
