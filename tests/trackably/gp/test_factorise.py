@@ -119,9 +119,9 @@ def test_sums_of_cosines_that_are_wrong_between_few_points_are_not_taken(covaria
 
 def test_waves_that_are_kept_for_the_next_likelihoods_take_little_memory():
     samples = Samples(np.linspace(0.0, 1.0, 30_000), np.zeros(30_000))
-    for lengthscale in (0.1, 0.12, 0.14):
+    for lengthscale in (0.02, 0.025, 0.03):
         assert samples.ladder.waves(SquaredExponential(1.0, lengthscale), 500)
-    assert len(pickle.dumps(samples)) < 2**27
+    assert len(pickle.dumps(samples)) < 8e7
 
 
 def test_samples_that_no_factorisation_holds_in_memory_are_refused():
