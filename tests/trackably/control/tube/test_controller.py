@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.loops.disturbed import constant, drawn, greedy
+from pipeline.loops.disturbed import disturbed_plant
 from tests.trackably.control import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
 from trackably.control.simulation import simulate
@@ -43,14 +43,15 @@ def feasible_start(loop) -> np.ndarray:
     return start
 
 
-PUSHES = {
-    "greedy": lambda loop: greedy(loop.disturbance, loop.plant.state_set),
-    "drawn": lambda loop: drawn(loop.disturbance, 5),
-    "up": lambda loop: constant(loop.disturbance, np.ones(len(loop.controller.Q))),
-    "down": lambda loop: constant(loop.disturbance, -np.ones(len(loop.controller.Q))),
-}
-RUNS = [(name, "greedy") for name in LOOPS]
-RUNS += [("triangle", kind) for kind in PUSHES if kind != "greedy"]
+def pushes(loop, kind):
+    """Return the disturbance of a kind, or the one that is always farthest in a direction."""
+    if isinstance(kind, str):
+        return disturbed_plant(kind, loop.tightening, 5)[1]
+    point = loop.disturbance.farthest(kind * np.ones(len(loop.controller.Q)))
+    return lambda k, successor: point
+
+
+RUNS = [*((name, "greedy") for name in LOOPS), *(("triangle", kind) for kind in ("drawn", 1, -1))]
 
 
 @pytest.mark.parametrize(("name", "kind"), RUNS)
@@ -58,7 +59,7 @@ def test_no_bound_is_broken_no_step_has_no_plan_and_the_cost_falls(name, kind):
     """From a state off the tube: V(k + 1) ≤ V(k) − ℓ(k) at each step, whatever the disturbances are."""
     loop = LOOPS[name]
     start = feasible_start(loop)
-    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=PUSHES[kind](loop))
+    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=pushes(loop, kind))
     assert not run.without_plan
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
     assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
@@ -88,3 +89,9 @@ def test_a_system_that_forgets_its_start_has_a_plan_at_each_step(horizon):
         assert plan.cost <= before.cost - before.stage_cost + 1e-8
         assert plan.terminal_residual < 1e-6
         assert plan.slack > -1e-6
+
+
+def test_a_state_outside_of_its_bounds_has_no_plan_even_if_there_is_no_disturbance():
+    loop = Loop(FAST, Zonotope.box([0.0, 0.0], [0.0, 0.0]))
+    assert isinstance(loop.controller.step(0, [0.9, 0.0], loop.reference), Plan)
+    assert loop.controller.step(0, [1.02, 0.0], loop.reference).excess == pytest.approx(0.02, rel=1e-3)
