@@ -106,9 +106,12 @@ class Controller:
 
     @cached_property
     def formulation(self) -> Formulation:
-        """The parts of the problem that all steps share, each built once."""
+        """The parts of the problem that all steps share, each built once.
+
+        The measured state is not bounded, because no input changes it any more.
+        """
         start, feedback = ErrorSet.zero(len(self.Q)), np.zeros((len(self.R), len(self.Q)))
-        return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set, start, feedback)
+        return Formulation(self.plant, self.horizon, self.Q, self.R, self.plant.input_set, start, feedback, 1)
 
 
 def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:

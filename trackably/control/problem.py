@@ -45,6 +45,7 @@ class Formulation:
     input_set: Polytope
     start_set: ErrorSet
     feedback: Array
+    first_bounded: int
 
     @property
     def is_linear(self) -> bool:
@@ -55,11 +56,6 @@ class Formulation:
     def starts_measured(self) -> bool:
         """Whether plans can start from the measured state only."""
         return not len(self.start_set.directions)
-
-    @property
-    def first_bounded(self) -> int:
-        """The first step whose state is bounded: 1 if plans start from the measured state, which no input changes."""
-        return int(self.starts_measured)
 
     def defects(self, trajectory: Window) -> Array:
         """Return f(x(i), u(i)) − x(i+1), in the states' scales (N, n): how far a trajectory violates the dynamics."""

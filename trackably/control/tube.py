@@ -66,4 +66,4 @@ class TubeController(Controller):
     def formulation(self) -> Formulation:
         """The parts of the problem that all steps share, with tightened sets and a free start z(0) ∈ x ⊕ (−Z)."""
         plant, inputs = self.tightening.plant, self.plant.input_set
-        return Formulation(plant, self.horizon, self.Q, self.R, inputs, self.errors, self.invariant.feedback)
+        return Formulation(plant, self.horizon, self.Q, self.R, inputs, self.errors, self.invariant.feedback, 0)

@@ -58,6 +58,10 @@ class RowPosterior:
         Let w be the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these. The
         gradient is the difference of −wᵀ ∂G w with and without the rows, so neither L m⁺ nor K⁺ has to be
         differentiated.
+
+        Rows that are Taylor series are represented by kernels at a few nodes (`RowKernel.centres`), whereas the price
+        itself has the series. This gives the gradient relative errors of about 1e-6, and up to 2e-4 for smooth kernels
+        with a periodic part.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
         every = zip(self.posterior.parts, self._weights(multipliers), self.posterior.prior.places, strict=True)

@@ -98,7 +98,7 @@ def _points(content: Any) -> tuple[tuple[str, ...], list[int], Array]:
     for i, (a, b) in enumerate(pairwise(since), start=1):
         if not a < b:
             raise ValueError(f"points[{i}]: time_from_start must increase from point to point")
-    return known, since, np.array([of for _, of in found]).reshape(-1, len(FIELDS), len(known)).swapaxes(0, 1)
+    return known, since, np.array([of for _, of in found]).reshape(len(found), len(FIELDS), len(known)).swapaxes(0, 1)
 
 
 def _point(what: str, point: Any, count: int) -> tuple[int, list[Array]]:

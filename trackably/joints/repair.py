@@ -108,17 +108,16 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
     return np.vstack([held[:R], np.zeros((max(R - len(held), 0), held.shape[1]))])
 
 
-def beyond_limits(joints: Joints, held: Array) -> str:
+def beyond_limits(joints: Joints, held: Array, excess: float = _ROUNDING) -> str:
     """Return a sentence about the first value of a start that is outside of its limits; "" if there is none.
 
-    The start `held` has positions and their derivatives, shape (orders, J).
-
-    An excess that may be due to rounding does not count.
+    The start `held` has positions and their derivatives, shape (orders, J). An `excess` of up to this part of the
+    limits' widths does not count; by default, it is one that may be due to rounding.
     """
-    lower, upper = np.moveaxis(joints.widened(_ROUNDING).limits[: len(held)], 2, 0)
+    lower, upper = np.moveaxis(joints.widened(excess).limits[: len(held)], 2, 0)
     for r, j in np.argwhere((held < lower) | (held > upper)).tolist():
         low, high = joints.limits[r, j]
-        return f"it starts with a {ORDERS[r]} of {joints.names[j]} of {held[r, j]:.6g}, outside of [{low:g}, {high:g}]"
+        return f"it starts with a {ORDERS[r]} of {joints.names[j]} of {held[r, j]:.10g}, outside of [{low:g}, {high:g}]"
     return ""
 
 

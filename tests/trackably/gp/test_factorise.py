@@ -100,13 +100,28 @@ def test_whole_periods_between_samples_change_nothing():
     np.testing.assert_allclose(*means, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize("waves", [120, 130, 255, 400, 511])
-def test_waves_that_fold_back_onto_few_points_are_not_taken_for_resolved(waves):
-    def cosine(r):
-        values = np.cos(2 * np.pi * waves / 7.0 * r)
-        return values, values[None]
+def cosine(waves):
+    return lambda r: (np.cos(2 * np.pi * waves / 7.0 * r), np.empty((0, *r.shape)))
 
-    assert cosines(cosine, 7.0, 128) is None
+
+@over(
+    {str(waves): cosine(waves) for waves in (120, 130, 255, 400, 511)}
+    | {
+        "no period": SquaredExponential(1.0, 0.4).value_and_gradient,
+        "a weak wave": lambda r: tuple(a + 1e-13 * b for a, b in zip(cosine(0)(r), cosine(255)(r), strict=True)),
+        "zero": SquaredExponential(1e-170, 0.4).value_and_gradient,
+    },
+    "covariance",
+)
+def test_sums_of_cosines_that_are_wrong_between_few_points_are_not_taken(covariance):
+    assert cosines(covariance, 7.0, 128) is None
+
+
+def test_waves_that_are_kept_for_the_next_likelihoods_take_little_memory():
+    samples = Samples(np.linspace(0.0, 1.0, 30_000), np.zeros(30_000))
+    for lengthscale in (0.02, 0.025, 0.03):
+        assert samples.ladder.waves(SquaredExponential(1.0, lengthscale), 500)
+    assert len(pickle.dumps(samples)) < 8e7
 
 
 def test_samples_that_no_factorisation_holds_in_memory_are_refused():

@@ -10,6 +10,7 @@ from scipy.interpolate import BPoly, CubicSpline, PPoly, make_interp_spline
 from tests.trackably.joints.trajectories import random_spline
 from trackably import (
     CertifiedTrajectory,
+    Gate,
     Joints,
     JointTrajectory,
     certify_joints,
@@ -92,6 +93,10 @@ WRONG = {
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
         "limits of the velocity of a must have 0 inside",
     ),
+    "a rest beyond a limit by rounding": (
+        lambda: Gate(Joints([(-1, 1)], names=["a"])).at_rest([1 + 1e-9], 0.0),
+        "a position of a of 1.000000001, outside of [-1, 1]",
+    ),
 }
 
 
@@ -107,6 +112,7 @@ def test_what_is_wrong_is_said_in_a_sentence(name):
 MESSAGES = {
     "nothing known": ([POINT.format(0, "", "", 0), POINT.format("", 1, 1, 1)], "points[1]: expected positions, got"),
     "no time": (["{positions: [0]}", POINT.format(0, "", "", 1)], "expected time_from_start"),
+    "no points": ([], "two points at least are needed"),
 }  # fmt: skip
 
 
@@ -114,7 +120,7 @@ MESSAGES = {
 def test_a_wrong_message_is_refused_in_a_sentence(name, tmp_path):
     given, said = MESSAGES[name]
     with pytest.raises(InputError, match=r"m\.yaml") as refused:
-        read_joint_trajectory(message(tmp_path, *given))
+        read_joint_trajectory(message(tmp_path, *given, joints="[a]" if given else "[]"))
     assert said in str(refused.value)
 
 

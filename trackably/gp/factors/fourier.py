@@ -35,10 +35,11 @@ _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
 _CACHE_SIZE = 3  # rungs whose waves are kept, as an optimiser's iterates alternate between a few
+_CACHED = 2**23  # numbers in the waves that are kept (64 MiB), unless those of a single rung are more
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
-_OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 2 % 1  # parts of half a period at which a sum of cosines is checked
+_OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 2 % 2  # half periods (0 to 2) at which a sum of cosines is checked
 
 
 class Cosines(NamedTuple):
@@ -58,7 +59,8 @@ def cosines(covariance: Covariance, period: float, most: float) -> Cosines | Non
     """Return the cosines of an even covariance with this `period` [s], up to rounding; None if over `most` waves.
 
     Frequencies too high for the transform would appear as (alias onto) lower ones: these take more waves, or their sum
-    is wrong between the points of the transform.
+    is wrong between the points of the transform. The sum is also checked past half a period, beyond these points, so
+    that None is returned for a covariance without this period. None too if the covariance is zero in float64.
     """
     count = int(most) + 1  # twice as many frequencies
     value, gradient = covariance(period / 2 * np.append(_OFF_GRID, np.arange(count) / (count - 1)))
@@ -66,9 +68,9 @@ def cosines(covariance: Covariance, period: float, most: float) -> Cosines | Non
     found = scipy.fft.dct(rows, type=1) / (count - 1)
     found[:, [0, -1]] /= 2
     sizes = np.abs(found[0])
-    kept = found[:, : np.flatnonzero(sizes > _LOST * np.max(sizes))[-1] + 1]
+    kept = found[:, : np.flatnonzero(sizes >= _LOST * np.max(sizes))[-1] + 1]  # all, if all are zero
     wrong = kept[0] @ np.cos(np.arange(kept.shape[1])[:, None] * (np.pi * _OFF_GRID)) - between[0]
-    is_resolved = 2 * kept.shape[1] - 1 <= most and np.max(np.abs(wrong)) <= _LOST * count * rows[0, 0]
+    is_resolved = 2 * kept.shape[1] - 1 <= most and np.max(np.abs(wrong)) <= _LOST * kept.shape[1] * rows[0, 0]
     return Cosines(period, kept[0], kept[1:]) if is_resolved else None
 
 
@@ -140,8 +142,9 @@ class Ladder:
         count, more = found.waves, math.floor(math.exp2(math.ceil(_STEPS * math.log2(found.waves)) / _STEPS)) | 1
         waves = self._cache.pop((period, more), None) or self._compute(period, more)
         self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
-        if len(self._cache) > _CACHE_SIZE:
-            del self._cache[next(iter(self._cache))]
+        sizes = [each.scaled.size + each.products.size for each in self._cache.values()]
+        while len(sizes) > 1 and (len(sizes) > _CACHE_SIZE or sum(sizes) > _CACHED):
+            del self._cache[next(iter(self._cache))], sizes[0]
         return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
 
     def _compute(self, period: float, count: int, has_moved: bool = False) -> Waves:

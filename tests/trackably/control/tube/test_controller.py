@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from pipeline.loops.disturbed import drawn
+from pipeline.loops.disturbed import disturbed_plant
 from tests.trackably.control import naive
 from tests.trackably.control.tube.instances import LOOPS, STEPS, Loop
-from trackably.control.bounds import slacks
 from trackably.control.simulation import simulate
 from trackably.control.stepping import Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
@@ -44,20 +43,15 @@ def feasible_start(loop) -> np.ndarray:
     return start
 
 
-def greedy(loop):
-    """Return a function that takes the point of W that leads the state furthest towards its nearest bound."""
-    W, X = loop.disturbance, loop.plant.state_set
-    return lambda k, successor: W.farthest(X.inequalities[0][np.argmin(slacks(X, successor))])
+def pushes(loop, kind):
+    """Return the disturbance of a kind, or the one that is always farthest in a direction."""
+    if isinstance(kind, str):
+        return disturbed_plant(kind, loop.tightening, 5)[1]
+    point = loop.disturbance.farthest(kind * np.ones(len(loop.controller.Q)))
+    return lambda k, successor: point
 
 
-PUSHES = {
-    "greedy": greedy,
-    "drawn": lambda loop: drawn(loop.disturbance, 5),
-    "up": lambda loop: lambda k, successor: loop.disturbance.farthest(np.ones(len(successor))),
-    "down": lambda loop: lambda k, successor: loop.disturbance.farthest(-np.ones(len(successor))),
-}
-RUNS = [(name, "greedy") for name in LOOPS]
-RUNS += [("triangle", kind) for kind in PUSHES if kind != "greedy"]
+RUNS = [*((name, "greedy") for name in LOOPS), *(("triangle", kind) for kind in ("drawn", 1, -1))]
 
 
 @pytest.mark.parametrize(("name", "kind"), RUNS)
@@ -65,7 +59,7 @@ def test_no_bound_is_broken_no_step_has_no_plan_and_the_cost_falls(name, kind):
     """From a state off the tube: V(k + 1) ≤ V(k) − ℓ(k) at each step, whatever the disturbances are."""
     loop = LOOPS[name]
     start = feasible_start(loop)
-    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=PUSHES[kind](loop))
+    run = simulate(loop.controller, loop.reference, start, STEPS, disturbances=pushes(loop, kind))
     assert not run.without_plan
     assert np.min(loop.plant.state_set.margin(run.states[1:])) >= 0
     assert np.min(loop.plant.input_set.margin(run.inputs)) >= 0
@@ -95,3 +89,9 @@ def test_a_system_that_forgets_its_start_has_a_plan_at_each_step(horizon):
         assert plan.cost <= before.cost - before.stage_cost + 1e-8
         assert plan.terminal_residual < 1e-6
         assert plan.slack > -1e-6
+
+
+def test_a_state_outside_of_its_bounds_has_no_plan_even_if_there_is_no_disturbance():
+    loop = Loop(FAST, Zonotope.box([0.0, 0.0], [0.0, 0.0]))
+    assert isinstance(loop.controller.step(0, [0.9, 0.0], loop.reference), Plan)
+    assert loop.controller.step(0, [1.02, 0.0], loop.reference).excess == pytest.approx(0.02, rel=1e-3)
