@@ -3,7 +3,6 @@
 It has the mean and the covariance of the rows, and the function for given Lagrange multipliers, one for each row.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property as cached
 
@@ -47,8 +46,10 @@ class RowPosterior:
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
         """Return m⁺ + Σ_a ν_a κ⁺(·, L_a) of each process as a sum of kernels, for `multipliers` ν (n,) of rows L_a."""
-        pairs = zip(self.posterior.parts, self._weights(multipliers), strict=True)
-        return tuple(part.with_kernels(*weights) for part, weights in pairs)
+        return tuple(
+            part.with_kernels(part.weights_with_rows(cross), kernel.centres.times, kernel.centres.spread(multipliers))
+            for part, kernel, cross in zip(self.posterior.parts, self._kernels, self._cross(multipliers), strict=True)
+        )
 
     def price_gradient(self, multipliers: Array) -> Array:
         """Return ∂/∂ln θ of the price 2 νᵀ(b − L m⁺) − νᵀ K⁺ ν for fixed multipliers ν and bounds b, shape (p,).
@@ -58,28 +59,14 @@ class RowPosterior:
         Let w be the weights of m⁺ + Σ_a ν_a κ⁺(·, L_a) on samples and rows, and G the Gram matrix of these. The
         gradient is the difference of −wᵀ ∂G w with and without the rows, so neither L m⁺ nor K⁺ has to be
         differentiated.
-
-        Rows that are Taylor series are represented by kernels at a few nodes (`RowKernel.centres`), whereas the price
-        itself has the series. This gives the gradient relative errors of about 1e-6, and up to 2e-4 for smooth kernels
-        with a periodic part.
         """
         gradient = np.zeros(len(self.posterior.prior.learned))
-        every = zip(self.posterior.parts, self._weights(multipliers), self.posterior.prior.places, strict=True)
-        for part, weights, places in every:
-            gradient[places] += part.misfit_gradient - part.energy_gradient(*weights)
+        for part, kernel, cross, places in zip(
+            self.posterior.parts, self._kernels, self._cross(multipliers), self.posterior.prior.places, strict=True
+        ):
+            own = part.weights_with_rows(cross)
+            gradient[places] += part.misfit_gradient - part.energy_gradient(kernel, multipliers, own)
         return gradient
-
-    def _weights(self, multipliers: Array) -> Iterator[tuple[Array, Array, Array]]:
-        """Yield, for each process, the weights on samples and rows in m⁺ + Σ_a ν_a κ⁺(·, L_a), for `multipliers` ν.
-
-        They are the weights w (n,) of the samples, and centres [s] and weights of the kernels that represent the rows.
-        With the weights c of m⁺ and A = K + σ_n² I, w is c − A⁻¹ κ(S, L) ν.
-        """
-        across = [self.system.cross(multipliers)] if self.system else [multipliers @ each for each in self._across]
-        for part, kernel, cross in zip(self.posterior.parts, self._kernels, across, strict=True):
-            weights = kernel.centres.spread(multipliers)
-            some = weights != 0
-            yield part.weights - part.solve(cross), kernel.centres.times[some], weights[some]
 
     @cached
     def system(self) -> RowSystem | None:
@@ -87,6 +74,10 @@ class RowPosterior:
         if not has_system(self.posterior, len(self.rows)):
             return None
         return RowSystem.of(self.posterior.parts[0], self.rows.terms[0], len(self.rows))
+
+    def _cross(self, multipliers: Array) -> list[Array]:
+        """Return the covariances of Σ_a ν_a L_a with each process's samples, for `multipliers` ν (n,) of rows L_a."""
+        return [self.system.cross(multipliers)] if self.system else [multipliers @ across for across in self._across]
 
     @cached
     def _kernels(self) -> tuple[RowKernel, ...]:

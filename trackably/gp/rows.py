@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 
 from trackably.arrays import Array
-from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.base import Kernel, sum_by_moments
 from trackably.gp.signal import in_blocks
 
 
@@ -98,7 +98,7 @@ class Rows:
         return np.asarray(sum(parts, self.offsets))
 
 
-# Covariances of rows. A row is a sum of derivatives at single times:
+# Covariances of rows, and how they move with the hyperparameters. A row is a sum of derivatives at single times:
 #
 #     L g = Σ_p Σ_n μ_pn g⁽ⁿ⁾(t_p),        L L' κ = Σ_pq Σ_nm μ_pn μ'_qm (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(t_p − t'_q).
 #
@@ -116,6 +116,7 @@ _NEGLIGIBLE = 1e-11
 _LONGEST = 14  # terms of the longest series
 _FACTORIALS = np.array([float(factorial(n)) for n in range(_LONGEST)])
 _SIGNS = (-1.0) ** np.arange(_LONGEST)
+_MANY = 2**18  # terms: for fewer, moments take longer than the sum
 _NODES, _APART = 9, 0.1  # nodes for a row, and their distance in correlation times; errors are about 0.4⁹/√9!
 
 
@@ -192,6 +193,21 @@ class RowKernel:
         """Return the covariances L_a κ(·, t) of the rows with values at times t [s], (n,); the shape is (count, n)."""
         return in_blocks(lambda t: self._sum(self.kernel.jet(self.times[:, None] - t, self._order)), t, len(self.times))
 
+    def among_gradient(self, multipliers: Array) -> Array:
+        """Return ∂/∂ln θ_j, for all hyperparameters of the kernel, of νᵀ (L L κ) ν: the variance of Σ_a ν_a L_a.
+
+        ν are the `multipliers` (count,) of the rows L_a.
+        """
+        own = self._weigh(multipliers)
+        return self._form_gradient(*own, *own)
+
+    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ_j of νᵀ (L κ(·, t)) w, for the rows' functionals L and all hyperparameters of the kernel.
+
+        ν are the `multipliers` (count,), and w the `weights` at times t [s], both of shape (n,).
+        """
+        return self._form_gradient(*self._weigh(multipliers), t, weights[:, None])
+
     def _derivatives(self, t: Array) -> Array:
         """Return the covariances of the rows with g⁽ⁿ⁾(t), for n < N, at times t [s] (T,): (N, count, T)."""
         jet = self.kernel.jet(self.times[:, None] - t, 2 * self._order)
@@ -208,6 +224,26 @@ class RowKernel:
         total = np.zeros((self.count, *values.shape[1:]))
         np.add.at(total, self.of_row, values)
         return total
+
+    def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ of Σ_pi Σ_nm u_pn w_im (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(times_p − t_i).
+
+        Long sums over terms use moments if the kernel is a sum of decays, for which no row is a series.
+        """
+        if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
+            rows = range(1, len(decays[0].coefficients))
+            sums = [sum_by_moments(decays, t, weights[:, 0], times, 0, row)[0] for row in rows]
+            return np.asarray(np.array(sums) @ u[:, 0])
+        count, pairs = u.shape[1], zip(_SIGNS, weights.T, strict=False)
+        _, by_theta = self.kernel.jet_and_gradient(times[:, None] - t, count + weights.shape[1] - 2)
+        seen = sum(sign * (by_theta[:, m : m + count] @ w) for m, (sign, w) in enumerate(pairs))
+        return np.asarray(np.einsum("pna,an->p", seen, u) if self._order else seen[:, 0] @ u[:, 0])
+
+    def _weigh(self, multipliers: Array) -> tuple[Array, Array]:
+        """Return the times [s] of the parts with nonzero multipliers, and their moments times the multipliers."""
+        u = self.moments * multipliers[self.of_row, None]
+        some = np.any(u != 0, axis=1)
+        return self.times[some], u[some]
 
     @property
     def _order(self) -> int:

@@ -34,22 +34,6 @@ def in_blocks(function: Callable[[Array], Array], t: Array, width: int) -> Array
     return joined.reshape((*joined.shape[:-1], *t.shape))
 
 
-def has_fast_moments(kernel: Kernel, centres: Array, t: Array) -> bool:
-    """Whether sums of kernels at these centres are evaluated from moments, as there are many terms."""
-    return len(centres) >= _LONG and t.size * len(centres) > _MANY_OF_MOMENTS and bool(kernel.decays)
-
-
-def gradient_of_sum(kernel: Kernel, centres: Array, weights: Array, t: Array) -> Array:
-    """Return ∂/∂ln θ_j of Σ_i c_i κ(t − t_i), for all hyperparameters of the kernel, at t [s]: (p, *t.shape).
-
-    `centres` are t_i [s], and `weights` c_i, both of shape (n,).
-    """
-    if has_fast_moments(kernel, centres, t):
-        rows = range(1, len(kernel.decays[0].coefficients))
-        return np.array([sum_by_moments(kernel.decays, centres, weights, t, 0, row)[0] for row in rows])
-    return in_blocks(lambda t: kernel.value_and_gradient(t[..., None] - centres)[1] @ weights, t, len(centres))
-
-
 @dataclass(frozen=True)
 class KernelSum:
     """m⁺(t) = m + Σ_i c_i κ(t − t_i) with `mean` m, `centres` t_i [s] and `weights` c_i (shape (n,) both).
@@ -90,7 +74,7 @@ class KernelSum:
         If the kernel is a sum of polynomials times e^(−λ|r|), it is evaluated from moments when that is faster.
         """
         t = np.asarray(t, dtype=float)
-        if has_fast_moments(self.kernel, self.centres, t):
+        if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
             jet = sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
         else:
             jet = self._blocks(t, order, self.kernel.negligible_distance)

@@ -10,7 +10,6 @@ from tests.trackably.gp.instances import KERNELS, formula, over, time_scales
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.matern import Matern32, Matern52
 from trackably.gp.rows import RowKernel, Terms, row_kernel
-from trackably.gp.signal import gradient_of_sum
 
 DIGITS = 50
 ANALYTIC = {name: kernel for name, kernel in KERNELS.items() if kernel.is_analytic}
@@ -65,17 +64,22 @@ def test_covariances_of_short_differences_too(kernel):
 
 
 @pytest.mark.parametrize("kernel", [Matern32(1.3, 2.0), Matern52(0.7, 5.0)], ids=str)
-def test_gradients_of_many_terms_come_from_moments(kernel):
+def test_gradients_of_many_rows_come_from_moments(kernel):
     """Second differences at random times of a long while, not sorted: as many as moments need."""
     rng, h = np.random.default_rng(7), 0.1
     first, multipliers = rng.uniform(0.0, 300.0, 200), rng.normal(size=200)
     parts = [Terms(first + j * h, np.full(200, w / h**2), np.arange(200)) for j, w in enumerate(DIFFERENCES[2])]
     terms, times, weights = Terms.joined(parts), rng.uniform(-20.0, 320.0, 500), rng.normal(size=500)
-    u = terms.spread(multipliers)
-    for t, w in ((terms.times, u), (times, weights)):
-        found = gradient_of_sum(kernel, t, w, terms.times) @ u
-        other = kernel.value_and_gradient(terms.times[:, None] - t)[1] @ w @ u
-        np.testing.assert_allclose(found, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))
+    found, u = row_kernel(kernel.as_learned(), terms, 200), terms.spread(multipliers)
+
+    def direct(t, w):
+        return kernel.value_and_gradient(terms.times[:, None] - t)[1] @ w @ u
+
+    for one, other in (
+        (found.among_gradient(multipliers), direct(terms.times, u)),
+        (found.across_gradient(multipliers, times, weights), direct(times, weights)),
+    ):
+        np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-9 * np.max(np.abs(other)))
 
 
 def test_memory_is_that_of_the_covariances_alone():
