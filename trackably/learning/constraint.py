@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
@@ -22,8 +21,6 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
 from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals, Trajectory
 from trackably.work import done
-
-Indices = npt.NDArray[np.intp]
 
 
 def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> Rows:
@@ -302,8 +299,3 @@ def worst(minima: Sequence[TimesAndMargins]) -> tuple[float, int, float]:
         if len(margins)
     ]
     return min(found, default=(np.inf, -1, np.nan))
-
-
-def owners(of_each: Sequence[Array]) -> Indices:
-    """Return, for each entry of the concatenated arrays, the index of the array from which it comes."""
-    return np.repeat(np.arange(len(of_each)), [len(part) for part in of_each])
