@@ -167,10 +167,6 @@ class Constraint(Bounded):
                     found.append(np.subtract.outer(posterior.signals[c].centres, shifts).ravel())
         return np.unique(np.concatenate(found))
 
-    def relative_margin(self, posterior: Signalled, t: Array) -> Array:
-        """Return the distance to the nearer bound at t [s], divided by the bounds' width: negative where violated."""
-        return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
-
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
         """Return the functionals on which the quantity depends, each paired with the same times `places` [s]."""
         return [(functional, places) for _, functional in self.quantity.arguments]
