@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from math import radians
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -182,8 +183,8 @@ def from_yaml(data: bytes) -> object:
 
     try:
         text = _ENDED.sub("\n", data.decode())
-        _require_small(YAML(typ="safe", pure=True).parse(text))
         yaml = YAML(typ="safe", pure=True)
+        yaml.parser.get_event = partial(next, _within_limits(iter(yaml.parser.get_event, None)))
         yaml.constructor.add_constructor("!degrees", lambda of, node: radians(float(of.construct_scalar(node))))
         content: object = yaml.load(text)
     except (YAMLError, ValueError) as error:
@@ -192,8 +193,11 @@ def from_yaml(data: bytes) -> object:
     return content
 
 
-def _require_small(events: Iterable[Any]) -> None:
-    """Raise ValueError if YAML has too many values, or is nested too deeply; `events` are those of its parser."""
+def _within_limits(events: Iterable[Any]) -> Iterator[Any]:
+    """Yield the `events` of a YAML parser. ValueError: there are too many values, or they are nested too deeply.
+
+    Values are made, and those of aliases repeated, only after the last event.
+    """
     sizes: dict[str, int] = {}
     open_nodes: list[tuple[str | None, int]] = []  # unfinished lists and mappings: anchor, and `count` before each
     count = 0
@@ -218,3 +222,4 @@ def _require_small(events: Iterable[Any]) -> None:
             raise ValueError(f"it is nested more than {YAML_DEPTH} deep")
         if count > YAML_VALUES:
             raise ValueError(f"it has more than {YAML_VALUES} values, each counted as often as aliases repeat it")
+        yield event

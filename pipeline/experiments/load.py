@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from pipeline.storage.results import Results
 from pipeline.yaml_file import validated
 from trackably.codec import dumps
 from trackably.errors import InputError
-from trackably.files import read_yaml
+from trackably.files import errors_of, from_yaml, read_bytes
 
 PARAMS = Path("params.yaml")
 
@@ -38,7 +39,14 @@ def parameters_of(name: str, path: Path = PARAMS) -> str:
 
 
 def _entries(path: Path) -> dict[str, Any]:
-    match read_yaml(path):
+    return _parsed(path, read_bytes(path))
+
+
+@lru_cache(maxsize=1)  # parsing takes longer than most stages that need one entry
+def _parsed(path: Path, data: bytes) -> dict[str, Any]:
+    with errors_of(path):
+        content = from_yaml(data)
+    match content:
         case {"experiments": dict() as entries} if entries:
             if refused := refused_names(entries):
                 raise InputError(f"{path}: experiments: {'; '.join(refused)}")

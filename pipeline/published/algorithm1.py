@@ -6,7 +6,7 @@ at all times from t̄ = k̄ T_s on. If a test fails, k̄ is increased by one.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +20,9 @@ from trackably.gp.kernels.registry import name_of
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import Constraint
+from trackably.learning.exchange import Candidate
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
-from trackably.learning.search import best_solution, tightened
+from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
@@ -229,6 +230,17 @@ def algorithm1(
         if iterations[-1].terminates:
             return Run(tuple(iterations), solution)
     return Run(tuple(iterations), None)
+
+
+def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
+    """Solve a problem that has all constraints that `solution` satisfies, and further constraints.
+
+    If the old minimiser satisfies the new constraints, it is the new minimiser.
+    """
+    old = Candidate.at(problem, solution.posterior.prior.log_hyperparameters)
+    if old.with_overlooked(problem).is_feasible:
+        return replace(solution, fits=0)
+    return best_solution(problem, near=solution)
 
 
 def _test(plant: ConstrainedSystem, reading: Reading, k_bar: int, solution: Solution) -> Iteration:

@@ -10,17 +10,17 @@ from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.joint import JointPosterior, JointPrior, period_of
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import ROUNDING_BACKOFF, Bounded, Constraint, Signalled
+from trackably.learning.constraint import ROUNDING_BACKOFF, AtSeveralTimes, Constraint, Signalled
 from trackably.learning.index_set import RealTimes, Steps
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.trajectories import Quantity
+from trackably.systems.trajectories import Quantities, Quantity
 
 _WHOLE = 1e-9
 
 
 @dataclass(frozen=True)
-class GrowthRates(Bounded):
+class GrowthRates(AtSeveralTimes):
     """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states there.
 
     The rate τ is a growth rate of the state x if x + τ T_s = a x + b u + c for some u ∈ U. So ṁ⁺(t) is a growth rate of
@@ -94,6 +94,13 @@ def interval_growth_rates(signal: KernelSum, plant: ConstrainedSystem, edges: tu
     return rates[:, 0], rates[:, 1]
 
 
+class Values(Quantities):
+    """The values of a function of time, its only signal, in place of margins: to find their local minima."""
+
+    def margins(self, t: Array) -> Array:
+        return self.signals[0](t)[None]
+
+
 def _extremes(
     signal: KernelSum, edges: tuple[float, ...], order: int, sign: float, overlap: float = 0.0
 ) -> tuple[Array, Array]:
@@ -104,7 +111,8 @@ def _extremes(
 
     starts, ends = np.array(edges[:-1]), np.array(edges[1:]) + overlap
     window = RealTimes(Window(starts[0], ends[-1]))
-    turns = [window.local_minima(f, [signal.kernel]) for f in (derivative, lambda t: -derivative(t))]
+    signs = [Values((), (f,)) for f in (derivative, lambda t: -derivative(t))]
+    turns = [window.minima_of_each(values, [signal.kernel])[0][0] for values in signs]
     times = np.unique(np.concatenate([*turns, starts, ends]))
     values = derivative(times)
     inside = [slice(first, last + 1) for first, last in np.searchsorted(times, np.column_stack([starts, ends]))]

@@ -59,9 +59,10 @@ def problem(noise_std: float) -> ConstrainedProblem:
 
 def test_a_landscape_agrees_with_the_problem_and_what_cannot_be_factored_is_not_a_number() -> None:
     of, first, k = problem(0.01), np.array([0.5, 1.1]), np.arange(131) * 0.01
+    bounded = [(constraint.quantity, k[: 131 - n]) for n, constraint in enumerate(of.constraints)]
     grid = evaluate_on_grid(of, first, np.array([0.15]))
     for j, posterior in enumerate(of.posterior(np.log([each, 0.15])) for each in first):
-        margins = [np.min(c.relative_margin(posterior, k[: 131 - n])) for n, c in enumerate(of.constraints)]
+        margins = [np.min(q.margin(posterior.signals, times)) / q.bounds.width for q, times in bounded]
         assert grid.objective[0, j] == posterior.negative_log_marginal_likelihood()[0]
         assert grid.margin[0, j] == pytest.approx(min(margins), abs=1e-14)
     lost = evaluate_on_grid(problem(1e-12), np.array([1.0]), np.array([0.1, 1e4]))

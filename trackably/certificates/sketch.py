@@ -1,14 +1,14 @@
 """Times at which margins seem smallest in float64: they guide the proposals, and prove nothing."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 
 from trackably.arrays import Array, subdivide
 from trackably.checker.certificate import Claim, Instants, Window
-from trackably.learning.index_set import Margin, RealTimes, Steps, TimesAndMargins
+from trackably.learning.index_set import RealTimes, Steps, TimesAndMargins
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
@@ -35,7 +35,7 @@ def lowest_margins(reference: Reference, claim: Claim, start: float, end: float)
         return [approach(partial(q.margin, signals), np.union1d(times, [start, end])) for q, (times, _) in minima]
 
 
-def approach(margin: Margin, times: Array) -> TimesAndMargins:
+def approach(margin: Callable[[Array], Array], times: Array) -> TimesAndMargins:
     """Return increasing times [s] close to the smallest of the margins at the given `times`, and the margins there."""
     for _ in range(_CLOSER):
         i = int(np.argmin(margin(times)))

@@ -9,11 +9,9 @@ for a proof.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
@@ -23,8 +21,6 @@ from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
 from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals, Trajectory
 from trackably.work import done
-
-Indices = npt.NDArray[np.intp]
 
 
 def rows_of(functionals: Sequence[tuple[Functional, Array]], processes: int) -> Rows:
@@ -101,13 +97,6 @@ class Bounded(ABC):
         """Return the places (times) of violations that the grid of `closest` missed, and the relative margins there."""
         return self.none, np.empty(0)
 
-    @abstractmethod
-    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        """Return the quantity at n places (times), and its derivatives ∂/∂ln θ_j: shapes (n,) and (p, n).
-
-        Undefined values are NaN or infinite.
-        """
-
     def slacks(self, found: Array, places: Array) -> Array:
         """Return the relative slacks of the tightened bounds with their p derivatives: shape (1 + p, 2 n).
 
@@ -122,6 +111,17 @@ class Bounded(ABC):
         both /= bounds.width
         both[0] -= self.backoff
         return both
+
+
+class AtSeveralTimes(Bounded):
+    """Bounds of a quantity that depends on signals at several times, which are chosen independently of each other."""
+
+    @abstractmethod
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        """Return the quantity at n places (times), and its derivatives ∂/∂ln θ_j: shapes (n,) and (p, n).
+
+        Undefined values are NaN or infinite.
+        """
 
 
 @dataclass(frozen=True)
@@ -166,15 +166,6 @@ class Constraint(Bounded):
                     shifts = functional.sampling_time * np.arange(len(weights))
                     found.append(np.subtract.outer(posterior.signals[c].centres, shifts).ravel())
         return np.unique(np.concatenate(found))
-
-    def relative_margin(self, posterior: Signalled, t: Array) -> Array:
-        """Return the distance to the nearer bound at t [s], divided by the bounds' width: negative where violated."""
-        return self.quantity.margin(posterior.signals, t) / self.quantity.bounds.width
-
-    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        rows = rows_of(self.arguments_at(places), len(posterior.parts))
-        found = of_arguments(self.quantity, values_and_gradients(rows, posterior))
-        return found[0], found[1:]
 
     def arguments_at(self, places: Array) -> list[tuple[Functional, Array]]:
         """Return the functionals on which the quantity depends, each paired with the same times `places` [s]."""
@@ -304,14 +295,3 @@ def worst(minima: Sequence[TimesAndMargins]) -> tuple[float, int, float]:
         if len(margins)
     ]
     return min(found, default=(np.inf, -1, np.nan))
-
-
-def owners(of_each: Sequence[Array]) -> Indices:
-    """Return, for each entry of the concatenated arrays, the index of the array from which it comes."""
-    return np.repeat(np.arange(len(of_each)), [len(part) for part in of_each])
-
-
-def parts(joined: Array, like: Sequence[Array]) -> list[Array]:
-    """Split the array `joined` into consecutive parts that are as long as the arrays in `like`."""
-    ends = list(accumulate(map(len, like), initial=0))
-    return [joined[first:last] for first, last in pairwise(ends)]

@@ -1,7 +1,7 @@
 """Index sets: the times at which a constraint has to hold, and the local minima of its margin there."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -22,45 +22,16 @@ _REFINEMENTS, _NARROWER = 3, 0.1  # number of parabolas that refine a minimum; t
 _FEW_STEPS = 4096  # with more steps, evaluating all of them takes longer than a search in real time
 AROUND = np.array([[-1], [0], [1]])  # where a parabola is fitted: distances from its centre, in units of `reach`
 
-Indices = npt.NDArray[np.intp]
-
-Margin = Callable[[Array], Array]
-"""A margin as a function of times [s]."""
-
 TimesAndMargins = tuple[Array, Array]
 """Times [s] of local minima in increasing order, and the margins there: shape (n,) both."""
-
-
-@dataclass(frozen=True)
-class _Single:
-    """A single margin, with the same methods as `Quantities`, the class that evaluates several margins together."""
-
-    margin: Margin
-
-    def margins(self, t: Array) -> Array:
-        return self.margin(t)[None]
-
-    def margins_of(self, which: Indices, t: Array) -> Array:
-        return self.margin(t)
-
-    def breakpoints_in(self, start: float, end: float) -> Array:
-        return np.empty(0)
-
-
-Margins = Quantities | _Single
-"""Several margins that are evaluated together."""
 
 
 class IndexSet(ABC):
     """A set of times [s]. It may depend on the kernels of the signals, because their period may be learned."""
 
     @abstractmethod
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+    def minima_of_each(self, margins: Quantities, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         """Return, for each margin, the times [s] of its local minima in the set, and its values there."""
-
-    def local_minima(self, margin: Margin, kernels: Sequence[Kernel]) -> Array:
-        """Return the times of the set at which `margin` has its local minima, in increasing order."""
-        return self.minima_of_each(_Single(margin), kernels)[0][0]
 
     def nearest(self, t: Array) -> Array:
         """Return the times of the set that are nearest to t [s]; t must lie between its first and its last time."""
@@ -92,7 +63,7 @@ class Steps(IndexSet):
     last: int
     sampling_time: float
 
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+    def minima_of_each(self, margins: Quantities, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         if self.last - self.first > _FEW_STEPS and all(kernel.is_analytic for kernel in kernels):
             found = _minima_in_cells(margins, *self.ends, kernels)
             return [self._lowest_beside(margins, q, at) for q, (at, _) in enumerate(found)]
@@ -100,7 +71,7 @@ class Steps(IndexSet):
         values = margins.margins(times)
         return [(times[are], of[are]) for are, of in zip(_are_minima(values), values, strict=True)]
 
-    def _lowest_beside(self, margins: Margins, q: int, at: Array) -> TimesAndMargins:
+    def _lowest_beside(self, margins: Quantities, q: int, at: Array) -> TimesAndMargins:
         """Return, for each time, the lowest margin q at the nearest step and at its two neighbours."""
         beside = self.nearest(np.clip(at + self.sampling_time * AROUND, *self.ends))
         values = margins.margins_of(np.full(len(at), q), beside)
@@ -125,7 +96,7 @@ class RealTimes(IndexSet):
 
     of: Window | AllPhases
 
-    def minima_of_each(self, margins: Margins, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+    def minima_of_each(self, margins: Quantities, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         start, end = self.of.span if isinstance(self.of, Window) else (0.0, period_of(kernels))
         return _minima_in_cells(margins, start, end, kernels)
 
@@ -139,7 +110,7 @@ class RealTimes(IndexSet):
         return centres[(self.of.start <= centres) & (centres <= self.of.end)]
 
 
-def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+def _minima_in_cells(margins: Quantities, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
     """Return the local minima of each margin, searched separately between times at which bounds may jump or bend."""
     inner = margins.breakpoints_in(start, end).tolist()
     cells = [_refined_minima(margins, a, b, kernels) for a, b in pairwise([start, *inner, end])]
@@ -148,7 +119,7 @@ def _minima_in_cells(margins: Margins, start: float, end: float, kernels: Sequen
     return [_in_order(*map(np.concatenate, zip(*of, strict=True))) for of in zip(*cells, strict=True)]
 
 
-def _refined_minima(margins: Margins, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
+def _refined_minima(margins: Quantities, start: float, end: float, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
     """Return the local minima of continuous margins: those on a grid, refined by parabolas."""
     times = np.linspace(start, end, _grid_intervals(end - start, kernels) + 1)
     values, reach = margins.margins(times), times[1] - times[0]

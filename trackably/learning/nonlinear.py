@@ -11,7 +11,14 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.rows import Rows
 from trackably.learning import sqp
-from trackably.learning.constraint import Bounded, Constraint, of_arguments, rows_of, values_and_gradients
+from trackably.learning.constraint import (
+    AtSeveralTimes,
+    Bounded,
+    Constraint,
+    of_arguments,
+    rows_of,
+    values_and_gradients,
+)
 from trackably.learning.problem import ConstrainedProblem
 
 
@@ -83,13 +90,13 @@ class Program:
         """
         arguments = values_and_gradients(self._arguments, posterior)
         for constraint, places in self._placed:
-            if isinstance(constraint, Constraint):
+            if isinstance(constraint, AtSeveralTimes):
+                value, gradient = constraint.value_and_gradient(posterior, places)
+                quantity = np.concatenate([value[None], gradient])
+            else:
                 count = len(constraint.quantity.arguments) * len(places)
                 own, arguments = arguments[:, :count], arguments[:, count:]
                 quantity = of_arguments(constraint.quantity, own)
-            else:
-                value, gradient = constraint.value_and_gradient(posterior, places)
-                quantity = np.concatenate([value[None], gradient])
             yield constraint.slacks(quantity, places)
 
     @cached_property

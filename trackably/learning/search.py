@@ -4,12 +4,11 @@ A place is a time at which a program imposes a bound.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.learning.exchange import Candidate, Exchange
+from trackably.learning.exchange import Exchange
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.screening import can_screen, screen
 
@@ -55,16 +54,6 @@ def solution_from(
     exchange = Exchange(problem, ceiling)
     exchange.together(starts)
     return exchange.outcome
-
-
-def tightened(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:
-    """Solve a problem that has all constraints that `solution` satisfies, and further constraints.
-
-    If the old minimiser satisfies the new constraints, it is the new minimiser.
-    """
-    if Candidate.at(problem, *_point(solution)).with_overlooked(problem).is_feasible:
-        return replace(solution, fits=0)
-    return best_solution(problem, near=solution)
 
 
 def continued(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSolution:

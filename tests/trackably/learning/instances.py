@@ -55,8 +55,9 @@ class Instance:
 
     def smallest_margin(self, found: Any) -> float:
         """Of all constraints at all of their steps, as a part of the widths of their bounds."""
-        sets = [(c, np.arange(c.index_set.first, c.index_set.last + 1)) for c in self.problem.constraints]
-        return min(float(np.min(c.relative_margin(found, k * self.plant.sampling_time))) for c, k in sets)
+        sets = [(c.quantity, np.arange(c.index_set.first, c.index_set.last + 1)) for c in self.problem.constraints]
+        t_s = self.plant.sampling_time
+        return min(float(np.min(q.margin(found.signals, k * t_s))) / q.bounds.width for q, k in sets)
 
 
 def tight(seed: int) -> Instance:

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pipeline.published.algorithm1 import tightened
 from tests.trackably.gp.instances import over
 from tests.trackably.learning import naive
 from tests.trackably.learning.instances import TIGHT_SEEDS, Instance, instance, tight, wild
 from trackably.gp.hyperparameter import Learned
 from trackably.learning.problem import Solution
-from trackably.learning.search import best_solution, tightened
+from trackably.learning.search import best_solution
 
 ROUNDING = 1e-11
 

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.published.periodic import Values
 from pipeline.published.scalar import scalar
 from trackably.checker.certificate import Window
 from trackably.gp.kernels.matern import Matern32
@@ -22,10 +23,14 @@ from trackably.systems.intervals import Interval
 KERNEL = SquaredExponential(1.0, 0.5)
 
 
+def minima(index_set, margin, kernel=KERNEL, *others):
+    return index_set.minima_of_each(Values((), (margin,)), [kernel, *others])[0][0]
+
+
 def minima_of(values: list[float], first: int) -> list[int]:
     """Indices that `Steps` names for these margins."""
     steps = Steps(first, first + len(values) - 1, 0.5)
-    times = steps.local_minima(lambda t: np.array(values)[np.rint(t / 0.5).astype(int) - first], [KERNEL])
+    times = minima(steps, lambda t: np.array(values)[np.rint(t / 0.5).astype(int) - first])
     return [round(t / 0.5) - first for t in times.tolist()]
 
 
@@ -57,7 +62,7 @@ def test_minima_of_a_signal_are_those_of_a_dense_look(index_set, lengthscale):
         times, rounding = np.arange(index_set.first, index_set.last + 1) * index_set.sampling_time, 1e-10
     values = signal(times)
     low = np.flatnonzero((values[1:-1] < values[:-2]) & (values[1:-1] <= values[2:])) + 1
-    found = index_set.local_minima(signal, [signal.kernel])
+    found = minima(index_set, signal, signal.kernel)
     assert set(found) <= set(times) or isinstance(index_set, RealTimes)
     nearest = found[np.argmin(np.abs(found[:, None] - times[low]), axis=0)]
     np.testing.assert_allclose(nearest, times[low], rtol=0, atol=2e-5)
@@ -68,7 +73,7 @@ def test_minima_of_a_signal_are_those_of_a_dense_look(index_set, lengthscale):
 @given(st.floats(-3, 3), st.floats(0.1, 10), st.floats(-0.5, 1.5))
 def test_a_window_finds_the_bottom_of_a_bowl_or_the_nearer_end(start, length, where):
     bottom = start + where * length
-    found = RealTimes(Window(start, start + length)).local_minima(lambda t: (t - bottom) ** 2, [KERNEL])
+    found = minima(RealTimes(Window(start, start + length)), lambda t: (t - bottom) ** 2)
     np.testing.assert_allclose(found, [np.clip(bottom, start, start + length)], atol=1e-6 * length)
 
 
@@ -80,7 +85,7 @@ def test_the_fastest_of_several_kernels_decides_how_closely_to_look():
         return (t - 2.0) ** 2 - 5 * np.exp(-(((t - 0.5031) / 0.004) ** 2))
 
     for kernels in ([fast, slow], [slow, fast]):
-        found = RealTimes(Window(0.0, 3.0)).local_minima(margin, kernels)
+        found = minima(RealTimes(Window(0.0, 3.0)), margin, *kernels)
         assert np.min(np.abs(found - 0.5031)) < 1e-4
 
 

@@ -24,7 +24,6 @@ from trackably.learning.constraint import (
     joined,
     local_minima,
     margins_at,
-    owners,
     rows_of,
     timed,
 )
@@ -167,7 +166,7 @@ def demands(problem: ConstrainedProblem, places: Places, near: Signals) -> Deman
     """
     bounds = placed_bounds(problem, places)
     arguments = rows_of([(q, of.times) for of in bounds for _, q in of.trajectory.arguments], len(problem.prior.parts))
-    owner = owners([of.times for of in bounds])
+    owner = np.repeat(np.arange(len(bounds)), [len(of.times) for of in bounds])  # the bound of each row
     offsets, factors, into = [np.empty(0)], [np.empty(0)], [owner[:0]]
     for i, of in enumerate(bounds):
         offset, slopes = _linearise(of.trajectory, of.times, near)

@@ -8,9 +8,9 @@ and the next step is shorter.
 The starts are the minima of the likelihood, and the best θ whose posterior mean satisfies all bounds (then D = 0).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.prior import NOISE
 from trackably.learning import sqp
-from trackably.learning.joint.constrained_mean import ConstrainedMean, WorkingSet, constrained_mean, is_linear
+from trackably.learning.joint.constrained_mean import WorkingSet, is_linear
 from trackably.learning.joint.exchange import (
     ALMOST,
     MAX_ROUNDS,
@@ -77,52 +77,47 @@ class JointProgram:
     """J(θ) = l + D with bounds at given `places` (times and sides) only, a relaxation of the whole problem.
 
     Nonlinear formulas are linearised at the signals `near`. At the θ of these signals, the gradient of this J equals
-    that of J with the formulas themselves (envelope theorem).
+    that of J with the formulas themselves (envelope theorem). The places `active` are assumed active at first.
     """
 
     problem: ConstrainedProblem
     places: Places
     near: Signals
+    active: Places
 
-    def minimise(
-        self, start: Array, curvature: Array | None, reach: float, active: Places, precision: float
-    ) -> tuple[sqp.Minimum, Places] | None:
-        """Return a local minimum within `reach` of `start` in each ln θ, and the places that were active in the search.
+    def minimise(self, start: Array, curvature: Array | None, reach: float, precision: float) -> sqp.Minimum | None:
+        """Return a local minimum within `reach` of `start` in each ln θ; None if J is undefined at the start.
 
-        A place is a time and a side of a bound. The places `active` are assumed active at the start. J is minimised up
-        to `precision`, relative to 1 + |J|. None if J is undefined at the start.
+        J is minimised up to `precision`, relative to 1 + |J|.
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        demanded = demands(self.problem, self.places, self.near)
-        begun = demanded.is_equation.copy()
-        begun[: sum(map(len, self.places))] = flags(self.places, active)
-        working = WorkingSet(demanded, begun)
-        found = sqp.minimise(
-            partial(self.evaluate, mean_for=working.mean_for), start, lower, upper, _NEARBY, curvature, precision
-        )
-        return None if found is None else (found, select(self.places, working.chosen))
+        return sqp.minimise(self.evaluate, start, lower, upper, _NEARBY, curvature, precision)
 
-    def evaluate(
-        self, log_theta: Array, mean_for: Callable[[JointPosterior], ConstrainedMean | None] | None = None
-    ) -> sqp.Evaluation | None:
-        """Return J = l + D with its gradient by ln θ (envelope theorem); None if J is undefined.
-
-        `mean_for` computes the function of a posterior; by default, this is `constrained_mean`.
-        """
+    def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
+        """Return J = l + D with its gradient by ln θ (envelope theorem); None if J is undefined."""
         posterior = self.problem.posterior(log_theta)
         try:
             value, gradient = posterior.negative_log_marginal_likelihood()
-            if mean_for is None:
-                mean = constrained_mean(self.problem, posterior, self.places, self.near)
-            else:
-                mean = mean_for(posterior)
+            mean = self._working.mean_for(posterior)
         except IllConditioned:
             return None
         if mean is None:
             return None
         by_theta = gradient + mean.price_gradient()
         return sqp.Evaluation(value + mean.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
+
+    @property
+    def met(self) -> Places:
+        """The places (times and sides) that were active in some evaluation or are assumed active."""
+        return select(self.places, self._working.chosen)
+
+    @cached_property
+    def _working(self) -> WorkingSet:
+        demanded = demands(self.problem, self.places, self.near)
+        begun = demanded.is_equation.copy()
+        begun[: sum(map(len, self.places))] = flags(self.places, self.active)
+        return WorkingSet(demanded, begun)
 
 
 @dataclass(frozen=True)
@@ -296,9 +291,8 @@ class JointSearch:
         Nonlinear formulas are linearised at the signals `near`. None if J is undefined at the start.
         """
         self.fits += 1
-        program = JointProgram(self.problem, places, near)
-        found = program.minimise(start, None, np.inf, no_places(self.problem), _COARSE_GAIN)
-        return None if found is None else found[0]
+        program = JointProgram(self.problem, places, near, no_places(self.problem))
+        return program.minimise(start, None, np.inf, _COARSE_GAIN)
 
     def begin(self, log_theta: Array) -> Point | None:
         """Return the best function for these hyperparameters, searched from each of the signals of `starts_for`.
@@ -370,16 +364,15 @@ class JointSearch:
             met = path.met(point)
             if not is_linear(self.problem):
                 met = MarginScan(self.problem.constraints, signals).near(met)
-            program = JointProgram(self.problem, met, signals)
+            program = JointProgram(self.problem, met, signals, point.function.active)
             precision = max(least_gain * _EXACT, _PRECISION)
-            minimised = program.minimise(point.log_theta, path.curvature, path.reach, point.function.active, precision)
+            found = program.minimise(point.log_theta, path.curvature, path.reach, precision)
             self.fits += 1
-            if minimised is None:
+            if found is None:
                 break
-            found, active = minimised
             if found.at.value >= point.ceiling - least_gain * (1 + abs(found.at.value)) or path.reach < _SHORTEST:
                 break
-            there = self.at(found.x, active, signals, tolerance, point.ceiling)
+            there = self.at(found.x, program.met, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling):
                 given_up += 1
                 if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):

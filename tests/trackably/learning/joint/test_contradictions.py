@@ -76,5 +76,5 @@ def test_what_can_be_met_is_met(case, required):
     assert isinstance(found, Solution)
     for one in chosen.required:
         assert one.trajectory(found.signals, one.time) == pytest.approx(one.value, abs=one.tolerance)
-    for constraint in chosen.problem.constraints:
-        assert constraint.relative_margin(found, chosen.times).min() >= -1e-9
+    for quantity in (constraint.quantity for constraint in chosen.problem.constraints):
+        assert quantity.margin(found.signals, chosen.times).min() >= -1e-9 * quantity.bounds.width

@@ -21,7 +21,8 @@ from trackably.learning.nonlinear import Program
 @pytest.mark.parametrize("name", ALL)
 def test_is_the_slope(name):
     case = ALL[name]
-    joint = JointProgram(case.problem, solved(name).places, case.posterior.signals)
+    places = solved(name).places
+    joint = JointProgram(case.problem, places, case.posterior.signals, places)
     found = joint.evaluate(case.prior.log_hyperparameters)
     slopes = naive.by_log_hyperparameters(lambda at: joint.evaluate(at.log_hyperparameters).value, case.prior)
     np.testing.assert_allclose(found.gradient, slopes, atol=2e-6 * np.max(np.abs(slopes)))

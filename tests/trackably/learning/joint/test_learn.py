@@ -53,7 +53,7 @@ def test_the_slope_of_j_is_zero_or_points_out_of_the_space(name):
     """In units in which a step of 1 in ln θ changes J by the slope."""
     found, problem = jointly(name), problem_of(name)
     theta = found.posterior.prior.log_hyperparameters
-    slope = JointProgram(problem, found.active, found.signals).evaluate(theta).gradient
+    slope = JointProgram(problem, found.active, found.signals, found.active).evaluate(theta).gradient
     down, up = theta > problem.space.log_lower + 1e-9, theta < problem.space.log_upper - 1e-9
     left = np.where(slope > 0, slope * down, slope * up)
     np.testing.assert_allclose(left, 0.0, atol=1e-4 * (1 + abs(found.objective)))

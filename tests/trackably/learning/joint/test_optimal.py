@@ -35,7 +35,7 @@ def test_is_the_optimum_of_the_dense_program(name):
 def test_keeps_its_bounds_and_its_pins_at_every_step(name):
     case, found = ALL[name], solved(name)
     assert not found.mean.contradicts
-    margins = [c.relative_margin(found.mean, case.times) for c in case.problem.constraints]
+    margins = [q.margin(found.mean.signals, case.times) / q.bounds.width for q in case.plant.quantities]
     assert 0 <= found.margin == pytest.approx(np.min(margins), abs=1e-12)
     for one in case.required:
         value = one.trajectory(found.mean.signals, np.array(one.time))
