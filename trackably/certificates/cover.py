@@ -17,6 +17,7 @@ from trackably.checker.floats.intervals import Floats
 from trackably.checker.quantities import LinearCombination, Quantity, shifts_of
 from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import Subject
+from trackably.systems.pieces import two_sum
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantities
 from trackably.systems.trajectories import Quantity as Bounded
@@ -108,9 +109,8 @@ def _tightest(draft: Draft, reference: Reference, refused: Iterable[Box]) -> tup
 
     Return None if there is none. Of several, the margin is the smallest, after subtraction of the error.
     """
-    times, signals = np.array([*map(_middle, refused)]), [signal.summed for signal in reference.kernel_sums]
-    errors = [[draft.errors[q.name]] for q in reference.quantities]
-    left = Quantities(reference.quantities, signals).margins(times) - errors
+    times, errors = np.array([*map(_middle, refused)]), [[draft.errors[q.name]] for q in reference.quantities]
+    left = Quantities(reference.quantities, reference.kernel_sums).margins(times) - errors
     q, i = np.unravel_index(np.argmin(left), left.shape)
     return (reference.quantities[q], float(times[i])) if left[q, i] < 0 else None
 
@@ -122,14 +122,15 @@ def _kinks(draft: Draft) -> Array:
     If the time of a kink is no float64 number, it gets a narrow box of its own, wide enough to contain the kink near
     its middle for certain.
     """
-    found: list[float] = []
+    found: list[Array] = []
     for s, shift in _shifts(draft.subject, draft.arguments):
         if (signal := draft.subject.signals[s]).kernel.has_kink:
-            for centre in map(Fraction, signal.centres):
-                near = float(kink := centre - shift)
-                beside = 0.0 if near == kink else _BESIDE * float(np.spacing(max(abs(near), abs(float(centre)))))
-                found += [near - beside, near + beside]
-    return np.unique(found)
+            centres = np.array(signal.centres)
+            near, lost = two_sum(centres, np.full(len(centres), -float(shift)))
+            is_exact = (lost == 0.0) & (float(shift) == shift)
+            beside = np.where(is_exact, 0.0, _BESIDE * np.spacing(np.maximum(np.abs(near), np.abs(centres))))
+            found += [near - beside, near + beside]
+    return np.unique(np.concatenate(found)) if found else np.empty(0)
 
 
 def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:

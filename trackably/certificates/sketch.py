@@ -21,7 +21,7 @@ def lowest_margins(reference: Reference, claim: Claim, start: float, end: float)
 
     The times are close to that of the smallest margin; if only instants are claimed, they are those of local minima.
     """
-    plant, signals = reference.plant, [signal.summed for signal in reference.signals]
+    plant, signals = reference.plant, reference.signals
     every, T = Quantities(reference.quantities, signals), plant.sampling_time
     if reference.pieces:
         shifts = T * np.arange(max(plant.flatness.orders) + 1.0)

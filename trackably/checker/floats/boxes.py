@@ -19,7 +19,7 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.quantities import LinearCombination, Quantity, Shifted, combine, shifts_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
-from trackably.checker.subject import Signal, Subject
+from trackably.checker.subject import Pieces, Signal, Subject
 
 _AT_ONCE, _COEFFICIENTS = 256, 2_000_000
 """Boxes and Taylor coefficients that are processed at once, to limit the memory for any file."""
@@ -53,10 +53,12 @@ def stay_inside(found: Floats, q: Quantity, boxes: Sequence[Box]) -> Mask:
     """
     n, shown = len(found.low), np.ones(len(boxes), dtype=bool)
     for limit, is_lower in ((q.lower, True), (q.upper, False)):
-        ends = [(b, p) for b, box in enumerate(boxes) for p in limit.over(box.start, box.end)]
+        every = boxes if isinstance(limit.end, Pieces) else boxes[:1]  # a constant end is the same in all boxes
+        ends = [(b, p) for b, box in enumerate(every) for p in limit.over(box.start, box.end)]
         rows = zip_longest(*([around(p[0], total(map(abs, p[n:]))), *p[1:n]] for _, p in ends), fillvalue=ZERO)
         columns, at = [stack(row, ()) for row in rows], np.array([b for b, _ in ends], dtype=np.intp)
-        end, of = stack([*columns, *[ZERO] * (n - len(columns))], at.shape), found.at((slice(None), at))
+        at = at if every is boxes else np.arange(len(boxes))
+        end, of = stack([*columns, *[ZERO] * (n - len(columns))], (len(ends),)), found.at((slice(None), at))
         shown[at[~nowhere_negative(of - end if is_lower else end - of)]] = False
     return shown
 

@@ -12,17 +12,18 @@ moments m_k (`kernels`) instead of all centres, and is expanded in their place; 
 over centres: only c_i may be negative.
 """
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from trackably.checker.boxes import Box
-from trackably.checker.floats.intervals import Array, Floats, Mask, stack, sums
+from trackably.checker.floats.intervals import Array, Floats, stack, sums
 from trackably.checker.intervals import ONE, ZERO, Real, ratio, total
 from trackably.checker.kernels import Matern, geometric_rest
 from trackably.checker.models import Model
@@ -159,26 +160,43 @@ class ManyCentres:
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
-        first, stop = self._near(boxes)
+        sides = self.passed(boxes.starts, boxes, "right"), self.passed(boxes.ends, boxes, "left")
+        first, stop = self._near(boxes, *sides)
         before = np.concatenate([[0], np.cumsum(stop - first)])  # before[b] pairs (box, centre) are of boxes before b
         ends = np.zeros((2, n + 1, len(first)))
         for begin in range(0, int(before[-1]), _PAIRS):
             pairs = np.arange(begin, min(begin + _PAIRS, int(before[-1])))
             of_box = np.searchsorted(before, pairs, side="right") - 1
             some, begins = np.unique(of_box, return_index=True)
-            part = self._sums(boxes, of_box, first[of_box] + pairs - before[of_box], begins, n)
+            part = self._sums(boxes, of_box, first[of_box] + pairs - before[of_box], begins, sides, n)
             both = Floats(*ends[:, :, some]) + part
             ends[:, :, some] = both.low, both.high
         every: Any = [Floats(low, high) for low, high in zip(*ends, strict=True)]
         found = Model(every[:n], every[n] + self.far)
         return found + self._outside(boxes, first, stop, n) if isinstance(self.kernel, Matern) else found
 
-    def _near(self, boxes: Boxes) -> tuple[Indices, Indices]:
+    def passed(self, times: Array, boxes: Boxes, side: Literal["left", "right"]) -> Indices:
+        """Return how many centres are before time + s, for a time of each box; for "right", also those that equal it.
+
+        This is exact: float64 intervals decide, and rational arithmetic where a centre is too near to the time.
+        """
+        exact, moved = Floats.exact(times), Floats.exact(times) + boxes.moves
+        near = moved.choose((boxes.moves.low == 0) & (boxes.moves.high == 0), exact, moved)
+        least, most = (np.searchsorted(self.centres, end, side) for end in (near.low, near.high))
+        for b in np.flatnonzero(least < most).tolist():
+            bisect = bisect_left if side == "left" else bisect_right
+            least[b] = bisect(self.centres, Fraction(times[b].item()) + boxes.shifts[b], least[b], most[b])
+        return least
+
+    def _near(self, boxes: Boxes, before: Indices, after: Indices) -> tuple[Indices, Indices]:
         """Return, for each box, the indices of two centres: the first that is not certainly before the box by `reach`,
         and the first after it that is certainly after the box by as much.
 
-        Only the centres from the first index to just before the second may be nearer, or inside the box.
+        Only the centres from the first index to just before the second may be nearer. For a Matérn kernel, only these
+        centres are inside of the box: of these, the first has the index `before`, and the one after the last `after`.
         """
+        if isinstance(self.kernel, Matern):
+            return before, np.maximum(after, before)
         start, end = (Floats.exact(times) + boxes.moves for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, (start - self.reach).low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, (end + self.reach).high), first)
@@ -198,29 +216,24 @@ class ManyCentres:
         reversed_time = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1])
         return CentresBefore(self.kernel, self.centres, self.weights), reversed_time
 
-    def _sums(self, boxes: Boxes, of_box: Indices, which: Indices, begins: Indices, n: int) -> Floats:
+    def _sums(
+        self,
+        boxes: Boxes,
+        of_box: Indices,
+        which: Indices,
+        begins: Indices,
+        sides: tuple[Indices, Indices],
+        n: int,
+    ) -> Floats:
         """Return the coefficients and remainder bounds of sums over pairs of a box and a centre, of shape (n + 1, K).
 
         `of_box` and `which` are the indices of a pair's box and centre; the pairs of the K boxes start at `begins`.
+        `sides` say how many centres no time of a box is before, and how many some time of it is after.
         """
         tick()
-        centres, weights, radii = self.centres[which], Floats.exact(self.weights[which]), Floats.exact(boxes.radii)
-        r = boxes.middles.at(of_box) - Floats.exact(centres)
-        sides = self._sides(boxes, of_box, centres) if self.kernel.has_kink else None
-        each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, sides).times(weights)
+        weights, radii, (before, after) = Floats.exact(self.weights[which]), Floats.exact(boxes.radii), sides
+        r = boxes.middles.at(of_box) - Floats.exact(self.centres[which])
+        each = self.kernel.model(
+            r, boxes.halves.at(of_box), radii.at(of_box), n, (which >= after[of_box], which < before[of_box])
+        ).times(weights)
         return sums(stack([*each.coefficients, each.missed], of_box.shape), begins)
-
-    def _sides(self, boxes: Boxes, of_box: Indices, centres: Array) -> tuple[Mask, Mask]:
-        """Return two masks over pairs of a box and a centre, decided exactly.
-
-        They say whether no time of the box is after the centre, and whether no time of the box is before the centre.
-        `of_box` has the index of the box in each pair.
-        """
-        starts, ends, shifts = boxes.starts[of_box], boxes.ends[of_box], boxes.moves.at(of_box)
-        moved = Floats.exact(centres) - shifts
-        before, after = ends <= moved.low, starts >= moved.high
-        unclear = ~(before | (ends > moved.high)) | ~(after | (starts < moved.low))
-        for i in np.flatnonzero(unclear).tolist():
-            exact = Fraction(float(centres[i])) - boxes.shifts[of_box[i]]
-            before[i], after[i] = ends[i] <= exact, starts[i] >= exact
-        return before, after

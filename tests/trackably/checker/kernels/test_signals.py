@@ -5,6 +5,7 @@ Planted faults let it escape.
 
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from operator import le, lt
 from typing import Any
 
 import numpy as np
@@ -129,6 +130,16 @@ def test_models_in_wide_boxes_far_from_all_centres_hold_the_signal_and_say_that_
     assert not any(_outside(of, boxes, models, kappa, rng))
     if of.reach < 50 * scale or isinstance(of.kernel, Matern):
         assert np.all(models.missed.high <= 1e-6)
+
+
+def test_the_side_of_a_time_on_which_a_centre_is_is_exact():
+    rng = np.random.default_rng(0)
+    of = drawn(ROUGH, rng)
+    boxes = boxes_around(of, 1.0, rng)
+    for times, side, is_passed in ((boxes.starts, "right", le), (boxes.ends, "left", lt)):
+        at = [Fraction(t) + shift for t, shift in zip(times.tolist(), boxes.shifts, strict=True)]
+        passed = [sum(is_passed(centre, t) for centre in of.centres.tolist()) for t in at]
+        assert of.passed(times, boxes, side).tolist() == passed
 
 
 @over(KERNELS)
