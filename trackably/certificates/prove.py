@@ -125,12 +125,14 @@ class _ProofProblem:
         at_instants, T = isinstance(self.claim, Instants), self.reference.plant.sampling_time
         if end is None or (at_instants and end / T > _LATEST_STEP):
             return self._unsettled
-        if failure := self.broken(start, end):
+        if (at_instants or not self.draft.has_bounded_errors) and (failure := self.broken(start, end)):
             return failure
         if at_instants:
             return self._certificate(Steps(math.ceil(end / T)))
         found = cover(self.draft, self.reference, start, end, self._failure_at)
-        return found if isinstance(found, Failure) else self._certificate(Cover(start, end, found, TERMS))
+        if isinstance(found, Failure):  # the time of the smallest margin says more than the first one that was found
+            return self.broken(start, end) or found
+        return self._certificate(Cover(start, end, found, TERMS))
 
     @property
     def _outcome_of_pieces(self) -> Outcome:
