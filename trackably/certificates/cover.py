@@ -30,9 +30,9 @@ _MOST_BOXES, _MOST_FOR_EACH, _MOST_TIMES, _MOST_HALVINGS = 2_000, 8, 2_500, 30
 # From the first number of halvings on, refused boxes are checked again in mpmath if there are at most as many as the
 # second number.
 _EXACT_FROM, _MOST_EXACT = 12, 16
-# Largest width of the first boxes near centres, in correlation times, for linear quantities and for formulas. In wider
-# boxes most proofs fail, in narrower boxes hardly any.
-_WIDTH, _NARROW = 2.0, 0.7
+# Largest width of the first boxes near centres, in correlation times: for linear quantities, for formulas, and for
+# signals with kinks. In wider boxes most proofs fail, in narrower boxes hardly any.
+_WIDTH, _NARROW, _ROUGH = 2.0, 0.7, 0.25
 # Half the width of the box around a kink whose time is no float64 number, in spacings of float64 at this time.
 _BESIDE = 2.0**16
 # Radii of the discs that are tried around a box, relative to half its width.
@@ -149,8 +149,9 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
     A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
     """
     is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
+    is_rough = any(signal.kernel.has_kink for signal in draft.subject.signals)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
-    widest = (_WIDTH if is_linear else _NARROW) * shortest
+    widest = (_ROUGH if is_rough else _WIDTH if is_linear else _NARROW) * shortest
     shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])
