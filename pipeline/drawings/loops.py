@@ -13,7 +13,6 @@ from pipeline.drawings.references import label_plane
 from pipeline.drawings.style import direct_label, step_label
 from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
-from trackably.control.bounds import slacks
 from trackably.exports.figures import (
     BLUE,
     BOUND,
@@ -38,6 +37,7 @@ from trackably.exports.figures import (
 )
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
+from trackably.systems.polytopes import slacks
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, Course]

@@ -13,7 +13,6 @@ from pipeline.methods import JOINT, ROBUST, UNCONSTRAINED
 from pipeline.storage.archive import Fitted, Sampled
 from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified, learn_certified
-from trackably.control.bounds import slacks
 from trackably.control.controller import Controller
 from trackably.control.references import TrackedReference
 from trackably.control.simulation import ClosedLoop, apply_fallback_for, simulate
@@ -23,6 +22,7 @@ from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet
+from trackably.systems.polytopes import slacks
 from trackably.systems.reference import Reference, Window
 from trackably.systems.tightening import Tightening
 

@@ -7,11 +7,11 @@ import scipy
 
 from pipeline.loops.trajectory import Course
 from trackably.arrays import Array
-from trackably.control.bounds import rows_in_widths, slacks
 from trackably.control.controller import Controller, shortest_horizon
 from trackably.control.problem import StepProblem
 from trackably.control.references import TrackedReference
 from trackably.systems.linear import LinearSystem
+from trackably.systems.polytopes import rows_in_widths, slacks
 
 _CORNER = 1e-7
 """A support point that lies beyond an edge by at most this part of the set's size counts as on the edge."""

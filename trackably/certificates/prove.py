@@ -125,10 +125,8 @@ class _ProofProblem:
         at_instants, T = isinstance(self.claim, Instants), self.reference.plant.sampling_time
         if end is None or (at_instants and end / T > _LATEST_STEP):
             return self._unsettled
-        if (at_instants or not self.draft.has_bounded_errors) and (failure := self.broken(start, end)):
-            return failure
-        if at_instants:
-            return self._certificate(Steps(math.ceil(end / T)))
+        if at_instants or not self.draft.has_bounded_errors:  # if errors have no bound, every margin is too small
+            return self.broken(start, end) or self._certificate(Steps(math.ceil(end / T)))
         found = cover(self.draft, self.reference, start, end, self._failure_at)
         if isinstance(found, Failure):  # the time of the smallest margin says more than the first one that was found
             return self.broken(start, end) or found

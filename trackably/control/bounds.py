@@ -1,4 +1,4 @@
-"""Bounds of a plant in a controller: scales, slacks of trajectories, and points pulled into a set."""
+"""Bounds of a plant in a controller: scales, weights, and points pulled into a set."""
 
 from typing import NamedTuple
 
@@ -68,26 +68,6 @@ def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
             found = np.concatenate([np.full(n, np.inf), otherwise])
         scales = np.where(unknown, found, scales)
     return np.where(np.isfinite(scales), scales, 1.0)
-
-
-def slacks(bounded: Polytope, points: Array, times: Array | None = None) -> Array:
-    """Return the slacks of points (…, n) in a set with r rows, relative to the widths: shape (…, 2r).
-
-    They are the distances to the upper bounds, then to the lower ones, negative outside. Moving bounds are evaluated at
-    the `times` [s] (N,) of N points.
-    """
-    values = points @ bounded.rows.T
-    if times is None or not bounded.moves:
-        lower, upper = bounded.lower, bounded.upper
-    else:
-        ends = [[np.broadcast_to(end, times.shape) for end in of.ends(times)] for of in bounded.bounds]
-        lower, upper = np.transpose(ends, (1, 2, 0))
-    return np.concatenate([upper - values, values - lower], axis=-1) / np.tile(bounded.widths, 2)
-
-
-def rows_in_widths(bounded: Polytope, scales: Array) -> Array:
-    """Return the matrix (2r, n) by which points, in units of `scales` (n,), use up what `slacks` returns."""
-    return np.vstack([bounded.rows, -bounded.rows]) * scales / np.tile(bounded.widths, 2)[:, None]
 
 
 _SHRINK = 1 - 2.0**-50

@@ -9,13 +9,13 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array
-from trackably.control.bounds import Scales, pull_inside, rows_in_widths, slacks
+from trackably.control.bounds import Scales, pull_inside
 from trackably.control.error_set import ErrorSet
 from trackably.control.programs import Program, StepPrograms
 from trackably.control.stepping import ROUNDING, Infeasible, Plan, Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
+from trackably.systems.polytopes import Polytope, rows_in_widths, slacks
 from trackably.systems.reference import Window
 
 _TIE = 1e-6

@@ -16,13 +16,13 @@ from trackably.arrays import Array, subdivide
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
-from trackably.control.bounds import slacks
 from trackably.control.programs import Program
 from trackably.given.accepted import RepairDistance
 from trackably.given.certify import CertifiedReference, Given
 from trackably.given.conversion import Interpolation, as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.polytopes import slacks
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional, Quantities
 
