@@ -17,7 +17,7 @@ from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
 from trackably.checker.moving import repeats
 from trackably.checker.polynomials import is_nowhere_negative, shift
-from trackably.checker.quantities import LinearCombination, Quantity, Shifted, combine
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Signal, Subject
 from trackably.checker.watch import UndecidedError, progress, tick
@@ -46,7 +46,10 @@ class Enclosures:
 
     def combination(self, argument: LinearCombination) -> Model:
         """Return a Taylor model of a linear combination of shifted signals."""
-        return combine(argument, self.shifted, self.terms)
+        found = Model.constant(argument.offset, self.terms)
+        for shifted, w in terms_of(argument):
+            found += self.shifted(shifted).times(w)
+        return found
 
     def shifted(self, of: Shifted) -> Model:
         """Return a Taylor model of a shifted signal without its mean."""

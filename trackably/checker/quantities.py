@@ -1,6 +1,6 @@
 """The bounded quantities: weighted sums of formulas in the signals at shifted times t + j T, and their values."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -8,7 +8,7 @@ from trackably.checker.flatness import Need, needs
 from trackably.checker.formulas import Formula, Name, names, shared_parts
 from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, ratio, total
 from trackably.checker.inverse import solved
-from trackably.checker.models import Model, enclose
+from trackably.checker.models import enclose
 from trackably.checker.moving import Limit, limits
 from trackably.checker.subject import (
     Bound,
@@ -52,14 +52,6 @@ def terms_of(argument: LinearCombination) -> Iterator[tuple[Shifted, Real]]:
     for s, j in shifts_of(argument):
         tick()
         yield (s, j), ratio(argument.weights[s][j])
-
-
-def combine(argument: LinearCombination, model: Callable[[Shifted], Model], terms: int) -> Model:
-    """Return a linear combination, with this number of terms, from the models of its shifted signals without means."""
-    found = Model.constant(argument.offset, terms)
-    for shifted, w in terms_of(argument):
-        found += model(shifted).times(w)
-    return found
 
 
 @dataclass(frozen=True)

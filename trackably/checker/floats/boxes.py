@@ -17,7 +17,7 @@ from trackably.checker.floats.signals import Indices, ManyCentres
 from trackably.checker.intervals import ZERO, Real, UndefinedError, around, between, exactly, total
 from trackably.checker.kernels import Decay
 from trackably.checker.models import Model
-from trackably.checker.quantities import LinearCombination, Quantity, Shifted, combine, shifts_of
+from trackably.checker.quantities import LinearCombination, Quantity, Shifted, shifts_of, terms_of
 from trackably.checker.rounding import FormulaNeeds, FormulaValues
 from trackably.checker.subject import Pieces, Signal, Subject
 
@@ -131,13 +131,11 @@ def _polynomials_of(
 
 def _combination(argument: LinearCombination, known: Mapping[Shifted, Floats], where: Indices, n: int) -> Model:
     """Return models of a linear combination of shifted signals in the boxes `where`."""
-
-    def model(shifted: Shifted) -> Model:
-        rows = known[shifted].at((slice(None), where))
-        every: list[Any] = [rows.at(k) for k in range(n + 1)]
-        return Model(every[:n], every[n])
-
-    return combine(argument, model, n)
+    found = Floats.exact(np.zeros((n + 1, len(where))))
+    for shifted, w in terms_of(argument):
+        found = known[shifted].at((slice(None), where)) * stack([*[w] * n, abs(w)], (1,)) + found
+    every: list[Any] = [found.at(k) for k in range(n + 1)]
+    return Model([every[0] + argument.offset, *every[1:n]], every[n])
 
 
 def _model(of_box: Floats) -> Model | None:
