@@ -11,7 +11,7 @@ import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 
 from trackably.arrays import Array
-from trackably.gp.kernels.base import Kernel, sum_by_moments
+from trackably.gp.kernels.base import Kernel, MomentSum
 from trackably.gp.signal import in_blocks
 
 
@@ -232,7 +232,7 @@ class RowKernel:
         """
         if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
             rows = range(1, len(decays[0].coefficients))
-            sums = [sum_by_moments(decays, t, weights[:, 0], times, 0, row)[0] for row in rows]
+            sums = [MomentSum(decays, t, weights[:, 0], row).jet(times, 0)[0] for row in rows]
             return np.asarray(np.array(sums) @ u[:, 0])
         count, pairs = u.shape[1], zip(_SIGNS, weights.T, strict=False)
         _, by_theta = self.kernel.jet_and_gradient(times[:, None] - t, count + weights.shape[1] - 2)

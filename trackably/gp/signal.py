@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.gp.kernels.base import Kernel, sum_by_moments
+from trackably.gp.kernels.base import Kernel, MomentSum
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
@@ -75,7 +75,7 @@ class KernelSum:
         """
         t = np.asarray(t, dtype=float)
         if len(self.centres) >= _LONG and t.size * len(self.centres) > _MANY_OF_MOMENTS and self.kernel.decays:
-            jet = sum_by_moments(self.kernel.decays, self.centres, self.weights, t, order)
+            jet = self._by_moments.jet(t, order)
         else:
             jet = self._blocks(t, order, self.kernel.negligible_distance)
         jet[0] += self.mean
@@ -102,6 +102,10 @@ class KernelSum:
             first, last = np.searchsorted(centres, [np.min(t) - reach, np.max(t) + reach]).tolist()
             centres, weights = centres[first:last], weights[first:last]
         return np.asarray(self.kernel.jet(t[..., None] - centres, order) @ weights)
+
+    @cached_property
+    def _by_moments(self) -> MomentSum:
+        return MomentSum(self.kernel.decays, self.centres, self.weights)
 
     @cached_property
     def _in_order(self) -> tuple[Array, Array]:

@@ -106,45 +106,68 @@ class Decay:
         return [np.pad(factor.coef, (0, self.size - len(factor.coef))) for factor in found]
 
 
-def sum_by_moments(
-    decays: Sequence[Decay], centres: Array, weights: Array, t: Array, order: int, row: int = 0
-) -> Array:
-    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … `order`, with `centres` t_i and `weights` c_i.
+@dataclass(frozen=True, eq=False)
+class MomentSum:
+    """Σ_i c_i κ(t − t_i) with `centres` t_i and `weights` c_i, evaluated from moments, which are computed once.
 
-    The shape is (order + 1, *t.shape). κ is the sum of the functions in this `row` of the `decays`: the kernel for row
-    0, or its ∂/∂ln θ_j.
-
-    Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
-    at most the logarithm of the number of centres.
+    κ is the sum of the functions in this `row` of the `decays`: the kernel for row 0, or its ∂/∂ln θ_j.
     """
-    at, place = np.unique(centres, return_inverse=True)
-    joined = np.asarray(np.bincount(place, weights), dtype=float)
-    times = t.ravel()
-    found = np.zeros((order + 1, times.size))
-    same = np.searchsorted(at, times)
-    is_same = at[np.minimum(same, len(at) - 1)] == times
-    for decay in (each.only(row) for each in decays if np.any(each.coefficients[row])):
-        factors = decay.derivatives(order)
-        before = _before(decay, factors, at, joined, times)
-        after = _before(decay, factors, -at[::-1], joined[::-1], -times)
-        for n, factor in enumerate(factors):
-            found[n] += before[n] + (-1) ** n * after[n]
-            if n % 2 == 0:
-                found[n, is_same] += joined[same[is_same]] * factor[0]
-    return found.reshape(order + 1, *t.shape)
+
+    decays: Sequence[Decay]
+    centres: Array
+    weights: Array
+    row: int = 0
+
+    def jet(self, t: Array, order: int) -> Array:
+        """Return the sum and its derivatives up to `order` at t: shape (order + 1, *t.shape).
+
+        Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum,
+        times at most the logarithm of the number of centres.
+        """
+        (at, joined), times = self._joined, t.ravel()
+        found = np.zeros((order + 1, times.size))
+        same = np.searchsorted(at, times)
+        is_same = at[np.minimum(same, len(at) - 1)] == times
+        for decay, of_before, of_after in self._moments:
+            factors = decay.derivatives(order)
+            before = _before(decay, factors, at, of_before, times)
+            after = _before(decay, factors, -at[::-1], of_after, -times)
+            for n, factor in enumerate(factors):
+                found[n] += before[n] + (-1) ** n * after[n]
+                if n % 2 == 0:
+                    found[n, is_same] += joined[same[is_same]] * factor[0]
+        return found.reshape(order + 1, *t.shape)
+
+    @cached_property
+    def _joined(self) -> tuple[Array, Array]:
+        """The different centres in increasing order, and the sum of the weights at each."""
+        at, place = np.unique(self.centres, return_inverse=True)
+        return at, np.asarray(np.bincount(place, self.weights), dtype=float)
+
+    @cached_property
+    def _moments(self) -> list[tuple[Decay, Array, Array]]:
+        """Each function that is not zero, with the moments of all centres up to each one, in time and against it."""
+        at, joined = self._joined
+        used = [each.only(self.row) for each in self.decays if np.any(each.coefficients[self.row])]
+        return [(of, _moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in used]
 
 
-def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times: Array) -> Array:
-    """Return the sums over the centres that lie strictly before each of the `times`, one row for each derivative.
-
-    `factors` has the coefficients of the derivatives (`Decay.derivatives`), and `at` the centres in increasing order.
-    """
+def _moments(decay: Decay, at: Array, weights: Array) -> Array:
+    """Return the moments, about each centre, of the weights at all centres `at` up to this one: (size, n)."""
     moments = np.zeros((decay.size, len(at)))
     moments[0] = weights
     apart = 1
     while apart < len(at):  # each pass doubles the number of centres summed up in each entry
         moments[:, apart:] += _move(decay, moments[:, :-apart], at[apart:] - at[:-apart])
         apart *= 2
+    return moments
+
+
+def _before(decay: Decay, factors: list[Array], at: Array, moments: Array, times: Array) -> Array:
+    """Return the sums over the centres that lie strictly before each of the `times`, one row for each derivative.
+
+    `factors` has the coefficients of the derivatives (`Decay.derivatives`), and `at` the centres in increasing order.
+    """
     last = np.searchsorted(at, times) - 1
     some = last >= 0
     found = np.zeros((len(factors), times.size))
