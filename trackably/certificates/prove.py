@@ -60,18 +60,25 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
     return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
 
 
-def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
+def _earliest(origin: float, step: float, near: float, holds: Callable[[float], bool]) -> float | None:
     """Return about the earliest time [s] after `origin` at which `holds` is true; None if none is found.
 
-    Distances from half a step on are bisected on a logarithmic scale. Once `holds` is true, it must stay true at later
-    times.
+    Distances from half a step on are doubled, beginning `near` [s], and bisected on a logarithmic scale. Once `holds`
+    is true, it must stay true at later times.
     """
+
+    def is_late(i: int) -> bool:
+        return holds(later(i))
 
     def later(i: int) -> float:
         return origin + step / 2 * math.exp2(i / _BY_DOUBLING)
 
-    i = bisect_left(range(_DOUBLINGS * _BY_DOUBLING), True, key=lambda i: holds(later(i)))
-    return later(i) if i < _DOUBLINGS * _BY_DOUBLING else None
+    last = _DOUBLINGS * _BY_DOUBLING
+    begin = min(max(round(_BY_DOUBLING * math.log2(2 * near / step)), 0), last)
+    low = next((i for i in range(begin, -1, -_BY_DOUBLING) if not is_late(i)), -1)
+    high = next(filter(is_late, range(low + _BY_DOUBLING, last, _BY_DOUBLING)), last)
+    i = bisect_left(range(high), True, low + 1, key=is_late)
+    return later(i) if i < last else None
 
 
 @dataclass(frozen=True)
@@ -168,7 +175,8 @@ class _ProofProblem:
             return None
         moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
         origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
-        return _earliest(origin, self.reference.plant.sampling_time, self.draft.is_settled)
+        near = min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
+        return _earliest(origin, self.reference.plant.sampling_time, near, self.draft.is_settled)
 
     def _certificate(self, proof: Cover | Steps) -> Certificate:
         return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)
