@@ -113,8 +113,8 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
     if not fits or not found.size:
         described = ", ".join("any" if want is None else str(want) for want in shape)
         raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
-    if not np.all(np.isfinite(found)):
-        raise ValueError(f"{what} must be finite, got {short(found.tolist())}")
+    for index in np.argwhere(~np.isfinite(found)).tolist():
+        raise ValueError(f"{what}: the number at {index} must be finite, got {found[tuple(index)]}")
     found.flags.writeable = False
     return found
 

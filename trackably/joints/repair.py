@@ -81,7 +81,7 @@ def repair_joints(
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(given, joints, tolerance)
     if reason := beyond_limits(joints, held):
-        return make_unproved(given, joints, reason)
+        return make_unproved(given, joints, f"{reason}; `start` gives the state to begin with")
     splines = HeldSplines.of(given, joints.order)
     for backoff in _BACKOFFS:
         columns = list(_solve(splines, given, joints, held, backoff, until))
@@ -117,7 +117,7 @@ def beyond_limits(joints: Joints, held: Array, excess: float = _ROUNDING) -> str
     lower, upper = np.moveaxis(joints.widened(excess).limits[: len(held)], 2, 0)
     for r, j in np.argwhere((held < lower) | (held > upper)).tolist():
         low, high = joints.limits[r, j]
-        return f"it starts with a {ORDERS[r]} of {joints.names[j]} of {held[r, j]:.10g}, outside of [{low:g}, {high:g}]"
+        return f"the {ORDERS[r]} of {joints.names[j]} starts at {held[r, j]:.10g}, outside of [{low:g}, {high:g}]"
     return ""
 
 

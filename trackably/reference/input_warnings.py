@@ -9,7 +9,7 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
-from trackably.checker.formulas import Formula, Function, Power, names, parts, text
+from trackably.checker.formulas import Formula, Function, Number, Operation, Power, names, parts, text
 from trackably.checker.intervals import is_multiplied
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPosterior
@@ -137,7 +137,7 @@ def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Yield a warning's text if A is singular, or if a formula has no derivative somewhere within the bounds.
+    """Yield a text if A is singular, a speed cannot reverse, or a formula has no derivative within the bounds.
 
     In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
     equation in place of exp(A T_s), which is never singular.
@@ -148,6 +148,14 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
             "system: A is singular, which happens in x(k+1) = A x(k) + B u(k) only with delays: are these the A and "
             "B of ẋ = A x + B u? Then use LinearSystem.discretised(A, B, sampling_time)"
         )
+    for quantity in plant.quantities:
+        match quantity.formula:
+            case Operation("/", Function("sqrt"), Number()) if quantity.bounds.hull.lower < 0:
+                yield (
+                    f"system: the flat form has {quantity.name} as a square root, so it is never negative, and no "
+                    f"reference is proved that stops or reverses, though its bounds are {quantity.bounds}. Split "
+                    "samples where they stop, and give a lower bound above zero"
+                )
     if isinstance(system, NonlinearSystem) and (part := _part_without_slope(system, plant)) is not None:
         yield (
             f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it is "

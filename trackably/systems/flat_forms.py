@@ -127,7 +127,11 @@ def why_not_flat(system: subject.NonlinearSystem, form: FlatForm) -> str | None:
     try:
         flatness.check_flat_form(system, form)
     except FailedStepError as error:
-        return f"is not proved to satisfy f, as {str(error).removeprefix('flat: ')}"
+        return (
+            f"is not proved to satisfy f, as {str(error).removeprefix('flat: ')}; if it is right on paper, write "
+            "z / h / h in place of z / h**2, because rounded numbers satisfy no identity exactly, name headings in "
+            "angles=[…], and write turns as differences of headings"
+        )
     return None
 
 

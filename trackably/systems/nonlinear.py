@@ -55,7 +55,8 @@ class NonlinearSystem(subject.NonlinearSystem):
             except UnsolvableError as error:
                 raise ValueError(
                     f"system: no flat form is found for {n} states ({', '.join(self.states)}) and {len(self.inputs)} "
-                    f"inputs ({', '.join(self.inputs)}): {error}; write f differently, or give flat=FlatForm.of(…)"
+                    f"inputs ({', '.join(self.inputs)}): {error}; write f differently, or give flat=FlatForm.of(…). If "
+                    "there is none, as for a pole on a cart, LinearSystem.discretised takes a linearised model"
                 ) from None
         if self.flat is not None:
             object.__setattr__(self, "flat", self._verify(self.flat))

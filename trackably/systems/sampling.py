@@ -160,10 +160,8 @@ def _signal_of(plant: ConstrainedSystem, name: str) -> tuple[int, Stencil]:
                 if coordinate.functional is not None
                 else "is no weighted sum of one flat output at shifted times"
             )
-            raise ValueError(
-                f"samples: {name} {why}; give samples of {', '.join(flat)}, or of states that depend on "
-                "one of them only" + _where(plant)
-            )
+            known = " and of ".join(" or ".join(sampled_names(plant, c)) for c in range(plant.signal_count))
+            raise ValueError(f"samples: {name} {why}; give samples of {known} instead" + _where(plant))
         return seen
     if name in flat:
         return flat.index(name), POINT

@@ -95,7 +95,7 @@ def test_a_repair_that_cannot_be_is_unproved():
     joints = Joints(velocity=1.0, acceleration=1.0, names=given.names)
     beyond = repair_joints(given, joints, start=[[0.0], [2.0]])
     assert isinstance(beyond, Unproved)
-    assert beyond.explanation.endswith(f"a velocity of {given.names[0]} of 2, outside of [-1, 1]")
+    assert f"the velocity of {given.names[0]} starts at 2, outside of [-1, 1]; `start` " in beyond.explanation
     assert isinstance(repair_joints(given, joints, seconds=0.0), Unproved)
 
 

@@ -95,7 +95,7 @@ WRONG = {
     ),
     "a rest beyond a limit by rounding": (
         lambda: Gate(Joints([(-1, 1)], names=["a"])).at_rest([1 + 1e-9], 0.0),
-        "a position of a of 1.000000001, outside of [-1, 1]",
+        "the position of a starts at 1.000000001, outside of [-1, 1]",
     ),
 }
 

@@ -13,6 +13,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.sampling import kinds_by_name, stencils_by_name
 
 T_S = 0.1
+NO_SUM = "is no weighted sum of one flat output at shifted times"
 NO_LEVEL = "depends on changes of its flat output only, not on its level"
 AXIS = unbounded(
     LinearSystem.discretised(
@@ -69,7 +70,7 @@ def test_a_stencil_measures_what_its_name_says(which: str):
     ("plant", "names", "message"),
     [
         (AXIS, ["velocity"], f"velocity {NO_LEVEL}; give samples of position or z1 instead"),
-        (ROBOT, ["x", "y", "rate of heading"], "heading is no weighted sum of one flat output at shifted times; give"),
+        (ROBOT, ["x", "rate of heading"], f"heading {NO_SUM}; give samples of x or z1 and of y or z2 instead"),
         (AXIS, ["position", "z1"], "z1 and position depend on the same flat output"),
     ],
 )

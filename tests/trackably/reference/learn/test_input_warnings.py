@@ -21,6 +21,7 @@ from trackably import (
     SquaredExponential,
     learn_reference,
     learn_stream,
+    mobile_robot,
     tank,
 )
 from trackably.arrays import Array
@@ -33,6 +34,7 @@ X, U = Polytope.box([-9, -9], [9, 9]), Polytope.box([-9], [9])
 CONTINUOUS = ConstrainedSystem(LinearSystem([[0, 1], [0, 0]], [[0], [1]], sampling_time=0.01), X, U)
 WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-200, -900], [200, 900]), U)
 DRAINED = ConstrainedSystem(tank(1.0), Polytope.box([0.0], [2.0]), Polytope.box([0.0], [1.0]))
+ROBOT = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-9] * 3, [9] * 3), Polytope.box([-1, -9], [1, 9]))
 OFTEN = np.arange(60) * 0.05
 FOURTH = np.arange(16) == 3
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
@@ -69,6 +71,7 @@ DOUBTFUL = {
     "a differential equation": (asked(plant=CONTINUOUS), "system: A is singular, .* are these the A and B of ẋ = A x"),
     "a drag whose speed may be zero": (asked(plant=dragged(-1.0, lambda v: v * np.abs(v)), name="v"),
         r"system: the argument of sqrt\S+ \^ 2\.0\)\) may be zero or less within the bounds"),
+    "a robot that reverses": (asked(plant=ROBOT, name="x"), r"has speed as a square root, .* bounds are \[-1, 1\]"),
     "a late window": (asked(claim=(1000.0, 1001.0)), "claim: the window from 1000 s to 1001 s is 997 s away"),
     "a window that ends long after": (asked(claim=(0.0, 100.0)), "reaches 97 s beyond the samples, which last 3 s"),
     "a motion that does not end": (asked(PARABOLA, is_learned=True), r"still moves at its last sample, by 0\.\d+ per"),
