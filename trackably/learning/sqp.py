@@ -50,10 +50,16 @@ class QuadraticProgram(NamedTuple):
     active: Flags
 
     @classmethod
-    def of(cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array, active: Flags) -> Self:
-        """Return the program with the positive definite Hessian B = `curvature` and with c = `gradient`."""
+    def of(
+        cls, curvature: Array, gradient: Array, jacobian: Array, lower: Array, upper: Array, active: Flags
+    ) -> Self | None:
+        """Return the program with the Hessian B = `curvature` and with c = `gradient`.
+
+        Return None if B is not positive definite, as rounding may leave it after updates in nearly flat directions.
+        """
         root, info = scipy.linalg.lapack.dpotrf(curvature, lower=True)
-        assert info == 0, "the curvature is positive definite"
+        if info:
+            return None
         inverse, _ = scipy.linalg.lapack.dtrtri(root, lower=True)
         ends = np.eye(len(gradient))
         rows = np.concatenate([0 * ends[:1], jacobian, ends, -ends])
@@ -211,6 +217,9 @@ def minimise(
     for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
         program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box, active)
+        if program is None:
+            curvature = here.curvature
+            continue
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
