@@ -45,7 +45,9 @@ def as_claim(written: object, samples: Mapping[str, Samples] | None = None, step
             if not start < end:
                 raise ValueError(f"claim: a window needs start < end, got [{start!r}, {end!r}]")
             return Window(float(start), float(end))
-    raise ValueError(f"claim: expected 'all_times', 'all_phases' or (start, end) in seconds, got {written!r}")
+    raise ValueError(
+        f"claim: expected 'all_times', 'all_phases', 'recorded' or (start, end) in seconds, got {written!r}"
+    )
 
 
 def times_of(claim: Claim) -> str:
