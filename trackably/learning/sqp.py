@@ -216,10 +216,7 @@ def minimise(
         return Minimum(x, here, True, curvature)
     for _ in range(most_iterations):
         box = np.maximum(lower - x, -radius), np.minimum(upper - x, radius)
-        program = QuadraticProgram.of(curvature, here.gradient, here.jacobian, *box, active)
-        if program is None:
-            curvature = here.curvature
-            continue
+        program, curvature = _program(curvature, here, box, active)
         d, multipliers, steered, broken = _steered_step(program, here, penalty)
         may_end, penalty = may_end and steered == penalty, steered
         merit, size = here.merit(penalty), _size(d)
@@ -256,6 +253,16 @@ def minimise(
         if here.violation == 0 and penalty > _ENOUGH * enough and reductions < _MOST_REDUCTIONS:
             penalty, reductions = enough, reductions + 1
     return Minimum(x, here, False, curvature)
+
+
+def _program(
+    curvature: Array, here: Evaluation, box: tuple[Array, Array], active: Flags
+) -> tuple[QuadraticProgram, Array]:
+    """Return the program of the next step, and its Hessian: the `curvature`, or the point's own if it is indefinite."""
+    for hessian in (curvature, here.curvature):
+        if program := QuadraticProgram.of(hessian, here.gradient, here.jacobian, *box, active):
+            return program, hessian
+    raise AssertionError("the curvature of a point is positive definite")
 
 
 def _steered_step(program: QuadraticProgram, here: Evaluation, penalty: float) -> tuple[Array, Array, float, float]:

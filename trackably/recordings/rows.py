@@ -126,6 +126,8 @@ def describe_restart(rows: Rows) -> str:
     why, how = "the clock seems to start again", ""
     if rows.dates and 0 <= _HOUR + steps[found[0] - 1] <= forward:
         why, how = "the clock is set back by an hour, as at the end of summer time", ", each with its own zone"
+    if rows.dates and max(stamps) < _DAY <= forward - steps[found[0] - 1]:  # stamps of dates count from 1970
+        why, how = "times of day begin again at midnight", ", and add 86400 s to the times of the second"
     return (
         f"at {rows.places[found[0]]} {why}, which no repair mends (sort_rows puts later rows before or between earlier "
         f"ones, drop_rows_out_of_order drops {count}): read the rows before it and the rest as two recordings{how} "
@@ -133,7 +135,7 @@ def describe_restart(rows: Rows) -> str:
     )
 
 
-_HOUR = 3600  # [s]
+_HOUR, _DAY = 3600, 86400  # [s]
 
 
 Repaired = tuple[Rows, tuple[Finding, ...]]

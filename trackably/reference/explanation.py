@@ -192,4 +192,4 @@ def costs(fit: Fit) -> str:
 def _help(fit: Fit) -> str:
     dearest = f"{fit.contacts[0]}: " if fit.contacts else ""
     values = ", other given values" if fit.pinned else ""
-    return f"{dearest}wider bounds{values}, a longer sampling time or another prior mean may help"
+    return f"{dearest}wider bounds{values}, a slower motion or another prior mean may help"

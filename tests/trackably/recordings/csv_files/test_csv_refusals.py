@@ -64,6 +64,11 @@ REFUSALS = {
         {"unit": DateTimes("%d.%m.%Y %H:%M")},
         ", line 4: times must not decrease, got 27.10.2024 02:00 after 27.10.2024 02:50; at line 4 the clock is set",
     ),
+    "midnight": (
+        "t,x\n23:59:58,0\n23:59:59,1\n00:00:00,2\n00:00:01,3\n",
+        {"unit": DateTimes("%H:%M:%S")},
+        ", line 4: times must not decrease, got 00:00:00 after 23:59:59; at line 4 times of day begin again at mid",
+    ),
     "repeated": (
         "t,x\n0,9\n1,1\n1,2\n1,6\n2,8\n",
         {},
