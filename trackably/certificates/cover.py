@@ -28,8 +28,9 @@ from trackably.work import done
 # times, the third number count at most. It also ends after the last number of halvings.
 _MOST_BOXES, _MOST_FOR_EACH, _MOST_TIMES, _MOST_HALVINGS = 2_000, 8, 2_500, 30
 # From the first number of halvings on, refused boxes are checked again in mpmath if there are at most as many as the
-# second number.
-_EXACT_FROM, _MOST_EXACT = 12, 16
+# second number; in a window shorter than the third, in correlation times, at once: what float64 does not decide there,
+# it decides in no part of it.
+_EXACT_FROM, _MOST_EXACT, _INSTANT = 12, 16, 1e-4
 # Largest width of the first boxes near centres, in correlation times: for linear quantities, for formulas, and for
 # signals with kinks. In wider boxes most proofs fail, in narrower boxes hardly any.
 _WIDTH, _NARROW, _ROUGH = 2.0, 0.7, 0.25
@@ -55,6 +56,8 @@ def cover(
     first = pairwise(_first_edges(draft, reference, start, end).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
     kinks, accepted = _kinks(draft), {q.name: list[Box]() for q in draft.quantities}
+    shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
+    exact_from = _EXACT_FROM if end - start > _INSTANT * shortest else 0
     changes = sum(
         len(of.centres) + min((end - start) / of.kernel.correlation_time, _MOST_TIMES) for of in reference.kernel_sums
     )
@@ -62,7 +65,7 @@ def cover(
         ends = np.array([*wanted]).T
         boxes = np.vstack([ends, discs(draft.subject, reference, draft.arguments, *ends)]).T.tolist()
         held = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
-        refused = _refusals(draft, held, exactly=halvings >= _EXACT_FROM)
+        refused = _refusals(draft, held, exactly=halvings >= exact_from)
         for box, of in held.items():
             for q in of:
                 if q.name not in refused.get(box, ()):

@@ -52,6 +52,22 @@ def test_a_margin_below_the_error_ends_the_search_before_exact_arithmetic(monkey
     assert quantity.margin([signal.summed for signal in reference.signals], time) < drawn.errors["input"]
 
 
+@pytest.mark.parametrize("part", [1.2, 2.0, 4.0])
+def test_what_float64_does_not_decide_in_a_short_window_is_not_divided(part):
+    """Its intervals are as wide in each part: a proof of values within a few errors of evaluation took minutes."""
+    found = rough_on_its_bounds()
+    errors = Draft.of(found, 39.0, np.zeros(0)).errors
+    values = found.state_at(np.array([13.0]))[0], found.input_at(np.array([13.0]))[0]
+    sets = [
+        Polytope.box(value - part * errors[name], value + part * errors[name])
+        for value, name in zip(values, ("state", "input"), strict=True)
+    ]
+    at = Reference(found.signals, ConstrainedSystem(found.plant.system, *sets))
+    proof = prove(at, Window(13.0 - 5e-11, 13.0 + 5e-11))
+    assert isinstance(proof, Certificate)
+    assert [len(of.radii) for of in proof.proof.boxes.values()] == [1, 1]
+
+
 @pytest.mark.parametrize("shape", [2e-2, 5e-4])
 def test_kernels_with_singularities_close_by_are_enclosed_in_narrower_boxes(shape):
     """Taylor series of a rational quadratic diverge beyond θ₂ √(2α), far below its length scale."""
