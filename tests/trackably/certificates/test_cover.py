@@ -52,10 +52,9 @@ def test_a_margin_below_the_error_ends_the_search_before_exact_arithmetic(monkey
     assert quantity.margin([signal.summed for signal in reference.signals], time) < drawn.errors["input"]
 
 
-@pytest.mark.parametrize("part", [1.2, 2.0, 4.0])
-def test_what_float64_does_not_decide_in_a_short_window_is_not_divided(part):
-    """Its intervals are as wide in each part: a proof of values within a few errors of evaluation took minutes."""
-    found = rough_on_its_bounds()
+def test_what_float64_does_not_decide_in_a_short_window_is_not_divided():
+    """Its intervals are as wide in each part: values within 1.1 errors of evaluation were not proved."""
+    part, found = 1.1, rough_on_its_bounds()
     errors = Draft.of(found, 39.0, np.zeros(0)).errors
     values = found.state_at(np.array([13.0]))[0], found.input_at(np.array([13.0]))[0]
     sets = [
