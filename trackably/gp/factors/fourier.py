@@ -189,7 +189,7 @@ class Fourier(Factorisation):
         if waves.moved is not None:
             gradient[-1] = 0  # the coefficients do not depend on the period
         # of a cosine and a sine of each frequency, but the first one, which is zero
-        root, slope = (np.repeat(each, 2, axis=-1)[..., 1:] for each in (np.sqrt(powers / noise_variance), gradient))
+        root, slope = (each.repeat(2, axis=-1)[..., 1:] for each in (np.sqrt(powers / noise_variance), gradient))
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1
