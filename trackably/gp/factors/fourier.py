@@ -34,8 +34,7 @@ from trackably.gp.stencil import Covariance, Stencil, Stencils
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
-_CACHE_SIZE = 3  # rungs whose waves are kept, as an optimiser's iterates alternate between a few
-_CACHED = 2**23  # numbers in the waves that are kept (64 MiB), unless those of a single rung are more
+_CACHED = 2**23  # numbers in the waves kept for an optimiser's next iterates (64 MiB), unless those of a rung are more
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
@@ -149,7 +148,7 @@ class Ladder:
         waves = self._cache.pop((period, more), None) or self._compute(period, more)
         self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
         sizes = [each.scaled.size + each.products.size for each in self._cache.values()]
-        while len(sizes) > 1 and (len(sizes) > _CACHE_SIZE or sum(sizes) > _CACHED):
+        while len(sizes) > 1 and sum(sizes) > _CACHED:
             del self._cache[next(iter(self._cache))], sizes[0]
         return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
 
