@@ -86,7 +86,7 @@ def within_a_period(signal: KernelSum) -> KernelSum:
     kernel, centres = signal.kernel, signal.centres
     if len(centres) < _FEWEST or not (period := kernel.period):
         return signal
-    lines = cosines(kernel.value_and_gradient, period, len(centres) // 2)
+    lines = cosines(kernel.value_and_gradient, period, period / 2, period, len(centres) // 2)
     if lines is None or period < _RESOLVED * lines.waves * np.spacing(np.max(np.abs(centres))):
         return signal
     times = np.asarray(centres[0] + period / lines.waves * np.arange(lines.waves))

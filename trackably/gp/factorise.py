@@ -110,7 +110,7 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     if n < _FEWEST_OF_WAVES:
         return
     variances, largest = noise_variance(prior, samples), stencil.largest_gain * kernel(np.zeros(())).item()
-    tolerance = _AGREEMENT * float(np.min(variances)) / math.sqrt(n)
+    tolerance = _AGREEMENT * variances.min().item() / math.sqrt(n)
 
     def is_allowed(error: float) -> bool:
         return n > LARGEST_DENSE or error <= tolerance

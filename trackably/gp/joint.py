@@ -73,7 +73,9 @@ class JointPrior(Parametrized):
 
     def with_log_hyperparameters(self, log_theta: Array) -> Self:
         """Return the prior at ln θ of the learned hyperparameters, shape (p,): the inverse of `log_hyperparameters`."""
-        return self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
+        moved = self.with_hyperparameters(dict(zip(self.learned, np.exp(log_theta).tolist(), strict=True)))
+        vars(moved).update(learned=self.learned, places=self.places)  # which depend on names alone
+        return moved
 
     def with_parts(self, parts: Iterable[Prior]) -> Self:
         """Return the joint prior with other priors of the processes."""

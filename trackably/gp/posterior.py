@@ -74,7 +74,7 @@ class Posterior:
         samples (`Samples.scatter`), l is that of the larger number.
         """
         value, by_log_noise = self._value
-        if not self.prior.learned:
+        if not len(self.prior.places):
             return value, np.empty(0)
         by_kernel, by_noise = self._factored.likelihood_traces(self.weights)
         of_all = np.array([*by_kernel.tolist(), 2 * by_noise + by_log_noise])

@@ -38,7 +38,7 @@ class Prior(Parametrized):
     @cached
     def places(self) -> npt.NDArray[np.intp]:
         """The indices of the learned hyperparameters among all, shape (p,)."""
-        return np.array([i for i, name in enumerate(self.hyperparameters) if name in self.learned], dtype=np.intp)
+        return np.flatnonzero([isinstance(value, Learned) for value in self.hyperparameters.values()])
 
     def search(self, name: str, scales: Scales) -> Search:
         """Return the search interval of a hyperparameter: the user's, or one chosen from the samples' `scales`."""

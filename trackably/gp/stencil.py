@@ -20,10 +20,11 @@ Covariance = Callable[[Array], tuple[Array, Array]]
 
 def weighted_sum(covariance: Covariance, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
     """Return Σ ρ k(r) and its ∂/∂ln θ_j for the `covariance` k: a sum over pairs of weights ρ and times r [s]."""
-    total, by_theta = np.zeros(()), np.zeros(())
-    for rho, r in parts:
-        value, gradient = covariance(r)
-        total, by_theta = total + rho * value, by_theta + rho * gradient
+    terms = ([rho * each for each in covariance(r)] for rho, r in parts)
+    total, by_theta = next(terms)
+    for value, gradient in terms:
+        total += value
+        by_theta += gradient
     return total, by_theta
 
 

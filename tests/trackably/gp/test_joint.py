@@ -1,6 +1,6 @@
 """Several processes at once: names, what is shared, and that nothing else ties them together."""
 
-import math
+from math import exp
 
 import numpy as np
 import pytest
@@ -50,11 +50,13 @@ def test_names_tell_the_process_unless_they_are_shared():
 
 @over(PRIORS, "prior")
 def test_logarithms_move_what_is_learned_and_nothing_else(prior):
-    steps = dict(zip(prior.learned, np.arange(1, len(prior.learned) + 1) / 7, strict=True))
-    moved = prior.with_log_hyperparameters(prior.log_hyperparameters + np.array([*steps.values()]))
-    expected = {name: value * math.exp(steps.get(name, 0)) for name, value in prior.hyperparameters.items()}
+    steps = np.arange(1, len(prior.learned) + 1) / 7
+    moved = prior.with_log_hyperparameters(prior.log_hyperparameters + steps)
+    step_of = dict(zip(prior.learned, steps, strict=True))
+    expected = {name: value * exp(step_of.get(name, 0)) for name, value in prior.hyperparameters.items()}
     assert moved.hyperparameters == pytest.approx(expected, rel=1e-14)
     assert (moved.learned, moved.names, moved.shared) == (prior.learned, prior.names, prior.shared)
+    assert moved.places == prior.places
     assert [part.mean for part in moved.parts] == [part.mean for part in prior.parts]
 
 

@@ -1,7 +1,7 @@
 """Smooth kernels that decay, and periodic ones: K = Φ diag(s) Φᵀ with m cosines and sines in the columns of Φ.
 
 Let T be the span of the samples. If κ is at rounding level from a distance P − T on, it equals its periodic summation
-Σ_j κ(r + j P) at all distances |r| ≤ T up to rounding, and a cosine transform of half a period has its coefficients:
+Σ_j κ(r + j P) at all distances |r| ≤ T up to rounding, and a cosine transform of κ has its coefficients:
 
     κ(r) = Σ_k s_k cos(ω_k r),    ω_k = 2πk/P.
 
@@ -34,12 +34,11 @@ from trackably.gp.stencil import Covariance, Stencil, Stencils
 _STEPS = 4  # rungs of the ladder of periods, while the reach (period minus span of the samples) doubles
 _LOWEST = -13  # index of the lowest rung: its period is about 10 % longer than the span, and serves all shorter reaches
 _LONGEST = 2.0**100  # times the span: the longest reach of a kernel for which waves are used
-_CACHE_SIZE = 3  # rungs whose waves are kept, as an optimiser's iterates alternate between a few
-_CACHED = 2**23  # numbers in the waves that are kept (64 MiB), unless those of a single rung are more
+_CACHED = 2**23  # numbers in the waves kept for an optimiser's next iterates (64 MiB), unless those of a rung are more
 _VANISHED = 36.0  # e^(−x) is at rounding level for every larger x
 _EPS = float(np.finfo(float).eps)
 _LOST = 16 * _EPS  # relative to the largest coefficient: smaller ones are rounding errors
-_OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 2 % 2  # half periods (0 to 2) at which a sum of cosines is checked
+_OFF_GRID = np.arange(1, 5) * (math.sqrt(5) - 1) / 4 % 1  # parts of a distance at which a sum of cosines is checked
 
 
 class Cosines(NamedTuple):
@@ -55,23 +54,34 @@ class Cosines(NamedTuple):
         return 2 * len(self.powers) - 1
 
 
-def cosines(covariance: Covariance, period: float, most: float) -> Cosines | None:
-    """Return the cosines of an even covariance with this `period` [s], up to rounding; None if over `most` waves.
+def cosines(covariance: Covariance, period: float, reach: float, span: float, most: float) -> Cosines | None:
+    """Return the cosines of a `period` P [s] whose sum is an even covariance κ up to rounding, at distances to `span`.
+
+    None is returned if this takes more than `most` waves, or if κ is zero in float64. κ is evaluated up to its `reach`:
+    P/2 if κ has the period (the span is P), or else a distance of at most P − span, beyond which κ is lost in rounding.
+    The sum is then Σ_j κ(r + j P), of which only κ(r) is left within the span.
 
     Frequencies too high for the transform would appear as (alias onto) lower ones: these take more waves, or their sum
-    is wrong between the points of the transform. The sum is also checked past half a period, beyond these points, so
-    that None is returned for a covariance without this period. None too if the covariance is zero in float64.
+    is wrong between the points of the transform. So the sum is checked there, where κ is not lost, and beyond P/2 if κ
+    should have the period; None is returned if it is wrong.
     """
-    count = int(most) + 1  # twice as many frequencies
-    value, gradient = covariance(period / 2 * np.append(_OFF_GRID, np.arange(count) / (count - 1)))
-    between, rows = np.split(np.concatenate([value[None], gradient]), [len(_OFF_GRID)], axis=1)
-    found = scipy.fft.dct(rows, type=1) / (count - 1)
-    found[:, [0, -1]] /= 2
+    half = int(most)  # points in half a period: twice as many frequencies
+    last = math.ceil(2 * half * (reach / period))
+    checked = min(span, 2 * reach) * _OFF_GRID
+    value, gradient = covariance(np.concatenate([checked, period / (2 * half) * np.arange(last + 1)]))
+    between, variance = value[: len(checked)], value[len(checked)]
+    rows = np.concatenate([value[None], gradient])[:, len(checked) :]
+    rows[:, ::last] /= 2  # both ends, by the trapezoidal rule
+    found = np.fft.rfft(rows, 2 * half).real * (2 / half)
+    found[:, 0] /= 2
     sizes = np.abs(found[0])
-    kept = found[:, : np.flatnonzero(sizes >= _LOST * np.max(sizes))[-1] + 1]  # all, if all are zero
-    wrong = kept[0] @ np.cos(np.arange(kept.shape[1])[:, None] * (np.pi * _OFF_GRID)) - between[0]
-    is_resolved = 2 * kept.shape[1] - 1 <= most and np.max(np.abs(wrong)) <= _LOST * kept.shape[1] * rows[0, 0]
-    return Cosines(period, kept[0], kept[1:]) if is_resolved else None
+    kept = found[:, : np.flatnonzero(sizes >= _LOST * sizes.max())[-1] + 1]  # all, if all are zero
+    lines = Cosines(period, kept[0], kept[1:])
+    if lines.waves > most:
+        return None
+    phases = np.multiply.outer(np.arange(len(lines.powers)), math.tau / period * checked)
+    wrong = np.abs(lines.powers @ np.cos(phases) - between).max()
+    return lines if wrong <= _LOST * len(lines.powers) * variance else None
 
 
 def waves_at(times: Array, period: float, count: int) -> Array:
@@ -122,19 +132,14 @@ class Ladder:
         Return None if the kernel has no such sum, or if this takes more than `most` waves.
         """
         if period := kernel.hyperparameters.get("period"):
-            lines = cosines(kernel.value_and_gradient, period, most)
+            lines = cosines(kernel.value_and_gradient, period, period / 2, period, most)
             return lines and (self._compute(period, lines.waves, has_moved=True), lines)
         reach = kernel.extent(_VANISHED)
         if not (kernel.is_analytic and reach < _LONGEST * self.span):
             return None
         place = max(math.ceil(_STEPS * math.log2(reach / self.span)), _LOWEST)
         period = self.span * (1 + math.exp2(place / _STEPS))
-
-        def repeated(r: Array) -> tuple[Array, Array]:
-            value, gradient = kernel.value_and_gradient(np.array([r, period - r]))
-            return value.sum(axis=0), gradient.sum(axis=1)
-
-        found = cosines(repeated, period, most)
+        found = cosines(kernel.value_and_gradient, period, reach, self.span, most)
         if found is None:
             return None
         # Compute a few waves more, for other kernels. Their number must not depend on earlier calls; else the last bits
@@ -143,7 +148,7 @@ class Ladder:
         waves = self._cache.pop((period, more), None) or self._compute(period, more)
         self._cache[period, more] = waves  # a dictionary keeps its order: the last entry is the one used last
         sizes = [each.scaled.size + each.products.size for each in self._cache.values()]
-        while len(sizes) > 1 and (len(sizes) > _CACHE_SIZE or sum(sizes) > _CACHED):
+        while len(sizes) > 1 and sum(sizes) > _CACHED:
             del self._cache[next(iter(self._cache))], sizes[0]
         return Waves(waves.scaled[:, :count], waves.products[:count, :count]), found
 
@@ -178,12 +183,12 @@ class Fourier(Factorisation):
     @classmethod
     def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, terms: Cosines) -> Self | None:
         """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
-        powers = np.maximum(terms.powers, _EPS * np.max(terms.powers))  # rounding errors may be negative
+        powers = np.maximum(terms.powers, _EPS * terms.powers.max())  # rounding errors may be negative
         gradient = terms.gradient / powers
         if waves.moved is not None:
             gradient[-1] = 0  # the coefficients do not depend on the period
-        both = (np.arange(terms.waves) + 1) // 2  # a cosine and a sine of each frequency
-        root, slope = np.sqrt(powers / noise_variance)[both], gradient[:, both]
+        # of a cosine and a sine of each frequency, but the first one, which is zero
+        root, slope = (each.repeat(2, axis=-1)[..., 1:] for each in (np.sqrt(powers / noise_variance), gradient))
         b = waves.products * root
         b *= root[:, None]
         b.reshape(-1)[:: len(b) + 1] += 1

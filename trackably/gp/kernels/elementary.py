@@ -73,6 +73,6 @@ class Radial(Elementary):
 
     def _in_time(self, correlation: Array) -> Array:
         variance, lengthscale = float(self.signal_std) ** 2, float(self.lengthscale)
-        by_order = correlation.T
-        by_order *= [variance / lengthscale**n for n in range(len(correlation))]
+        for n in range(len(correlation)):
+            correlation[n] *= variance / lengthscale**n
         return correlation
