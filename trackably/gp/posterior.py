@@ -134,8 +134,7 @@ class Posterior:
         A is K + σ_n² I, L κ(·, S) the covariances of rows and samples, and L L κ those of rows. If w (n,) are the
         samples' weights that belong to ν, the expression is the cost of a function: its norm plus its misfit.
         """
-        by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
-        by_kernel += rows.among_gradient(multipliers)
+        by_kernel = rows.energy_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
     def _form_gradient(self, weights: Array) -> Array:

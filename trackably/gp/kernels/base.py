@@ -106,38 +106,49 @@ class Decay:
         return [np.pad(factor.coef, (0, self.size - len(factor.coef))) for factor in found]
 
 
-def sum_by_moments(
-    decays: Sequence[Decay], centres: Array, weights: Array, t: Array, order: int, row: int = 0
+def sum_by_moments(decays: Sequence[Decay], centres: Array, weights: Array, t: Array, order: int) -> Array:
+    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … `order`, with `centres` t_i and `weights` c_i: (order + 1, *t.shape).
+
+    κ is the sum of the `decays`. Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is
+    that of the direct sum, times at most the logarithm of the number of centres.
+    """
+    parts = [(decay, decay.derivatives(order)) for decay in (each.only(0) for each in decays)]
+    return _sum_by_moments(parts, [(-1) ** n for n in range(order + 1)], centres, weights, t)
+
+
+def gradient_by_moments(decays: Sequence[Decay], centres: Array, weights: Array, t: Array) -> Array:
+    """Return Σ_i c_i ∂κ/∂ln θ_j(t − t_i), with `centres` t_i and `weights` c_i: (p, *t.shape). See `sum_by_moments`."""
+    parts = [(decay, [*decay.coefficients[1:]]) for decay in decays]
+    return _sum_by_moments(parts, [1] * len(parts[0][1]), centres, weights, t)
+
+
+def _sum_by_moments(
+    parts: Sequence[tuple[Decay, list[Array]]], signs: Sequence[int], centres: Array, weights: Array, t: Array
 ) -> Array:
-    """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i) for n = 0 … `order`, with `centres` t_i and `weights` c_i.
+    """Return Σ_i c_i f(t − t_i) for functions f of the parts, each even or odd as the `signs` say: (len(signs), …).
 
-    The shape is (order + 1, *t.shape). κ is the sum of the functions in this `row` of the `decays`: the kernel for row
-    0, or its ∂/∂ln θ_j.
-
-    Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum, times
-    at most the logarithm of the number of centres.
+    Of each part, f(r) for r > 0 is e^(−λr) times the polynomial in λr with one row of coefficients for each f.
     """
     at, place = np.unique(centres, return_inverse=True)
     joined = np.asarray(np.bincount(place, weights), dtype=float)
     times = t.ravel()
-    found = np.zeros((order + 1, times.size))
+    found = np.zeros((len(signs), times.size))
     same = np.searchsorted(at, times)
     is_same = at[np.minimum(same, len(at) - 1)] == times
-    for decay in (each.only(row) for each in decays if np.any(each.coefficients[row])):
-        factors = decay.derivatives(order)
+    for decay, factors in parts:
         before = _before(decay, factors, at, joined, times)
         after = _before(decay, factors, -at[::-1], joined[::-1], -times)
-        for n, factor in enumerate(factors):
-            found[n] += before[n] + (-1) ** n * after[n]
-            if n % 2 == 0:
+        for n, (factor, sign) in enumerate(zip(factors, signs, strict=True)):
+            found[n] += before[n] + sign * after[n]
+            if sign > 0:
                 found[n, is_same] += joined[same[is_same]] * factor[0]
-    return found.reshape(order + 1, *t.shape)
+    return found.reshape(len(signs), *t.shape)
 
 
 def _before(decay: Decay, factors: list[Array], at: Array, weights: Array, times: Array) -> Array:
-    """Return the sums over the centres that lie strictly before each of the `times`, one row for each derivative.
+    """Return the sums over the centres that lie strictly before each of the `times`, one row for each of the `factors`.
 
-    `factors` has the coefficients of the derivatives (`Decay.derivatives`), and `at` the centres in increasing order.
+    `factors` are coefficients of polynomials in λr, and `at` has the centres in increasing order.
     """
     moments = np.zeros((decay.size, len(at)))
     moments[0] = weights
@@ -276,7 +287,7 @@ class Sum(_Pair):
     def extent(self, exponent: float) -> float:
         return max(self.left.extent(exponent), self.right.extent(exponent))
 
-    @property
+    @cached_property
     def decays(self) -> tuple[Decay, ...]:
         left, right = self.left.decays, self.right.decays
         if not (left and right):
