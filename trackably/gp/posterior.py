@@ -1,6 +1,7 @@
 """The posterior of one process given samples: factored once, evaluated often."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property as cached
 from functools import partial
@@ -95,6 +96,11 @@ class Posterior:
         """
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
+
+    def residuals_of(self, signal: Callable[[Array], Array]) -> Array:
+        """Return the samples minus what they would be of another `signal`, in units of their noise, shape (n,)."""
+        off = self.samples.values - self.samples.stencil.measured(signal, self.samples.times)
+        return np.asarray(off / np.sqrt(noise_variance(self.prior, self.samples)))
 
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
