@@ -7,11 +7,11 @@ from typing import Self
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.arrays import Array, root_mean_square
 from trackably.gp.hyperparameter import Learned, Parametrized, Scales, Search
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.posterior import Posterior
-from trackably.gp.prior import Prior
+from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 
@@ -152,6 +152,17 @@ class JointPosterior:
         moved = JointPosterior(self.prior.with_parts(part.prior for part in parts), self.samples)
         vars(moved)["parts"] = parts  # with their factorisations, which do not depend on the means
         return moved
+
+    def log_theta_with_noise(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
+        """Return ln θ of the learned hyperparameters, shape (p,), with noise that explains other `signals`.
+
+        All learned noise is raised by the factor, if above 1, that makes it the distance of the samples from what they
+        would be of these signals.
+        """
+        pairs = zip(self.parts, signals, strict=True)
+        factor = max(1.0, root_mean_square(np.concatenate([part.residuals_of(signal) for part, signal in pairs])))
+        is_noise = np.array([name.endswith(NOISE) for name in self.prior.learned])
+        return np.asarray(self.prior.log_hyperparameters + np.log(factor) * is_noise)
 
     def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
         """Return the variance of Σ_c Σ_j w_cj g_c(t + j step) at t [s]; the shape is that of t.

@@ -1,6 +1,7 @@
 """The posterior of one process given samples: factored once, evaluated often."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property as cached
 from functools import partial
@@ -96,6 +97,11 @@ class Posterior:
         moved, by_theta = self._moved_weights
         return np.asarray(by_theta @ moved)
 
+    def residuals_of(self, signal: Callable[[Array], Array]) -> Array:
+        """Return the samples minus what they would be of another `signal`, in units of their noise, shape (n,)."""
+        off = self.samples.values - self.samples.stencil.measured(signal, self.samples.times)
+        return np.asarray(off / np.sqrt(noise_variance(self.prior, self.samples)))
+
     def solve(self, right: Array) -> Array:
         """Return A⁻¹ r with A = K + σ_n² I, for one r of shape (n,), or for each column of an (n, m) array."""
         return self._factored.solve(right)
@@ -134,8 +140,7 @@ class Posterior:
         A is K + σ_n² I, L κ(·, S) the covariances of rows and samples, and L L κ those of rows. If w (n,) are the
         samples' weights that belong to ν, the expression is the cost of a function: its norm plus its misfit.
         """
-        by_kernel = 2 * rows.across_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
-        by_kernel += rows.among_gradient(multipliers)
+        by_kernel = rows.energy_gradient(multipliers, self.samples.centres, self.samples.stencil.spread(weights))
         return np.asarray(self._form_gradient(weights) + np.append(by_kernel, 0.0)[self.prior.places])
 
     def _form_gradient(self, weights: Array) -> Array:

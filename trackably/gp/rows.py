@@ -193,20 +193,18 @@ class RowKernel:
         """Return the covariances L_a κ(·, t) of the rows with values at times t [s], (n,); the shape is (count, n)."""
         return in_blocks(lambda t: self._sum(self.kernel.jet(self.times[:, None] - t, self._order)), t, len(self.times))
 
-    def among_gradient(self, multipliers: Array) -> Array:
-        """Return ∂/∂ln θ_j, for all hyperparameters of the kernel, of νᵀ (L L κ) ν: the variance of Σ_a ν_a L_a.
+    def energy_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
+        """Return ∂/∂ln θ_j of 2 νᵀ (L κ(·, t)) w + νᵀ (L L κ) ν, for all hyperparameters of the kernel.
 
-        ν are the `multipliers` (count,) of the rows L_a.
+        ν are the `multipliers` (count,) of the rows' functionals L, and w the `weights` at times t [s], both of shape
+        (n,). Long sums use moments if the kernel is a sum of decays, for which no row is a series.
         """
-        own = self._weigh(multipliers)
-        return self._form_gradient(*own, *own)
-
-    def across_gradient(self, multipliers: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ_j of νᵀ (L κ(·, t)) w, for the rows' functionals L and all hyperparameters of the kernel.
-
-        ν are the `multipliers` (count,), and w the `weights` at times t [s], both of shape (n,).
-        """
-        return self._form_gradient(*self._weigh(multipliers), t, weights[:, None])
+        times, u = self._weigh(multipliers)
+        every = np.concatenate([t, times])
+        if len(times) * len(every) > _MANY and (decays := self.kernel.decays):
+            both = np.concatenate([2 * weights, u[:, 0]])
+            return np.asarray(MomentSum(decays, every, both).gradient(times) @ u[:, 0])
+        return 2 * self._form_gradient(times, u, t, weights[:, None]) + self._form_gradient(times, u, times, u)
 
     def _derivatives(self, t: Array) -> Array:
         """Return the covariances of the rows with g⁽ⁿ⁾(t), for n < N, at times t [s] (T,): (N, count, T)."""
@@ -226,14 +224,7 @@ class RowKernel:
         return total
 
     def _form_gradient(self, times: Array, u: Array, t: Array, weights: Array) -> Array:
-        """Return ∂/∂ln θ of Σ_pi Σ_nm u_pn w_im (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(times_p − t_i).
-
-        Long sums over terms use moments if the kernel is a sum of decays, for which no row is a series.
-        """
-        if len(times) * len(t) > _MANY and (decays := self.kernel.decays):
-            rows = range(1, len(decays[0].coefficients))
-            sums = [MomentSum(decays, t, weights[:, 0], row).jet(times, 0)[0] for row in rows]
-            return np.asarray(np.array(sums) @ u[:, 0])
+        """Return ∂/∂ln θ of Σ_pi Σ_nm u_pn w_im (−1)ᵐ κ⁽ⁿ⁺ᵐ⁾(times_p − t_i)."""
         count, pairs = u.shape[1], zip(_SIGNS, weights.T, strict=False)
         _, by_theta = self.kernel.jet_and_gradient(times[:, None] - t, count + weights.shape[1] - 2)
         seen = sum(sign * (by_theta[:, m : m + count] @ w) for m, (sign, w) in enumerate(pairs))

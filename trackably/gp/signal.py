@@ -105,7 +105,7 @@ class KernelSum:
 
     @cached_property
     def _by_moments(self) -> MomentSum:
-        return MomentSum(self.kernel.decays, self.centres, self.weights)
+        return MomentSum([each.only(0) for each in self.kernel.decays], self.centres, self.weights)
 
     @cached_property
     def _in_order(self) -> tuple[Array, Array]:

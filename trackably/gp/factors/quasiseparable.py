@@ -36,7 +36,7 @@ from trackably.arrays import Array
 from trackably.gp.factors.factorisation import Factorisation
 from trackably.gp.kernels.base import Decay
 from trackably.gp.rows import Terms
-from trackably.gp.stencil import Covariance, weighted_sum
+from trackably.gp.stencil import Covariance
 
 
 def blocks(times: Array, reach: float, fewest: int = 1) -> list[slice]:
@@ -129,12 +129,13 @@ def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[
 
     A set is a pair: the times [s] and the weights of the terms of each row, both (n, J) or both (m, J).
     """
-    terms, others = (
-        [(t, w) for t, w in zip(*(array.T for array in rows), strict=True) if w.any()] for rows in (one, other)
-    )
-    pairs = ((w[:, None] * v, t[:, None] - s) for t, w in terms for s, v in others)
-    value, gradient = weighted_sum(covariance, pairs)
-    return np.concatenate([value[None], gradient])
+    (t, w), (s, v) = ((of[:, weights.any(axis=0)].T for of in (times, weights)) for times, weights in (one, other))
+    total = np.zeros(())
+    for time, weight in zip(t, w, strict=True):  # one call for all terms of the other set
+        value, gradient = covariance(time[:, None] - s[:, None])
+        every = np.concatenate([value[None], gradient])
+        total = sum((weight[:, None] * of * every[:, k] for k, of in enumerate(v)), total)
+    return total
 
 
 class Factor(NamedTuple):

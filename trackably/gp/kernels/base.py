@@ -110,33 +110,43 @@ class Decay:
 class MomentSum:
     """Σ_i c_i κ(t − t_i) with `centres` t_i and `weights` c_i, evaluated from moments, which are computed once.
 
-    κ is the sum of the functions in this `row` of the `decays`: the kernel for row 0, or its ∂/∂ln θ_j.
+    κ is the sum of the `decays`. The rounding error is that of the direct sum, times at most the logarithm of the
+    number of centres.
     """
 
     decays: Sequence[Decay]
     centres: Array
     weights: Array
-    row: int = 0
 
     def jet(self, t: Array, order: int) -> Array:
-        """Return the sum and its derivatives up to `order` at t: shape (order + 1, *t.shape).
+        """Return the sums of κ⁽ⁿ⁾ for n = 0 … `order`: shape (order + 1, *t.shape).
 
-        Odd derivatives count as 0 at r = 0, where those of κ may jump. The rounding error is that of the direct sum,
-        times at most the logarithm of the number of centres.
+        Odd derivatives count as 0 at r = 0, where those of κ may jump.
+        """
+        return self._of([decay.derivatives(order) for decay in self.decays], [(-1) ** n for n in range(order + 1)], t)
+
+    def gradient(self, t: Array) -> Array:
+        """Return the sums of ∂κ/∂ln θ_j: shape (p, *t.shape)."""
+        rows = [[*decay.coefficients[1:]] for decay in self.decays]
+        return self._of(rows, [1] * len(rows[0]), t)
+
+    def _of(self, factors: Sequence[list[Array]], signs: Sequence[int], t: Array) -> Array:
+        """Return the sums of functions f of r, each even or odd as the `signs` say: (len(signs), *t.shape).
+
+        For r > 0, f is a sum over the decays: of e^(−λr) times a polynomial in λr, with one row of `factors` for each f.
         """
         (at, joined), times = self._joined, t.ravel()
-        found = np.zeros((order + 1, times.size))
+        found = np.zeros((len(signs), times.size))
         same = np.searchsorted(at, times)
         is_same = at[np.minimum(same, len(at) - 1)] == times
-        for decay, of_before, of_after in self._moments:
-            factors = decay.derivatives(order)
-            before = _before(decay, factors, at, of_before, times)
-            after = _before(decay, factors, -at[::-1], of_after, -times)
-            for n, factor in enumerate(factors):
-                found[n] += before[n] + (-1) ** n * after[n]
-                if n % 2 == 0:
-                    found[n, is_same] += joined[same[is_same]] * factor[0]
-        return found.reshape(order + 1, *t.shape)
+        for decay, (of_before, of_after), rows in zip(self.decays, self._moments, factors, strict=True):
+            before = _before(decay, rows, at, of_before, times)
+            after = _before(decay, rows, -at[::-1], of_after, -times)
+            for n, (row, sign) in enumerate(zip(rows, signs, strict=True)):
+                found[n] += before[n] + sign * after[n]
+                if sign > 0:
+                    found[n, is_same] += joined[same[is_same]] * row[0]
+        return found.reshape(len(signs), *t.shape)
 
     @cached_property
     def _joined(self) -> tuple[Array, Array]:
@@ -145,11 +155,10 @@ class MomentSum:
         return at, np.asarray(np.bincount(place, self.weights), dtype=float)
 
     @cached_property
-    def _moments(self) -> list[tuple[Decay, Array, Array]]:
-        """Each function that is not zero, with the moments of all centres up to each one, in time and against it."""
+    def _moments(self) -> list[tuple[Array, Array]]:
+        """For each of the decays, the moments of all centres up to each one, in time and against it."""
         at, joined = self._joined
-        used = [each.only(self.row) for each in self.decays if np.any(each.coefficients[self.row])]
-        return [(of, _moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in used]
+        return [(_moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in self.decays]
 
 
 def _moments(decay: Decay, at: Array, weights: Array) -> Array:
@@ -164,9 +173,9 @@ def _moments(decay: Decay, at: Array, weights: Array) -> Array:
 
 
 def _before(decay: Decay, factors: list[Array], at: Array, moments: Array, times: Array) -> Array:
-    """Return the sums over the centres that lie strictly before each of the `times`, one row for each derivative.
+    """Return the sums over the centres that lie strictly before each of the `times`, one row for each of the `factors`.
 
-    `factors` has the coefficients of the derivatives (`Decay.derivatives`), and `at` the centres in increasing order.
+    `factors` are coefficients of polynomials in λr, and `at` has the centres in increasing order.
     """
     last = np.searchsorted(at, times) - 1
     some = last >= 0
@@ -299,7 +308,7 @@ class Sum(_Pair):
     def extent(self, exponent: float) -> float:
         return max(self.left.extent(exponent), self.right.extent(exponent))
 
-    @property
+    @cached_property
     def decays(self) -> tuple[Decay, ...]:
         left, right = self.left.decays, self.right.decays
         if not (left and right):

@@ -1,7 +1,7 @@
 """Matérn kernels of half-integer smoothness ν."""
 
 import math
-from functools import cache
+from functools import cache, cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -26,7 +26,7 @@ class Matern(Radial):
     def extent(self, exponent: float) -> float:
         return self.lengthscale * exponent / self.rate
 
-    @property
+    @cached_property
     def decays(self) -> tuple[Decay, ...]:
         """κ = θ₁² P(x) e^(−x) with x = λ|r|, ∂κ/∂ln θ₁ = 2 κ and ∂κ/∂ln θ₂ = −r κ̇ = −θ₁² x (P' − P) e^(−x)."""
         by_length = Polynomial([0, 1]) * (self.polynomial - self.polynomial.deriv())

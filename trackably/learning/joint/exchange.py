@@ -31,7 +31,8 @@ _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers j
 _OF_BACKOFF = 0.25  # violations up to this part of a larger back-off (tightening) are left to be removed by it
 _CLOSE = 0.05  # part of a width: bounds on a smooth function are imposed at minima with smaller margins
 _HELD = 0.9  # part of the back-off: bounds on a function with kinks are imposed at times with smaller margins
-_BETWEEN = 10  # regular times between two samples at which margins of a function with kinks are examined
+# Regular times between two samples at which margins of a function with kinks are examined, with a tolerance and without
+_FEW_BETWEEN, _BETWEEN = 2, 10
 _FAR = 3.0  # a larger back-off is worth another search only if it exceeds the present one by more than this factor
 _NO_GAIN = 1e-9  # part of the price: if a program raises the price by less, violations are not worth another program
 
@@ -136,18 +137,19 @@ def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[floa
     Margins are parts of a width. They are compared at local minima and, if there are regular times, at these too. A
     smooth function touches its bounds at single times; formulas have regular times of their own (`with_regular`). A
     function with kinks may be on a bound along whole stretches: there, bounds are imposed wherever the margin is below
-    0.9 of the back-off that programs demand. A search of hyperparameters with a `tolerance` leaves out the regular
-    times, and minima violated by less than half of it: otherwise, its programs have two to three times as many rows.
+    0.9 of the back-off that programs demand. A search of hyperparameters with a `tolerance` has a fifth of the regular
+    times, and leaves out those violated by less than half of it: otherwise, its programs have two to three times as
+    many rows.
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []
     if tolerance > 0 and problem.prior.learned:
-        return [-tolerance / 2 for _ in problem.constraints], []
-    return [_HELD * each.backoff for each in problem.constraints], _regular_times(problem)
+        return [-tolerance / 2 for _ in problem.constraints], _regular_times(problem, _FEW_BETWEEN)
+    return [_HELD * each.backoff for each in problem.constraints], _regular_times(problem, _BETWEEN)
 
 
-def _regular_times(problem: ConstrainedProblem) -> list[Array]:
-    """Return, for each constraint, regular times [s] of its index set, about ten between two samples.
+def _regular_times(problem: ConstrainedProblem, count: int) -> list[Array]:
+    """Return, for each constraint, regular times [s] of its index set, about so many between two samples.
 
     They are whole steps of the plant from the first sample. If every step is regular, active bounds at neighbouring
     steps have kernels in common, whose weights cancel (see `at_steps`).
@@ -155,10 +157,10 @@ def _regular_times(problem: ConstrainedProblem) -> list[Array]:
     samples, found = problem.samples[0].times, []
     between = float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
     for constraint in timed(problem.constraints):
-        steps = [functional.sampling_time for _, functional in constraint.quantity.arguments]
-        apart = steps[0] * max(1.0, np.rint(between / (_BETWEEN * steps[0]))) if steps else np.inf
+        step = constraint.quantity.sampling_time
+        apart = step * max(1.0, np.rint(between / (count * step)))
         first, last = (np.array(constraint.index_set.ends) - samples[0]) / apart
-        times = samples[0] + apart * np.arange(np.ceil(first), np.floor(last) + 1) if steps else np.empty(0)
+        times = samples[0] + apart * np.arange(np.ceil(first), np.floor(last) + 1)
         found.append(np.unique(constraint.index_set.nearest(times)))
     return found
 

@@ -17,7 +17,6 @@ import numpy as np
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
-from trackably.gp.prior import NOISE
 from trackably.learning import sqp
 from trackably.learning.joint.constrained_mean import WorkingSet, is_linear
 from trackably.learning.joint.exchange import (
@@ -67,8 +66,9 @@ _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tight
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
 _OF_GAP = 0.1  # part of `allowed_gap`: some descents end when a step can lower J by no more than this
 _EXACT = 1e-2  # a relaxation is minimised up to this part of the gain at which a descent ends
-# Number of noise_std tried for a start, each twice the one before; programs of the exchange that estimate J for each.
-_DOUBLINGS, _GLANCE = 10, 3
+_GLANCE = 3  # programs of the exchange that finds the first places of bounds, and the noise, for kernels with kinks
+_PRECISE = 1e-5  # relative to 1 + |J|: the relaxation with these places is minimised so precisely
+_OF_BOUNDS = 10.0  # its search starts as if this were the second derivative of the price of bounds in each ln θ
 _FEW_SAMPLES = 40  # with fewer samples, a descent takes only seconds
 
 
@@ -157,13 +157,15 @@ class Point:
 class _Descent:
     """The last point of a descent of J = l + D, the Hessian of J, and the largest next step, `reach`, in each ln θ.
 
-    `places` are the times and sides at which the functions of the descent touched or violated bounds.
+    `places` are the times and sides at which the functions of the descent touched or violated bounds. `least` is the
+    minimum of the relaxation that led to the first point: J is not lower nearby.
     """
 
     point: Point
     places: Places
     curvature: Array | None = None
     reach: float = _FIRST
+    least: float = -np.inf
 
     def met(self, point: Point) -> Places:
         """Return the `places` (times and sides) of the descent, together with those of a further point."""
@@ -205,15 +207,19 @@ class JointSearch:
             if begun is None:
                 return
             start, places, near = begun
-        if places is None and self._takes_long:
-            start = self._with_noise(start)
-        begun_at = no_places(self.problem) if places is None else places
-        point = self.at(start, begun_at, near, ALMOST)
-        if point is None:
+        if places is None and self.takes_long:
+            path = self._begin_with_kinks(start)
+        else:
+            path = self._path_from(start, places or no_places(self.problem), near)
+        if path is None:
             return
         reach = min(_FIRST if is_linear(self.problem) else _FIRST_OF_FORMULAS, farthest)
-        gain = _COARSE_GAIN if is_linear(self.problem) else _OF_GAP * point.allowed_gap / (1 + abs(point.objective))
-        path = self._descend(_Descent(point, point.function.places, reach=reach), ALMOST, gain)
+        gain = (
+            _COARSE_GAIN
+            if is_linear(self.problem)
+            else _OF_GAP * path.point.allowed_gap / (1 + abs(path.point.objective))
+        )
+        path = self._descend(replace(path, reach=reach), ALMOST, gain)
         coarse = path.point
         if not coarse.is_solution or self._is_no_better(coarse.objective):
             return
@@ -229,38 +235,58 @@ class JointSearch:
         if not self._is_no_better(found.objective):
             self.best = found
 
-    def _with_noise(self, start: Array) -> Array:
-        """Return ln θ = `start` with its noise doubled for as long as this lowers J = l + D.
+    def _path_from(
+        self, log_theta: Array, places: Places, near: Signals | None = None, rounds: int = MAX_ROUNDS
+    ) -> "_Descent | None":
+        """Return a descent that begins at the point found by `at`; None if there is none."""
+        point = self.at(log_theta, places, near, ALMOST, rounds=rounds)
+        return _Descent(point, point.function.places) if point else None
 
-        The part of the samples that bounds cut off counts as noise. With the noise that is likeliest without bounds,
-        functions with kinks violate their bounds nearly everywhere, and thousands of bounds are active in the descent.
+    def _begin_with_kinks(self, start: Array) -> "_Descent | None":
+        """Return a descent of functions with kinks, where bounds may be active at thousands of times; None if it fails.
+
+        With the noise that is likeliest without bounds, such functions violate their bounds nearly everywhere, so the
+        exchange at ln θ = `start` is ended early. It shows at which places bounds are active, and how much noise to
+        begin with: the part of the samples that bounds cut off counts as noise. J with bounds at these places only, a
+        relaxation, is minimised from there. The descent begins at its minimiser if J is lower there than the relaxation
+        was before, because then J was higher, too; else where the relaxation was begun. So do descents of several
+        signals: for them, the minimiser is too often near a worse minimum of J.
         """
-        noise = np.array([name.endswith(NOISE) for name in self.problem.prior.learned])
-        steps = (np.minimum(start + k * np.log(2) * noise, self.problem.space.log_upper) for k in range(_DOUBLINGS))
-        least, best = np.inf, start
-        for log_theta in steps if np.any(noise) else ():
-            point = self.at(log_theta, no_places(self.problem), None, ALMOST, rounds=_GLANCE)
-            if point is None or point.objective >= least:
-                break
-            least, best = point.objective, log_theta
-        return best
+        glance = self._path_from(start, no_places(self.problem), rounds=_GLANCE)
+        if not glance:
+            return None
+        mean = glance.point.function.mean
+        if mean.contradicts or not mean.price:
+            return glance
+        likely = np.minimum(mean.posterior.log_theta_with_noise(mean.signals), self.problem.space.log_upper)
+        program = JointProgram(self.problem, glance.places, mean.signals, glance.point.function.active)
+        curvature = self.problem.posterior(likely).information + _OF_BOUNDS * np.eye(len(likely))
+        before = program.evaluate(likely) if self.steps and len(mean.signals) == 1 else None
+        found = program.minimise(likely, curvature, _FIRST, _PRECISE) if before else None
+        self.fits += 1
+        if found and before:
+            there = self._path_from(found.x, program.met)
+            if there and there.point.is_solution and there.point.objective < before.value:
+                return replace(there, curvature=found.curvature, least=found.at.value)
+        return self._path_from(likely, glance.places)
 
     def _fine_gain(self, point: Point) -> float:
         """Return the decrease of J, relative to 1 + |J|, below which a fine descent for a linear plant ends.
 
         With many samples and a high price of the bounds, it is a part of the gap that is allowed for this price.
         """
-        of_price = (point.allowed_gap - LEAST_GAP) / (1 + abs(point.objective)) if self._has_many_samples else 0.0
-        return _FINE_GAIN + _OF_GAP * of_price
+        more = self._has_many_samples * (point.allowed_gap - LEAST_GAP)
+        return _FINE_GAIN + _OF_GAP * more / (1 + abs(point.objective))
 
     @property
     def _has_many_samples(self) -> bool:
         return sum(map(len, self.problem.samples)) >= _FEW_SAMPLES
 
     @property
-    def _takes_long(self) -> bool:
-        """Whether bounds may be active at thousands of times: with linear plants, kernels with kinks, many samples."""
-        return self._has_many_samples and is_linear(self.problem) and not is_smooth(self.problem)
+    def takes_long(self) -> bool:
+        """Whether θ is learned with bounds at thousands of times: linear plants, kernels with kinks, many samples."""
+        kinks = is_linear(self.problem) and not is_smooth(self.problem)
+        return kinks and self._has_many_samples and bool(self.problem.prior.learned)
 
     def _begin_with_formulas(self, start: Array) -> tuple[Array, Places, Signals] | None:
         """Return ln θ, places (times and sides) and signals at which a search for a nonlinear plant begins.
@@ -359,6 +385,8 @@ class JointSearch:
         for _ in range(self.steps):
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
+                break
+            if point.objective <= path.least + least_gain * (1 + abs(point.objective)):
                 break
             signals = point.function.mean.signals
             met = path.met(point)
@@ -469,7 +497,7 @@ def learn_jointly(
         return free
     search, likeliest = JointSearch(problem), free.posterior.prior.log_hyperparameters
     search.follow(likeliest)
-    alone = _alone(replace(problem, required=()), free, search.best)
+    alone = _alone(replace(problem, required=()), free, search.best, search.takes_long)
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
     for other in (*also, *free.others[:_OTHER_MINIMA]):
@@ -564,13 +592,13 @@ def _like(solution: Solution, found: Solution | NoSolution) -> Solution | NoSolu
     return replace(found, alone=solution.alone, spread=solution.spread, unconstrained=solution.unconstrained)
 
 
-def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None) -> Solution | NoSolution:
-    """Return the best θ whose posterior mean keeps all bounds; with many samples, only if it beats the `best` function.
+def _alone(problem: ConstrainedProblem, free: Solution, best: Point | None, takes_long: bool) -> Solution | NoSolution:
+    """Return the best θ whose posterior mean keeps all bounds; if that takes long, only one better than the `best`.
 
-    Each step of its programs needs a Gram matrix of all samples. So with many samples, the search is given up as soon
-    as it cannot end below a known function.
+    Each step of its programs needs a Gram matrix of all samples. So with many samples, and if the search for functions
+    `takes_long` as well, the search is given up as soon as it cannot end below a known function.
     """
-    if best is None or sum(map(len, problem.samples)) < _MANY_SAMPLES:
+    if best is None or (not takes_long and sum(map(len, problem.samples)) < _MANY_SAMPLES):
         return best_solution(problem, free=free)
     return solution_from([free.posterior.prior.log_hyperparameters, *free.others], problem, best.objective)
 
