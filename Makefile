@@ -134,11 +134,15 @@ lock: .venv/installed
 	python -m uv pip compile pyproject.toml --extra all --extra pipeline --group rivals --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-rivals.lock
 
+# Each half by a pip of its own: pip uses one core, and most of its time goes into indexes and archives.
+LOCKED := python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement
+
 .venv/installed: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Python 3.11 or newer is needed; name one with 'make PYTHON=python3.12 …'" >&2; exit 1; }
 	test -x .venv/bin/python || $(PYTHON) -m venv .venv
-	python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement requirements.lock
+	for part in 0 1; do awk -v part=$$part '/^[^ ]/ { n++ } n % 2 == part' $< > .venv/lock-$$part; done
+	$(LOCKED) .venv/lock-0 & first=$$!; $(LOCKED) .venv/lock-1; second=$$?; wait $$first && exit $$second
 	python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	python -m pip check
 	touch $@

@@ -305,7 +305,7 @@ class _Figures:
             "price-of-room": lambda: loops.price_of_room(
                 metrics["price_of_room"],
                 {0.0: JOINT.name, 1.0: ROBUST.name},
-                units.pop() if len(units) == 1 else None,
+                next(iter(units)) if len(units) == 1 else None,
             ),
         }
 

@@ -1,6 +1,6 @@
 """The convex programs of a step, as matrices for an interior-point method."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -157,10 +157,11 @@ class StepPrograms:
         of_start = [start.directions.T, start.sums, None, None, each, -each, None]
         of_widening = [*[None] * 6, -np.ones((len(self.bounds), 1))]
         columns = [of_errors, of_start, *[of_widening] * widens]
+        heights = n, h, steps, len(end), q, q, len(self.bounds)
         return Program(
             scipy.linalg.block_diag(P, np.zeros((q + widens, q + widens))),
             np.append(np.zeros(count + q), np.ones(int(widens))),
-            sparse.block_array([*zip(*columns, strict=True)]).toarray(),
+            np.hstack([_stacked(column, heights) for column in columns]),
             n + h + steps + len(end),
         )
 
@@ -169,3 +170,9 @@ class StepPrograms:
         """The matrix that maps z to e(N)."""
         N, n, _ = self.B.shape
         return np.eye(len(self.weights))[N * n : (N + 1) * n]
+
+
+def _stacked(blocks: Sequence[Array | None], heights: Sequence[int]) -> Array:
+    """Return blocks below each other, of which None are zeros; no zero has a sign."""
+    (width,) = {block.shape[1] for block in blocks if block is not None}
+    return np.vstack([np.zeros((k, width)) if of is None else of for of, k in zip(blocks, heights, strict=True)]) + 0.0

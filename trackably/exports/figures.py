@@ -203,6 +203,7 @@ def legend_above(figure: Figure, columns: int | None = None) -> Figure:
 def svg(figure: Figure) -> bytes:
     """Return the figure as SVG, with letters as paths. Equal figures give equal bytes."""
     buffer = BytesIO()
-    with matplotlib.style.context(SHEETS):
+    with matplotlib.style.context([*SHEETS, {"figure.constrained_layout.use": False}]):
+        figure.set_layout_engine(None)  # the layout is fixed: one that does nothing would have the figure drawn twice
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()

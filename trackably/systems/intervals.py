@@ -130,7 +130,7 @@ class Interval:
     def ends(self, t: Array) -> tuple[Array, Array]:
         """Return the lower and the upper bound at t [s], each a number, or an array of the shape of t if it moves."""
         low, high = (
-            [end(t), end(np.nextafter(t, -np.inf))] if isinstance(end, PolynomialPieces) else [np.asarray(end)] * 2
+            end(np.stack([t, np.nextafter(t, -np.inf)])) if isinstance(end, PolynomialPieces) else [np.asarray(end)] * 2
             for end in (self.low, self.high)
         )
         return np.maximum(*low), np.minimum(*high)

@@ -17,17 +17,21 @@ def near(ends):
     return np.concatenate([ends, np.nextafter(ends, -np.inf), np.nextafter(ends, np.inf)])
 
 
-STEPS = {"breakpoints": [0.0, 0.3, 0.7, 1.1, 1.5], "coefficients": [[1.0, 2.0], [-7.0, 0.1], [1e6, -3.0], [0.25, 0.5]]}
+COEFFICIENTS = [[1.0, 2.0], [-7.0, 0.1], [1e6, -3.0], [0.25, 0.5]]
 
 
 @pytest.mark.parametrize("beyond", ["rest", "period", "end"])
 @pytest.mark.parametrize("turns", [0, 1, -3, 10**6])
 def test_pieces_begin_exactly_at_their_breakpoints(beyond, turns):
-    signal = PolynomialPieces(**STEPS, beyond=beyond)
+    first = 0.0 if beyond == "period" else 0.05  # a period is exact; the time since a breakpoint is rounded otherwise
+    signal = PolynomialPieces([first, 0.3, 0.7, 1.1, 1.5], COEFFICIENTS, beyond)
     whole = [t + turns * signal.period for t in signal.breakpoints] if beyond == "period" else signal.breakpoints
-    times = near(np.array(whole))
-    for t, value in zip(times.tolist(), signal(times).tolist(), strict=True):
-        assert value == pytest.approx(float(value_of(signal, Fraction(t))), rel=1e-15, abs=1e-29)
+    times = np.concatenate([near(np.array(whole)), np.array(whole) + 0.123])  # between them, and beyond the last
+    found = signal.precise([times])
+    for t, *value in zip(times.tolist(), found.high.tolist(), found.low.tolist(), strict=True):
+        exact = value_of(signal, Fraction(t))
+        assert float(signal(t)) == value[0] == pytest.approx(float(exact), rel=1e-15, abs=1e-29)
+        assert abs(sum(map(Fraction, value)) - exact) <= 200 * UNIT**2 * 10**6
 
 
 @pytest.mark.parametrize("number", range(10))
