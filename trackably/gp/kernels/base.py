@@ -133,7 +133,7 @@ class MomentSum:
     def _of(self, factors: Sequence[list[Array]], signs: Sequence[int], t: Array) -> Array:
         """Return the sums of functions f of r, each even or odd as the `signs` say: (len(signs), *t.shape).
 
-        For r > 0, f is a sum over the decays: of e^(−λr) times a polynomial in λr, with one row of `factors` for each f.
+        For r > 0, f is a sum over the decays of e^(−λr) times a polynomial in λr, with one row of `factors` for each f.
         """
         (at, joined), times = self._joined, t.ravel()
         found = np.zeros((len(signs), times.size))
