@@ -151,10 +151,9 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
 
     A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
     """
-    is_linear = all(q.combination is not None and not q.needs for q in draft.quantities)
     is_rough = any(signal.kernel.has_kink for signal in draft.subject.signals)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
-    widest = (_ROUGH if is_rough else _WIDTH if is_linear else _NARROW) * shortest
+    widest = (_ROUGH if is_rough else _WIDTH if draft.is_linear else _NARROW) * shortest
     shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})
     centres = np.sort(
         np.concatenate([np.subtract.outer(signal.centres, shifts).ravel() for signal in draft.subject.signals])

@@ -136,6 +136,11 @@ class Draft:
         return [argument for q in self.quantities for argument in q.arguments.values()]
 
     @property
+    def is_linear(self) -> bool:
+        """Whether all quantities are linear combinations of signals, without any formula."""
+        return all(q.combination is not None and not q.needs for q in self.quantities)
+
+    @property
     def errors(self) -> Mapping[str, float]:
         return self.certificate.errors
 

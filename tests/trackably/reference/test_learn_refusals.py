@@ -47,7 +47,10 @@ REFUSALS = {
         {"plant": ConstrainedSystem(SCALAR.system, *[Polytope.box([-np.inf], [np.inf])] * 2)},
         "plant: nothing is bounded, so there is nothing to prove; give a state or an input bounds",
     ),
-    "no claim": ({"claim": "ever"}, "'all_phases', 'recorded' or (start, end) in seconds, got 'ever'"),
+    "no claim": (
+        {"claim": "ever"},
+        "expected 'recorded', 'all_times', 'all_phases' or (start, end) in seconds, got 'ever'",
+    ),
     "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
     "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),
     "noise": ({"noise_std": (2, 1)}, "noise_std must be a positive number (known) or [lower, upper] with 0 <"),
