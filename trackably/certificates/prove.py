@@ -132,7 +132,7 @@ class _ProofProblem:
         at_instants, T = isinstance(self.claim, Instants), self.reference.plant.sampling_time
         if end is None or (at_instants and end / T > _LATEST_STEP):
             return self._unsettled
-        # To seek the smallest margin takes longer than boxes of linear quantities, but not as long as those of formulas.
+        # To seek the smallest margin takes longer than boxes of linear quantities, but less than those of formulas.
         failure = self.broken(start, end) if at_instants or not self.draft.is_linear else None
         if failure or at_instants:
             return failure or self._certificate(Steps(math.ceil(end / T)))
