@@ -113,8 +113,10 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
     if not fits or not found.size:
         described = ", ".join("any" if want is None else str(want) for want in shape)
         raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
-    for index in np.argwhere(~np.isfinite(found)).tolist():
-        raise ValueError(f"{what}: the number at {index} must be finite, got {found[tuple(index)]}")
+    if not np.all(is_finite := np.isfinite(found)):
+        index = np.argwhere(~is_finite)[0].tolist()
+        where = f": the number at {index}" if index else ""
+        raise ValueError(f"{what}{where} must be finite, got {found[tuple(index)]}")
     found.flags.writeable = False
     return found
 

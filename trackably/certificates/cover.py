@@ -14,6 +14,7 @@ from trackably.checker.boxes import Box, Enclosures, refusals
 from trackably.checker.certificate import Boxes
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
+from trackably.checker.kernels import Matern
 from trackably.checker.quantities import LinearCombination, Quantity, shifts_of
 from trackably.checker.rounding import FormulaNeeds
 from trackably.checker.subject import Subject
@@ -32,7 +33,7 @@ _MOST_BOXES, _MOST_FOR_EACH, _MOST_TIMES, _MOST_HALVINGS = 2_000, 8, 2_500, 30
 # it decides in no part of it.
 _EXACT_FROM, _MOST_EXACT, _INSTANT = 12, 16, 1e-4
 # Largest width of the first boxes near centres, in correlation times: for linear quantities, for formulas, and for
-# signals with kinks. In wider boxes most proofs fail, in narrower boxes hardly any.
+# signals with Matérn kernels. In wider boxes most proofs fail, in narrower boxes hardly any.
 _WIDTH, _NARROW, _ROUGH = 2.0, 0.7, 0.25
 # Half the width of the box around a kink whose time is no float64 number, in spacings of float64 at this time.
 _BESIDE = 2.0**16
@@ -51,11 +52,13 @@ def cover(
 
     Boxes of all quantities come from the same repeated divisions, so that a signal is enclosed only once in each box.
     `failure_at` says how a quantity fails at a time [s], and None if it keeps its bounds there. It is asked about the
-    refused box with the smallest margin, as no part of a box is accepted around a margin smaller than the stated error.
+    undecided box with the smallest margin, as no part of a box is accepted around a margin smaller than the stated
+    error.
     """
     first = pairwise(_first_edges(draft, reference, start, end).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
     kinks, accepted = _kinks(draft), {q.name: list[Box]() for q in draft.quantities}
+    needs = FormulaNeeds.of(draft.certificate, list(draft.quantities))
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     exact_from = _EXACT_FROM if end - start > _INSTANT * shortest else 0
     changes = sum(
@@ -65,7 +68,10 @@ def cover(
         ends = np.array([*wanted]).T
         boxes = np.vstack([ends, discs(draft.subject, reference, draft.arguments, *ends)]).T.tolist()
         held = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
-        refused = _refusals(draft, held, exactly=halvings >= exact_from)
+        undecided = {box: left for box, left in FIRST_PASS.boxes(needs, draft.subject, TERMS, held) if left}
+        if (tightest := _tightest(draft, reference, undecided)) and (failure := failure_at(*tightest)):
+            return failure
+        refused = _refusals(draft, needs, undecided, halvings >= exact_from)
         for box, of in held.items():
             for q in of:
                 if q.name not in refused.get(box, ()):
@@ -74,8 +80,6 @@ def cover(
         if not refused:
             return {name: _join(start, found) for name, found in accepted.items()}
         every = [(why, name, box) for box, of in refused.items() for name, why in of.items()]
-        if (tightest := _tightest(draft, reference, refused)) and (failure := failure_at(*tightest)):
-            return failure
         reason, name, box = max(every, key=lambda found: bool(found[0]))
         if reason or len(refused) > _MOST_BOXES + _MOST_FOR_EACH * changes or halvings == _MOST_HALVINGS - 1:
             quantity, reason = reference.quantity(name), reason or "no enclosure found in this box is narrow enough"
@@ -89,30 +93,32 @@ def cover(
     raise AssertionError("a box that is not proved after the last halving is given up")
 
 
-def _refusals(draft: Draft, held: Mapping[Box, list[Quantity]], exactly: bool) -> dict[Box, dict[str, str]]:
+def _refusals(
+    draft: Draft, needs: FormulaNeeds, undecided: Mapping[Box, list[Quantity]], exactly: bool
+) -> dict[Box, dict[str, str]]:
     """Return the boxes in which quantities are not shown to keep their bounds, with their names and the reasons.
 
-    `held` has the quantities to check in each box. Those that float64 intervals do not decide are refused with an empty
-    reason, or, if `exactly` and if their boxes are few, checked again in mpmath, which takes long. Then the reason says
-    why a quantity may be undefined in the box.
+    The quantities that float64 intervals leave `undecided` in a box are refused with an empty reason, or, if `exactly`
+    and if their boxes are few, checked again in mpmath, which takes long. Then the reason says why a quantity may be
+    undefined in the box.
     """
-    needs = FormulaNeeds.of(draft.certificate, list(draft.quantities))
-    refused = {box: left for box, left in FIRST_PASS.boxes(needs, draft.subject, TERMS, held) if left}
-    if not exactly or len(refused) > _MOST_EXACT:
-        return {box: {q.name: "" for q in left} for box, left in refused.items()}
+    if not exactly or len(undecided) > _MOST_EXACT:
+        return {box: {q.name: "" for q in left} for box, left in undecided.items()}
     again = {
         box: {q.name: why for q, why in refusals(needs, Enclosures(draft.subject, TERMS, box), left)}
-        for box, left in refused.items()
+        for box, left in undecided.items()
     }
     return {box: names for box, names in again.items() if names}
 
 
-def _tightest(draft: Draft, reference: Reference, refused: Iterable[Box]) -> tuple[Bounded, float] | None:
-    """Return a quantity and the middle [s] of a refused box where float64 shows a margin smaller than the stated error.
+def _tightest(draft: Draft, reference: Reference, undecided: Iterable[Box]) -> tuple[Bounded, float] | None:
+    """Return a quantity and the middle [s] of one of the boxes where float64 shows a margin below the stated error.
 
     Return None if there is none. Of several, the margin is the smallest, after subtraction of the error.
     """
-    times, errors = np.array([*map(_middle, refused)]), [[draft.errors[q.name]] for q in reference.quantities]
+    times, errors = np.array([*map(_middle, undecided)]), [[draft.errors[q.name]] for q in reference.quantities]
+    if not len(times):
+        return None
     left = Quantities(reference.quantities, reference.kernel_sums).margins(times) - errors
     q, i = np.unravel_index(np.argmin(left), left.shape)
     return (reference.quantities[q], float(times[i])) if left[q, i] < 0 else None
@@ -151,7 +157,7 @@ def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -
 
     A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
     """
-    is_rough = any(signal.kernel.has_kink for signal in draft.subject.signals)
+    is_rough = any(isinstance(signal.kernel, Matern) for signal in draft.subject.signals)
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     widest = (_ROUGH if is_rough else _WIDTH if draft.is_linear else _NARROW) * shortest
     shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})

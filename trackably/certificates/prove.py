@@ -63,8 +63,8 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
 def _earliest(origin: float, step: float, near: float, holds: Callable[[float], bool]) -> float | None:
     """Return about the earliest time [s] after `origin` at which `holds` is true; None if none is found.
 
-    Distances from half a step on are doubled, beginning `near` [s], and bisected on a logarithmic scale. Once `holds`
-    is true, it must stay true at later times.
+    Distances from half a step on are bisected on a logarithmic scale, after strides that grow, from the distance `near`
+    [s] on. Once `holds` is true, it must stay true at later times.
     """
 
     def is_late(i: int) -> bool:
@@ -73,12 +73,13 @@ def _earliest(origin: float, step: float, near: float, holds: Callable[[float], 
     def later(i: int) -> float:
         return origin + step / 2 * math.exp2(i / _BY_DOUBLING)
 
-    last = _DOUBLINGS * _BY_DOUBLING
-    begin = min(max(round(_BY_DOUBLING * math.log2(2 * near / step)), 0), last)
-    low = next((i for i in range(begin, -1, -_BY_DOUBLING) if not is_late(i)), -1)
-    high = next(filter(is_late, range(low + _BY_DOUBLING, last, _BY_DOUBLING)), last)
+    low, high, stride = -1, _DOUBLINGS * _BY_DOUBLING, _BY_DOUBLING
+    i = min(max(round(_BY_DOUBLING * math.log2(2 * near / step)), 0), high - 1)
+    while low < i < high:
+        low, high, i = (low, i, i - stride) if is_late(i) else (i, high, i + stride)
+        stride *= 2
     i = bisect_left(range(high), True, low + 1, key=is_late)
-    return later(i) if i < last else None
+    return later(i) if i < _DOUBLINGS * _BY_DOUBLING else None
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,8 @@ def _with_smaller_errors(rng: np.random.Generator, found: Draft) -> Draft:
 
 
 def _refuses_nothing(rng: np.random.Generator, honest: Any) -> Any:
-    return lambda draft, held, exactly: {
-        box: {q.name: "" for q in of} for box, of in held.items() if rng.random() < 0.02
+    return lambda draft, needs, undecided, exactly: {
+        box: {q.name: "" for q in of} for box, of in undecided.items() if rng.random() < 0.02
     }
 
 
