@@ -158,7 +158,8 @@ class _Descent:
     """The last point of a descent of J = l + D, the Hessian of J, and the largest next step, `reach`, in each ln θ.
 
     `places` are the times and sides at which the functions of the descent touched or violated bounds. `least` is the
-    minimum of the relaxation that led to the first point: J is not lower nearby.
+    minimum of the relaxation that led to the first point: J is not lower nearby. It is −∞ if the relaxation may be
+    lower further away, or if there was none.
     """
 
     point: Point
@@ -267,7 +268,9 @@ class JointSearch:
         if found and before:
             there = self._path_from(found.x, program.met)
             if there and there.point.is_solution and there.point.objective < before.value:
-                return replace(there, curvature=found.curvature, least=found.at.value)
+                is_inside = np.max(np.abs(found.x - likely)) < 0.99 * _FIRST
+                least = found.at.value if is_inside else -np.inf
+                return replace(there, curvature=found.curvature, least=least)
         return self._path_from(likely, glance.places)
 
     def _fine_gain(self, point: Point) -> float:

@@ -11,6 +11,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.exchange import exchange_bounds, no_places
+from trackably.learning.joint.search import JointSearch
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.polytopes import Polytope
 
@@ -31,3 +32,14 @@ def test_small_violations_are_told_only_where_none_between_kinks_is_larger(seed)
         assert -3e-3 <= found.margin <= least + 1e-4
         counts.append(sum(map(len, found.places)))
     assert counts[1] < 0.8 * counts[0]  # searches of hyperparameters leave out places that hardly matter
+
+
+def test_a_search_goes_on_where_its_first_step_ends_at_its_limit():
+    """Bounds leave so little motion that the deviation without bounds is ten times too large."""
+    t = np.linspace(0.0, 6.0, 40)
+    moved = np.sin(1.3 * t) + 0.5 * np.sin(2.9 * t + 1) + 0.05 * np.random.default_rng(10).standard_normal(40)
+    plant = ConstrainedSystem(chain(1, 0.1), Polytope.box([-4.0], [4.0]), Polytope.box([-0.03], [0.03]))
+    of = Case((Samples(t, moved),), JointPrior((Prior(Matern32()),)), plant, RealTimes(Window(0.0, 6.0)))
+    search = JointSearch(of.problem)
+    search.follow(np.array([-0.111, 0.368, -4.371]))
+    assert search.best.objective == pytest.approx(87.137, abs=0.01)
