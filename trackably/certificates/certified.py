@@ -288,14 +288,11 @@ class _Learning:
 
         Let J rise by the solver's tolerance for a back-off `enough`. Rough functions (kinks and many active bounds) and
         functions that violate their bounds get `enough` at once if it is at least twice `backoff`. Otherwise, `backoff`
-        is multiplied by 10 if the product is at most `enough`, else by 2. Violations that hardly exceed `backoff` get
-        1.25 times their size, which costs less.
+        is multiplied by 10 if the product is at most `enough`, else by 2.
         """
         enough = self._enough(found)
         if enough >= 2 * backoff and (found.missed or found.is_rough):
             return enough
-        if backoff < found.missed < 1.5 * backoff:
-            return min(1.25 * found.missed, _LARGEST_BACKOFF)
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
