@@ -1,9 +1,7 @@
 """Pin kernels and threads as stages do, take the same random examples everywhere, and run long files first."""
 
 import pipeline  # noqa: F401, I001  first: it chooses kernels, which NumPy does not change once it is loaded
-import gc
 import signal
-from collections.abc import Generator
 
 import pytest
 import scipy.linalg  # noqa: F401  only what is loaded can be asked
@@ -20,47 +18,14 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
-_LONGEST = (
-    "test_theorem.py",
-    "test_pages.py",
-    "test_left_out.py",
-    "test_stages.py",
-    "test_soundness.py",
-    "test_liars.py",
-    "test_browser.py",
-    "test_defaults.py",
-    "test_huge.py",
-    "test_tampering.py",
-    "test_budget.py",
-    "test_site.py",
-    "test_chains.py",
-    "test_impossible.py",
-    "test_windows.py",
-    "test_formulas.py",
-    "test_years.py",
-    "test_c99.py",
-    "test_simulation.py",
-    "test_learn.py",
-    "test_learn_many.py",
-    "test_automatic.py",
-    "test_waypoints.py",
-    "test_counterexamples.py",
-    "test_near.py",
-    "test_workers.py",
-)
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
-    """Keep all that is loaded with the tests from the garbage collector, which would look through it over and over."""
-    gc.disable()
-    try:
-        return (yield)
-    finally:
-        gc.freeze()
-        gc.enable()
+_LONGEST = """
+    test_theorem test_pages test_left_out test_stages test_soundness test_liars test_browser
+    test_defaults test_huge test_tampering test_budget test_site test_chains test_impossible
+    test_windows test_formulas test_years test_c99 test_simulation test_learn test_learn_many
+    test_automatic test_waypoints test_counterexamples test_near test_workers
+""".split()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     rank = {name: place for place, name in enumerate(_LONGEST)}
-    items.sort(key=lambda item: rank.get(item.path.name, len(rank)))
+    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))

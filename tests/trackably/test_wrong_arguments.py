@@ -88,7 +88,6 @@ WRONG = {
     "bare system": (lambda: learn(plant=AXIS.system), "plant: expected a ConstrainedSystem(system, state_set"),
     "starts": (lambda: learn(starts=1.5), "search: starts: expected a whole number, got 1.5"),
     "noise, text": (lambda: learn(noise_std="0.1"), "with 0 < lower < upper (learned), got '0.1' for position"),
-    "claim": (lambda: learn(claim="alltimes"), "claim: expected 'recorded', 'all_times', 'all_phases' or (start, end)"),
     "time, text": (lambda: learn(at={"0": {"position": 0.1}}), "at: time: expected a number, got '0'"),
     "enormous": (lambda: learn(samples=Samples([0, 1, 2], [1e300, -1e300, 0])), "choose another unit"),
     "no samples": (lambda: learn(samples={}), "samples: none are given; expected one of position, z1"),

@@ -49,22 +49,18 @@ def test_a_margin_below_the_error_ends_the_search_before_exact_arithmetic(monkey
     drawn = Draft.of(reference, 39.0, np.zeros(0))
     assert cover(drawn, reference, 0.0, 39.0, lambda *place: asked.append(place) or "it fails") == "it fails"
     [(quantity, time)] = asked
-    assert quantity.margin([signal.summed for signal in reference.signals], time) < drawn.errors["input"]
+    assert quantity.margin(reference.signals, time) < drawn.errors["input"]
 
 
 def test_what_float64_does_not_decide_in_a_short_window_is_not_divided():
     """Its intervals are as wide in each part: values within 1.1 errors of evaluation were not proved."""
-    part, found = 1.1, rough_on_its_bounds()
-    errors = Draft.of(found, 39.0, np.zeros(0)).errors
-    values = found.state_at(np.array([13.0]))[0], found.input_at(np.array([13.0]))[0]
-    sets = [
-        Polytope.box(value - part * errors[name], value + part * errors[name])
-        for value, name in zip(values, ("state", "input"), strict=True)
-    ]
-    at = Reference(found.signals, ConstrainedSystem(found.plant.system, *sets))
-    proof = prove(at, Window(13.0 - 5e-11, 13.0 + 5e-11))
-    assert isinstance(proof, Certificate)
-    assert [len(of.radii) for of in proof.proof.boxes.values()] == [1, 1]
+    found, t = rough_on_its_bounds(), np.array(13.0)
+    room = 1.1 * np.array(list(Draft.of(found, 39.0, np.zeros(0)).errors.values()))
+    values = found.state_at(t), found.input_at(t)
+    sets = [Polytope.box(value - by, value + by) for value, by in zip(values, room, strict=True)]
+    of = Reference(found.signals, ConstrainedSystem(found.plant.system, *sets))
+    boxes = prove(of, Window(13.0 - 5e-11, 13.0 + 5e-11)).proof.boxes
+    assert [len(each.radii) for each in boxes.values()] == [1, 1]
 
 
 @pytest.mark.parametrize("shape", [2e-2, 5e-4])

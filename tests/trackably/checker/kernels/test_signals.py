@@ -137,7 +137,7 @@ def test_the_side_of_a_time_on_which_a_centre_is_is_exact():
     of = drawn(ROUGH, rng)
     boxes = boxes_around(of, 1.0, rng)
     for times, side, is_passed in ((boxes.starts, "right", le), (boxes.ends, "left", lt)):
-        at = [Fraction(t) + shift for t, shift in zip(times.tolist(), boxes.shifts, strict=True)]
+        at = map(sum, zip(map(Fraction, times.tolist()), boxes.shifts, strict=True))
         passed = [sum(is_passed(centre, t) for centre in of.centres.tolist()) for t in at]
         assert of.passed(times, boxes, side).tolist() == passed
 
