@@ -18,12 +18,7 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
-_LONGEST = """
-    test_theorem test_pages test_left_out test_stages test_soundness test_liars test_browser
-    test_defaults test_huge test_tampering test_budget test_site test_chains test_impossible
-    test_windows test_formulas test_years test_c99 test_simulation test_learn test_learn_many
-    test_automatic test_waypoints test_counterexamples test_near test_workers
-""".split()
+_LONGEST = ["test_theorem", "test_pages", "test_left_out", "test_stages", "test_soundness", "test_liars", "test_browser", "test_defaults", "test_huge", "test_tampering", "test_budget", "test_site", "test_chains", "test_impossible", "test_windows", "test_formulas", "test_years", "test_c99", "test_simulation", "test_learn", "test_learn_many", "test_automatic", "test_waypoints", "test_counterexamples", "test_near", "test_workers"]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
