@@ -18,9 +18,20 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # A file is one worker's (`--dist loadfile`): what begins late must be short, or the other workers wait for it.
-_LONGEST = ["test_theorem", "test_pages", "test_left_out", "test_stages", "test_soundness", "test_liars", "test_browser", "test_defaults", "test_huge", "test_tampering", "test_budget", "test_site", "test_chains", "test_impossible", "test_windows", "test_formulas", "test_years", "test_c99", "test_simulation", "test_learn", "test_learn_many", "test_automatic", "test_waypoints", "test_counterexamples", "test_near", "test_workers"]
+_LONGEST = (
+    "test_pages.py",
+    "test_stages.py",
+    "test_liars.py",
+    "test_theorem.py",
+    "test_site.py",
+    "test_study.py",
+    "test_near.py",
+    "test_browser.py",
+    "test_budget.py",
+    "test_left_out.py",
+)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     rank = {name: place for place, name in enumerate(_LONGEST)}
-    items.sort(key=lambda item: rank.get(item.path.stem, len(rank)))
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank)))
