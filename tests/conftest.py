@@ -28,7 +28,6 @@ _LONGEST = (
     "test_near.py",
     "test_browser.py",
     "test_budget.py",
-    "test_left_out.py",
 )
 
 
