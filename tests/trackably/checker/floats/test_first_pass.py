@@ -26,7 +26,7 @@ from trackably.checker.floats.boxes import nowhere_negative, stay_inside
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.intervals import ZERO
 from trackably.checker.moving import Limit
-from trackably.checker.quantities import Quantity
+from trackably.checker.quantities import LinearCombination, Quantity
 from trackably.checker.subject import Pieces
 
 
@@ -89,6 +89,14 @@ def test_a_remainder_that_is_too_large_shows_nothing(kind):
     for cover in data["claim"]["covers"].values():
         cover["radii"] = [0.5001 * (end - start) for start, end in pairwise(cover["ends"])]
     assert check(data).reason.startswith("box: ")
+
+
+def test_remainders_of_a_difference_add_up():
+    """What the models of z(t) and of z(t + T) miss may have either sign, and so may their weights."""
+    missed = Floats.exact(np.array([[0.0], [1.0]]))
+    change = LinearCombination([[Fraction(-1), Fraction(1)]], ZERO, [Fraction(2)], Fraction(0))
+    found = boxes._combination(change, {(0, 0): missed, (0, 1): missed}, np.arange(1), 1)
+    assert found.missed.high >= 2
 
 
 @pytest.mark.parametrize("step", [0.1, 1 / 3, 1e-7])
