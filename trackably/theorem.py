@@ -9,9 +9,9 @@ from pathlib import Path
 from trackably.checker import certificate as proofs
 from trackably.checker import counterexample as refutations
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Claim, Steps, Window
-from trackably.checker.counterexample import Counterexample
-from trackably.checker.disturbances import Robust, Zonotope
-from trackably.checker.form import UnreadableError, format_of, read_certificate, read_counterexample
+from trackably.checker.counterexample import Counterexample, read_counterexample
+from trackably.checker.disturbances import Hull, Robust, Zonotope
+from trackably.checker.form import UnreadableError, format_of, read_certificate
 from trackably.checker.kernels import Kernel
 from trackably.checker.subject import Functional, LinearSystem, Row, Signal
 from trackably.checking import read
@@ -165,16 +165,17 @@ def _theorem(about: Certificate | Counterexample, arithmetic: str) -> Theorem:
         times=times,
     )
     nominal = Part(definition, name, says, f"{arithmetic}.{lemma}")
-    if robust is None or not isinstance(robust.disturbance, Zonotope):
+    if robust is None or not isinstance(robust.set, Zonotope) or isinstance(robust.noise, Hull):
         return Theorem(subject.fingerprint, (nominal,))
-    return Theorem(subject.fingerprint, (nominal, _disturbance(robust, robust.disturbance, arithmetic)))
+    disturbed = _disturbance(robust, robust.set, robust.noise or Zonotope((), ()), arithmetic)
+    return Theorem(subject.fingerprint, (nominal, disturbed))
 
 
-def _disturbance(robust: Robust, disturbance: Zonotope, arithmetic: str) -> Part:
+def _disturbance(robust: Robust, disturbance: Zonotope, noise: Zonotope, arithmetic: str) -> Part:
     definition = _DISTURBED.format(
         feedback=_list(map(_numbers, robust.feedback)),
         pushes=_zonotope(disturbance),
-        noise=_zonotope(robust.noise or Zonotope((), ())),
+        noise=_zonotope(noise),
         state_set=_list(map(_bound, robust.state_set.rows)),
         input_set=_list(map(_bound, robust.input_set.rows)),
     )

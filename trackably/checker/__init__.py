@@ -89,16 +89,13 @@ from trackably.checker.certificate import FORMAT, Certificate
 from trackably.checker.contradiction import FORMAT as CONTRADICTION
 from trackably.checker.contradiction import check_contradiction, impossibility, read_contradiction
 from trackably.checker.counterexample import FORMAT as COUNTEREXAMPLE
-from trackably.checker.counterexample import check_counterexample
+from trackably.checker.counterexample import check_counterexample, read_counterexample
 from trackably.checker.disturbances import check_robust
 from trackably.checker.form import (
     UnreadableError,
     format_of,
     has_pieces,
     read_certificate,
-    read_counterexample,
-    read_refuted_table,
-    read_table,
     require_short_texts,
     short,
 )
@@ -120,7 +117,7 @@ from trackably.checker.rounding import check_rounding, check_sizes
 from trackably.checker.statement import no_signal, refutation, statement, table_refutation, table_statement
 from trackably.checker.tables import FORMAT as TABLE
 from trackably.checker.tables import REFUTED as REFUTED_TABLE
-from trackably.checker.tables import check_refuted_table, check_table
+from trackably.checker.tables import check_refuted_table, check_table, read_refuted_table, read_table
 from trackably.checker.tail import check_tail
 from trackably.checker.trajectories import check_names, check_shapes, check_trajectories
 from trackably.checker.truth import CONTRADICTION as CONTRADICTED

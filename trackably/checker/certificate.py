@@ -3,26 +3,34 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from math import inf
+from typing import Annotated, ClassVar
 
 from trackably.checker.disturbances import Robust
-from trackably.checker.subject import Subject
+from trackably.checker.limits import BOXES, CENTRES, MAY_BE_EMPTY, TERMS
+from trackably.checker.subject import Numbers, Positive, Subject
 
 FORMAT, VERSION = "trackably certificate", 3
+
+Ends = Annotated[tuple[float, ...], BOXES + 1]
+OfBoxes = Annotated[tuple[Positive, ...], BOXES]
+Terms = Annotated[int, TERMS]
 
 
 @dataclass(frozen=True)
 class Boxes:
     """Boxes of time: box k is from ends[k] to ends[k + 1] [s], and its discs in Cauchy's estimate have radii[k] [s]."""
 
-    ends: tuple[float, ...]
-    radii: tuple[float, ...]
+    ends: Ends
+    radii: OfBoxes
 
 
 @dataclass(frozen=True)
 class AllTimes:
     """The claim about every real t ≥ 0; `span` has the first and the last claimed time [s]."""
 
+    kind: ClassVar = "all_times"
     span = 0.0, inf
 
     def __str__(self) -> str:
@@ -33,6 +41,7 @@ class AllTimes:
 class AllPhases:
     """The claim about every real t, for signals that are periodic."""
 
+    kind: ClassVar = "all_phases"
     span = -inf, inf
 
     def __str__(self) -> str:
@@ -45,6 +54,7 @@ class Window:
 
     start: float
     end: float
+    kind: ClassVar = "window"
 
     @property
     def span(self) -> tuple[float, float]:
@@ -58,6 +68,7 @@ class Window:
 class Instants:
     """The claim about every t = k T with k ≥ 0."""
 
+    kind: ClassVar = "instants"
     span = 0.0, inf
 
     def __str__(self) -> str:
@@ -65,13 +76,8 @@ class Instants:
 
 
 Claim = AllTimes | AllPhases | Window | Instants
-KINDS: dict[str, type[Claim]] = {
-    "all_times": AllTimes,
-    "all_phases": AllPhases,
-    "window": Window,
-    "instants": Instants,
-}
-"""Names of claims in files."""
+KINDS: dict[str, type[Claim]] = {of.kind: of for of in (AllTimes, AllPhases, Window, Instants)}
+"""Claims by their names in files."""
 
 
 @dataclass(frozen=True)
@@ -96,17 +102,32 @@ class Steps:
     last: int
 
 
-Pair = tuple[int, int]
+Measurement = Annotated[int, 2 * CENTRES, 0]
+"""The number of a measurement, from 0 on."""
+
+Pair = tuple[Measurement, Measurement]
 """The numbers of two measurements from which a bound of a true signal follows (`TrueSignal`)."""
+
+Pairs = Annotated[tuple[Pair, ...], BOXES]
+Multipliers = Annotated[tuple[tuple[Measurement, Fraction], ...], CENTRES]
+
+
+Place = tuple[Fraction, Fraction, Fraction]
+"""A time [s], a value, and the largest distance of any signal of a class from the value at this time."""
 
 
 @dataclass(frozen=True)
 class Measured:
     """Measured `values` at increasing `times` [s], each with an error of at most `noise` (in the unit of values)."""
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: Numbers
+    values: Numbers
     noise: float
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Each measurement as a place."""
+        return [(Fraction(t), Fraction(y), Fraction(self.noise)) for t, y in zip(self.times, self.values, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -118,8 +139,8 @@ class SignalClass:
 
     samples: Measured
     rates: Measured | None = None
-    slope: float | None = None
-    second_derivative: float | None = None
+    slope: Positive | None = None
+    second_derivative: Positive | None = None
 
 
 @dataclass(frozen=True)
@@ -132,8 +153,8 @@ class Derived:
     """
 
     time: float
-    upper: tuple[tuple[int, Fraction], ...]
-    lower: tuple[tuple[int, Fraction], ...]
+    upper: Multipliers
+    lower: Multipliers
 
 
 @dataclass(frozen=True)
@@ -149,14 +170,14 @@ class TrueSignal:
 
     state: str
     of: SignalClass
-    ends: tuple[float, ...]
-    radii: tuple[float, ...]
-    terms: int
-    upper: tuple[Pair, ...]
-    lower: tuple[Pair, ...]
-    errors: tuple[float, ...]
+    ends: Ends
+    radii: OfBoxes
+    terms: Terms
+    upper: Pairs
+    lower: Pairs
+    errors: OfBoxes
     plant: float | None = None
-    derived: tuple[Derived, ...] = ()
+    derived: Annotated[tuple[Derived, ...], BOXES, MAY_BE_EMPTY] = ()
 
     @property
     def error(self) -> float:

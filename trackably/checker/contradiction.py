@@ -32,20 +32,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
+from typing import Annotated, ClassVar
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.disturbances import product
-from trackably.checker.form import (
-    a_plant,
-    an_identifier,
-    by_tag,
-    file_of,
-    many,
-    positive_number,
-    real_number,
-    record,
-    whole_number,
-)
+from trackably.checker.form import file_of, reader_of
 from trackably.checker.formulas import names
 from trackably.checker.intervals import (
     ZERO,
@@ -60,12 +51,12 @@ from trackably.checker.intervals import (
     in_whole_numbers,
     ratio,
 )
-from trackably.checker.limits import INSTANTS, ROWS
+from trackably.checker.limits import INSTANTS, MAY_BE_EMPTY, ROWS
 from trackably.checker.models import enclose
 from trackably.checker.moving import ends_at
-from trackably.checker.redundancy import row_echelon
+from trackably.checker.redundancy import null_space
 from trackably.checker.statement import bounds_text, dynamics
-from trackably.checker.subject import LinearSystem, NonlinearSystem, Plant, single_bounds
+from trackably.checker.subject import LinearSystem, NonlinearSystem, Plant, Positive, single_bounds
 from trackably.checker.trajectories import check_plant
 from trackably.checker.watch import progress, tick
 
@@ -75,11 +66,16 @@ _MOST_BITS = 2_000_000  # with more bits in a power of the common denominator, a
 _MOST_LINES = 300  # rows of the first steps that may be used to make p_0 zero; further rows are not tried
 
 
+Step = Annotated[int, INSTANTS - 1, 0]
+ByRow = Annotated[tuple[float, ...], ROWS, MAY_BE_EMPTY]
+ByStep = Annotated[tuple[ByRow, ...], INSTANTS]
+
+
 @dataclass(frozen=True)
 class Value:
     """A given value: the state or input with this `name` is between `lower` and `upper` at a `step`."""
 
-    step: int
+    step: Step
     name: str
     lower: float
     upper: float
@@ -92,64 +88,43 @@ class Multipliers:
     Row i is that of the state set for `states`, and that of the input set for `inputs`.
     """
 
-    states: tuple[tuple[float, ...], ...]
-    inputs: tuple[tuple[float, ...], ...]
-    values: tuple[float, ...]
+    states: ByStep
+    inputs: ByStep
+    values: ByRow
+    kind: ClassVar = "multipliers"
 
 
 @dataclass(frozen=True)
 class Gap:
     """The claim that, at a `step`, no value of the state or input `name` keeps all bounds and given values."""
 
-    step: int
+    step: Step
     name: str
+    kind: ClassVar = "boxes"
 
 
 @dataclass(frozen=True)
-class Contradiction(Plant):
+class Contradiction:
     """Bounds and values that contradict each other over `steps` steps from the time `start` [s] on, with the proof.
 
     `missing` says how far bounds or values exclude each other: it is d in the module's theorem.
     """
 
+    plant: Plant
     start: float
-    steps: int
-    values: tuple[Value, ...]
-    missing: float
+    steps: Annotated[int, INSTANTS]
+    values: Annotated[tuple[Value, ...], ROWS, MAY_BE_EMPTY]
+    missing: Positive
     proof: Multipliers | Gap
 
 
-_step, _row = whole_number(INSTANTS - 1, 0), many(real_number, ROWS, empty=True)
-_by_step = many(_row, INSTANTS)
-
-
-read_contradiction = file_of(
-    "contradiction",
-    VERSION,
-    record(
-        lambda plant, **found: Contradiction(**vars(plant), **found),
-        plant=a_plant,
-        start=real_number,
-        steps=whole_number(INSTANTS),
-        values=many(
-            record(Value, step=_step, name=an_identifier, lower=real_number, upper=real_number), ROWS, empty=True
-        ),
-        missing=positive_number,
-        proof=by_tag(
-            "kind",
-            {
-                "multipliers": record(Multipliers, states=_by_step, inputs=_by_step, values=_row),
-                "boxes": record(Gap, step=_step, name=an_identifier),
-            },
-        ),
-    ),
-)
+read_contradiction = file_of("contradiction", VERSION, reader_of(Contradiction))
 
 
 def check_contradiction(of: Contradiction) -> None:
     """Raise FailedStepError unless the contradiction is shown."""
-    system, proof = of.system, of.proof
-    check_plant(of)
+    system, proof = of.plant.system, of.proof
+    check_plant(of.plant)
     named_ones: list[Value | Gap] = [*of.values, *([proof] if isinstance(proof, Gap) else [])]
     for named in named_ones:
         if named.step >= of.steps or named.name not in (*system.states, *system.inputs):
@@ -193,7 +168,7 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
 
     Raise FailedStepError unless each of them has its multiplier.
     """
-    (states, X), (inputs, U) = of.sides
+    (states, X), (inputs, U) = of.plant.sides
     given = [[*map(len, stored)] for stored in (proof.states, proof.inputs, [proof.values])]
     if given != [[len(X.rows)] * of.steps, [len(U.rows)] * of.steps, [len(of.values)]]:
         raise FailedStepError(
@@ -204,7 +179,7 @@ def _weighted_rows(of: Contradiction, proof: Multipliers) -> Iterator[_Weighted]
     rows = [(row, (*row.row, *[zero] * len(inputs))) for row in X.rows]
     rows += [(row, (*[zero] * len(states), *row.row)) for row in U.rows]
     for k, stored in enumerate(zip(proof.states, proof.inputs, strict=True)):
-        t = Fraction(of.start) + k * Fraction(of.system.sampling_time)
+        t = Fraction(of.start) + k * Fraction(of.plant.system.sampling_time)
         for (row, of_both), mu in zip(rows, chain(*stored), strict=True):
             tick()
             low, high = ends_at(row, t)
@@ -232,8 +207,8 @@ def _check_infeasible(of: Contradiction, system: LinearSystem, proof: Multiplier
     p, of_inputs, constant, scale = _factors(q, columns, of.steps, rows)
     assert not any(p), "the rows that were added take it away"
     paid = scale * exact_sum(row.most for row in rows if row.multiplier)
-    before = len(of.state_set.rows)
-    count = before + len(of.input_set.rows)
+    before = len(of.plant.state_set.rows)
+    count = before + len(of.plant.input_set.rows)
     for k, e in enumerate(of_inputs):
         progress(k, of.steps)
         here = rows[k * count + before : (k + 1) * count]
@@ -286,13 +261,13 @@ def _cancelling(
     Raise FailedStepError, which says `what` the vector is a factor of, if there are no such multipliers.
     """
     columns = [*lines, [*map(Fraction, vector)]]
-    reduced, pivots = row_echelon([[column[j] for column in columns] for j in range(len(vector))], len(columns))
-    if len(lines) in pivots:
+    relations = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
+    if not relations or not relations[-1][-1]:  # in each other one, the vector has the factor 0, and in the last one 1
         raise FailedStepError(
             f"proof: {what} does not cancel in the weighted sum of bounds, even if other bounds are added to it"
         )
-    factors = zip(pivots, [line[-1] for line in reduced], strict=False)
-    return [replace(rows[i], multiplier=-factor) for i, factor in factors if factor]
+    factors = zip(rows, relations[-1][:-1], strict=True)
+    return [replace(row, multiplier=factor) for row, factor in factors if factor]
 
 
 def _check_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> None:
@@ -320,7 +295,7 @@ def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[st
     """
     bounds = [
         (names_of[j], ratio(low).a, ratio(high).b)
-        for names_of, bounded in of.sides
+        for names_of, bounded in of.plant.sides
         for j, low, high in single_bounds(bounded)
     ]
     reached: list[tuple[str, Real, Real]] = []
@@ -349,7 +324,7 @@ def _successor_states(system: NonlinearSystem, box: Mapping[str, Real]) -> Itera
 
 def impossibility(of: Contradiction) -> str:
     """Return the statement of a contradiction in words."""
-    system, T = of.system, of.system.sampling_time
+    system, T = of.plant.system, of.plant.system.sampling_time
     values = ", ".join(f'{v.lower!r} ≤ "{v.name}" ≤ {v.upper!r} at k = {v.step}' for v in of.values)
     if isinstance(of.proof, Gap):
         by = f'at k = {of.proof.step}, intervals that "{of.proof.name}" must keep are at least {of.missing!r} apart'
@@ -358,7 +333,7 @@ def impossibility(of: Contradiction) -> str:
     else:
         by = f"there are none either if each bound is moved outwards by {of.missing!r} of its width"
     return (
-        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {bounds_text(*of.sides)} at all steps "
-        f"k = 0 … {of.steps - 1}{' and have ' if values else ''}{values}; {by}. Step k is the time {of.start!r} s + "
-        f"k T (T = {T!r} s)."
+        f"IMPOSSIBLE: no states and inputs of the system {dynamics(system)} keep {bounds_text(*of.plant.sides)} at all "
+        f"steps k = 0 … {of.steps - 1}{' and have ' if values else ''}{values}; {by}. Step k is the time "
+        f"{of.start!r} s + k T (T = {T!r} s)."
     )

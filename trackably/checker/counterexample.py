@@ -12,10 +12,24 @@ is a sum of these rows.
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import Claim, Instants
+from trackably.checker.form import (
+    a_bound,
+    file_of,
+    located,
+    of_linear,
+    positive_number,
+    reader_of,
+    real_number,
+    record,
+    subject_from,
+    whole_number,
+)
 from trackably.checker.intervals import Real, UndefinedError, at_most, ratio
+from trackably.checker.limits import LATEST_STEP
 from trackably.checker.moving import ends_at
 from trackably.checker.piecewise import value_of_pieces
 from trackably.checker.quantities import quantities, value_at
@@ -38,6 +52,29 @@ class Counterexample:
     at: float
     name: str
     violation: float
+
+
+def _counterexample(
+    claim: Claim, at: tuple[object, str], quantity: str, violation: float, **about: Any
+) -> Counterexample:
+    field, read = ("step", whole_number(LATEST_STEP, 0)) if isinstance(claim, Instants) else ("time", real_number)
+    found: dict[str, float] = record(dict, **{field: read})(*at)
+    return Counterexample(subject_from(**about), claim, found[field], quantity, violation)
+
+
+read_counterexample = file_of(
+    "counterexample",
+    VERSION,
+    record(
+        _counterexample,
+        of_linear,
+        claim=reader_of(Claim),
+        reference=located,
+        quantity=a_bound,
+        at=located,
+        violation=positive_number,
+    ),
+)
 
 
 def check_counterexample(counterexample: Counterexample) -> None:

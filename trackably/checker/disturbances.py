@@ -31,12 +31,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from typing import Annotated, ClassVar
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.intervals import exact_dot, in_whole_numbers
+from trackably.checker.limits import COORDINATES, MAY_BE_EMPTY, POWERS, ROWS
 from trackably.checker.model_error import Vector, of_model_error
 from trackably.checker.moving import room
-from trackably.checker.subject import LinearSystem, Matrix, Polytope, Subject, Vertex
+from trackably.checker.subject import FloatVector, LinearSystem, Matrix, Polytope, Subject, Vertex
 from trackably.checker.watch import tick
 
 
@@ -45,7 +47,8 @@ class Zonotope:
     """{`centre` + Σ_j ξ_j `generators`[j] : |ξ_j| ≤ 1}."""
 
     centre: Vector
-    generators: tuple[Vector, ...]
+    generators: Annotated[tuple[Vector, ...], ROWS, MAY_BE_EMPTY]
+    kind: ClassVar = "zonotope"
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
@@ -63,7 +66,8 @@ class Zonotope:
 class Hull:
     """The convex hull of `vertices`."""
 
-    vertices: tuple[Vector, ...]
+    vertices: Annotated[tuple[Vector, ...], ROWS]
+    kind: ClassVar = "hull"
 
     @property
     def vectors(self) -> tuple[Vector, ...]:
@@ -74,6 +78,10 @@ class Hull:
     def largest(vectors: Sequence[Sequence[int]], row: Sequence[int]) -> int:
         """Return max {row · w} over the convex hull whose vertices are `vectors`, scaled to integers."""
         return max(product(vector, row) for vector in vectors)
+
+
+VectorSet = Zonotope | Hull
+Power = Annotated[int, POWERS]
 
 
 @dataclass(frozen=True)
@@ -89,21 +97,21 @@ class Robust:
 
     state_set: Polytope
     input_set: Polytope
-    feedback: tuple[tuple[float, ...], ...]
-    disturbance: Zonotope | Hull
-    noise: Zonotope | None
-    head: int
-    terms: int
+    feedback: Matrix
+    set: VectorSet
+    head: Power
+    terms: Power
     contraction: float
-    box: tuple[float, ...]
-    model: tuple[Vertex, ...] = ()
+    box: FloatVector
+    noise: VectorSet | None = None
+    model: Annotated[tuple[Vertex, ...], COORDINATES] = ()
 
     def model_generators(self, system: LinearSystem) -> list[Vector]:
         """Return the generators of the set D that a `model` with an error adds to W; none without such a model.
 
         Raise FailedStepError if W is no zonotope, or if bounds that D needs are missing.
         """
-        if self.model and not isinstance(self.disturbance, Zonotope):
+        if self.model and not isinstance(self.set, Zonotope):
             raise FailedStepError(
                 "model: the disturbance set W must be a zonotope, not a hull of points, if `model` has vertices"
             )
@@ -160,7 +168,7 @@ def keeps_near(system: LinearSystem, robust: Robust, i: int, room: Fraction) -> 
     return all(errors.fit(row, room, robust.noise) for row in sides)
 
 
-def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
+def support_of(W: VectorSet | None, row: Sequence[Fraction]) -> Fraction:
     """Return h_W(row) = max {row · w : w ∈ W}; 0 without a set."""
     if W is None:
         return Fraction(0)
@@ -171,11 +179,15 @@ def support_of(W: Zonotope | Hull | None, row: Sequence[Fraction]) -> Fraction:
 def _errors_of(system: LinearSystem, robust: Robust) -> "Errors":
     """Return the set Z of the errors of a disturbed system.
 
-    Raise FailedStepError if the effect of its model error, a set D of further disturbances, cannot be bounded.
+    Raise FailedStepError if the effect of its model error, a set D of further disturbances, or that of noise cannot be
+    bounded.
     """
-    W, V, added = robust.disturbance, robust.noise, robust.model_generators(system)
+    W, V, added = robust.set, robust.noise, robust.model_generators(system)
+    if V:
+        if not (isinstance(W, Zonotope) and isinstance(V, Zonotope)):
+            raise FailedStepError("disturbance: if noise is given, both sets must be zonotopes, not hulls")
+        W = of_measured_state(W, V, system.A)
     if isinstance(W, Zonotope):
-        W = of_measured_state(W, V, system.A) if V else W
         W = replace(W, generators=(*W.generators, *added))
     of_Z = robust.head, robust.terms, robust.contraction, robust.box
     return Errors(system.A, system.B, robust.feedback, W, *of_Z)
@@ -191,7 +203,7 @@ class Errors:
     A: Matrix
     B: Matrix
     K: Matrix
-    disturbance: Zonotope | Hull
+    disturbance: VectorSet
     head: int
     terms: int
     contraction: float
@@ -232,7 +244,7 @@ class Errors:
         above = of_W * q**s * b * left.numerator + of_P * d * left.denominator
         return above, r * q ** (N + s - 1) * b * d * left.numerator
 
-    def fit(self, row: Sequence[Fraction], room: Fraction, V: Zonotope | None) -> bool:
+    def fit(self, row: Sequence[Fraction], room: Fraction, V: VectorSet | None) -> bool:
         """Return whether row · (e − v) ≤ room for all errors e ∈ Z and, with noise, all v ∈ V."""
         (above, below), left = self.support(row), room - support_of(V, [-r for r in row])
         return above * left.denominator <= left.numerator * below
@@ -245,7 +257,7 @@ class Errors:
 def _check_dimensions(robust: Robust, n: int, m: int) -> None:
     if [len(row) for row in robust.feedback] != [n] * m:
         raise FailedStepError(f"disturbance: K (`feedback`) must have {m} rows, for inputs, of {n} numbers, for states")
-    vectors = (*robust.disturbance.vectors, *(robust.noise.vectors if robust.noise else ()))
+    vectors = (*robust.set.vectors, *(robust.noise.vectors if robust.noise else ()))
     if any(len(vector) != n for vector in vectors) or len(robust.box) != n:
         raise FailedStepError(
             "disturbance: all vectors of W (`set`), V (`noise`) and P (`box`) must have an entry for each state"
@@ -285,7 +297,12 @@ def _check_invariant(robust: Robust, errors: Errors) -> None:
 
 
 def _check_room(
-    name: str, left: Polytope, given: Polytope, errors: Errors, V: Zonotope | None, K: list[list[Fraction]] | None
+    name: str,
+    left: Polytope,
+    given: Polytope,
+    errors: Errors,
+    V: VectorSet | None,
+    K: list[list[Fraction]] | None,
 ) -> None:
     """Raise FailedStepError unless all bounds leave enough room for errors.
 

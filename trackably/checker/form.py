@@ -9,32 +9,27 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from reprlib import Repr
-from typing import Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from trackably.checker import certificate as proofs
-from trackably.checker import counterexample as refutations
-from trackably.checker import tables
 from trackably.checker.certificate import (
     KINDS,
     Boxes,
     Certificate,
     Claim,
     Cover,
-    Derived,
     Instants,
-    Measured,
-    SignalClass,
     Steps,
+    Terms,
     TrueSignal,
     Window,
 )
-from trackably.checker.counterexample import Counterexample
-from trackably.checker.disturbances import Hull, Robust, Zonotope
+from trackably.checker.disturbances import Robust
 from trackably.checker.formulas import (
     FUNCTIONS,
     IDENTIFIER,
@@ -51,7 +46,6 @@ from trackably.checker.formulas import (
 )
 from trackably.checker.kernels import COMBINATIONS, ELEMENTARY, Combination, Kernel
 from trackably.checker.limits import (
-    BOXES,
     CENTRES,
     COEFFICIENTS,
     COORDINATES,
@@ -60,32 +54,29 @@ from trackably.checker.limits import (
     INSTANTS,
     KERNEL_DEPTH,
     KERNELS,
+    MAY_BE_EMPTY,
     PARTS,
-    POWERS,
     ROWS,
-    SHIFTS,
     SIGNALS,
-    TERMS,
     TEXTS,
 )
+from trackably.checker.model_error import Vector
 from trackably.checker.subject import (
     Beyond,
     End,
-    FlatForm,
     Functional,
     LinearSystem,
     NonlinearSystem,
     Pieces,
     Plant,
     Polytope,
+    Positive,
     Row,
     Signal,
     Subject,
     System,
     Trajectories,
-    Vertex,
 )
-from trackably.checker.tables import RefutedTable, Table
 from trackably.checker.watch import tick
 
 T = TypeVar("T")
@@ -95,8 +86,6 @@ Reader = Callable[[object, str], T]
 
 FORMER_NAME = "trackable"
 """The library's former name, in the format of its first certificates, which remain readable."""
-
-_LATEST_STEP = 2**53
 
 
 class _Short(Repr):
@@ -351,12 +340,6 @@ a_bound = _text(
 """Reads the name of a bound: a weighted sum of names, such as x-0.5y; x (2) is the second bound of x."""
 
 
-_names = many(an_identifier, COORDINATES)
-_vector = many(real_number, COORDINATES)
-_matrix = many(_vector, COORDINATES)
-_exact_vector = many(rational_number, COORDINATES)
-
-
 # Readers of kernels and formulas, which are nested.
 
 
@@ -413,18 +396,13 @@ def a_formula(value: object, where: str, deepest: int = DEPTH) -> Formula:
 
 # Readers of the subject of a file: a reference, its system and its sets.
 
-_formulas = many(a_formula, COORDINATES)
-_about = {"states": _names, "inputs": _names, "sampling_time": positive_number}
-_flat_form = record(FlatForm, {"angles": _names, "positive": _formulas}, states=_formulas, inputs=_formulas)
-_linear = record(LinearSystem, A=_matrix, B=_matrix, c=_vector, **_about)
-_nonlinear = record(NonlinearSystem, {"flat": _flat_form}, f=_formulas, **_about)
-
 
 def a_system(value: object, where: str) -> System:
     """Read a system; it is nonlinear if it has formulas f."""
     if not (isinstance(value, dict) and "f" in value):
-        return _linear(value, where)
-    found = _nonlinear(value, where)
+        linear: LinearSystem = reader_of(LinearSystem)(value, where)
+        return linear
+    found: NonlinearSystem = reader_of(NonlinearSystem)(value, where)
     of_flat = (*found.flat.states, *found.flat.inputs, *found.flat.positive) if found.flat else ()
     if sum(len(parts(formula)) for formula in (*found.f, *of_flat)) > PARTS:
         raise UnreadableError(f"{where} must have no more than {PARTS} operations, names and numbers in its formulas")
@@ -459,13 +437,6 @@ _set = record(
 )
 
 
-a_plant = record(Plant, system=a_system, state_set=_set, input_set=_set)
-"""Reads a system with its sets, whose bounds may move in time."""
-
-_numbers_in_time = many(real_number, CENTRES)
-_signal = record(Signal, kernel=a_kernel, mean=real_number, centres=_numbers_in_time, weights=_numbers_in_time)
-
-
 def _valid_pieces(**found: Any) -> Pieces:
     pieces = Pieces(**found)
     if len(pieces.breakpoints) != len(pieces.coefficients) + 1:
@@ -483,7 +454,7 @@ def _valid_pieces(**found: Any) -> Pieces:
 def _pieces_beyond(*kinds: Beyond) -> Reader[Pieces]:
     return record(
         _valid_pieces,
-        breakpoints=_numbers_in_time,
+        breakpoints=many(real_number, CENTRES),
         coefficients=many(many(real_number, COEFFICIENTS), CENTRES),
         beyond=one_of(kinds),
     )
@@ -501,25 +472,64 @@ def _signals(value: object, where: str) -> tuple[tuple[Signal, ...], tuple[Piece
     """Read signals: either all are sums of kernels, or all are polynomial pieces."""
     if has_pieces(value):
         return (), many(_pieces, SIGNALS)(value, where)
-    return many(_signal, SIGNALS)(value, where), ()
+    return many(reader_of(Signal), SIGNALS)(value, where), ()
 
 
-_reference: Reader[dict[str, Any]] = record(dict, signals=_signals, plant=a_plant)
-_functionals = many(
-    record(Functional, offset=rational_number, weights=many(many(rational_number, SHIFTS), SIGNALS)), COORDINATES
-)
+# Readers that follow from types.
 
-
-_row = record(
-    lambda row, lower, upper: Row(row, low=lower, high=upper), row=_exact_vector, lower=real_number, upper=real_number
-)
-_of_linear = {
-    "trajectories": record(Trajectories, states=_functionals, inputs=_functionals),
-    "attainable": many(_row, ROWS, empty=True),
+_READERS: dict[Any, Reader[Any]] = {
+    float: real_number,
+    Positive: positive_number,
+    Fraction: rational_number,
+    str: an_identifier,
+    Formula: a_formula,
+    Kernel: a_kernel,
+    System: a_system,
+    Polytope: _set,
 }
 
 
-def _subject(
+@cache
+def reader_of(kind: Any) -> Reader[Any]:
+    """Return the reader of a type, which is a key of `_READERS`, or one of the following.
+
+    Annotated[int, most, least] is a whole number. Annotated[tuple[T, ...], most] is a list of at most this length, not
+    empty unless MAY_BE_EMPTY is the second annotation; tuple[T, U] is a list of two values. Literal is one of some
+    values. A dataclass is an object with its fields; those with a default may be left out. In a union of dataclasses,
+    the field "kind" of an object says which one it is. T | None is T in a field that may be left out.
+    """
+    if kind in _READERS:
+        return _READERS[kind]
+    inner, origin = [of for of in get_args(kind) if of is not type(None)], get_origin(kind)
+    if origin is Annotated:
+        of, *limits = inner
+        return whole_number(*limits) if of is int else many(reader_of(get_args(of)[0]), *limits)
+    if origin is tuple:
+        return a_pair(*map(reader_of, inner))
+    if origin is Literal:
+        return one_of(inner)
+    if inner:
+        return by_tag("kind", {of.kind: reader_of(of) for of in inner}) if inner[1:] else reader_of(inner[0])
+    hints = get_type_hints(kind, include_extras=True)
+    readers = {field.name: reader_of(hints[field.name]) for field in fields(kind)}
+    optional = {field.name: readers.pop(field.name) for field in fields(kind) if field.default is not MISSING}
+    return record(kind, optional, **readers)
+
+
+a_plant: Reader[Plant] = reader_of(Plant)
+"""Reads a system with its sets, whose bounds may move in time."""
+
+_reference: Reader[dict[str, Any]] = record(dict, signals=_signals, plant=a_plant)
+_row = record(
+    lambda row, lower, upper: Row(row, low=lower, high=upper),
+    row=reader_of(Vector),
+    lower=real_number,
+    upper=real_number,
+)
+of_linear = {"trajectories": reader_of(Trajectories), "attainable": many(_row, ROWS, MAY_BE_EMPTY)}
+
+
+def subject_from(
     reference: tuple[Any, str], trajectories: Trajectories | None = None, attainable: tuple[Row, ...] | None = None
 ) -> Subject:
     """Return the subject of a file: a reference with its system and sets.
@@ -550,8 +560,8 @@ def _subject(
 
 def subject_of(data: Mapping[str, object]) -> Subject:
     """Return the subject (reference, system and sets) of a file from its content; UnreadableError if there is none."""
-    about = {name: data[name] for name in ("reference", *_of_linear) if name in data}
-    return record(_subject, _of_linear, reference=located)(about, "subject")
+    about = {name: data[name] for name in ("reference", *of_linear) if name in data}
+    return record(subject_from, of_linear, reference=located)(about, "subject")
 
 
 def fingerprint(signals: object, system: object, trajectories: Trajectories | None) -> str:
@@ -585,40 +595,8 @@ def _exact(functionals: tuple[Functional, ...]) -> list[object]:
 
 # Readers of certificates.
 
-_vector_set: Reader[Zonotope | Hull] = by_tag(
-    "kind",
-    {
-        "zonotope": record(Zonotope, centre=_exact_vector, generators=many(_exact_vector, ROWS, empty=True)),
-        "hull": record(Hull, vertices=many(_exact_vector, ROWS)),
-    },
-)
 
-
-def _robust(**found: Any) -> Robust:
-    disturbance, noise = found.pop("set"), found.pop("noise", None)
-    if isinstance(noise, Hull) or (noise and isinstance(disturbance, Hull)):
-        raise UnreadableError("disturbance: if noise is given, both sets must be zonotopes, not hulls")
-    return Robust(**found, disturbance=disturbance, noise=noise)
-
-
-_disturbance = record(
-    _robust,
-    {"noise": _vector_set, "model": many(record(Vertex, A=_matrix, B=_matrix, c=_vector), COORDINATES)},
-    set=_vector_set,
-    state_set=_set,
-    input_set=_set,
-    feedback=_matrix,
-    head=whole_number(POWERS),
-    terms=whole_number(POWERS),
-    contraction=real_number,
-    box=_vector,
-)
-_cover: dict[str, Reader[Any]] = {
-    "covers": by_name(a_bound, record(Boxes, ends=many(real_number, BOXES + 1), radii=many(positive_number, BOXES))),
-    "terms": whole_number(TERMS),
-}
-
-
+_cover: dict[str, Reader[Any]] = {"covers": by_name(a_bound, reader_of(Boxes)), "terms": reader_of(Terms)}
 Stated = tuple[Claim, Cover | Steps]
 
 
@@ -647,33 +625,6 @@ _real_times = {kind: record(partial(_covered, KINDS[kind]), _cover, **ends) for 
 _claim = by_tag("kind", {**_real_times, "instants": _instants})
 
 
-_measured = record(Measured, times=_numbers_in_time, values=_numbers_in_time, noise=real_number)
-signal_class = record(
-    SignalClass,
-    {"rates": _measured, "slope": positive_number, "second_derivative": positive_number},
-    samples=_measured,
-)
-"""Reads a class of signals that explain samples."""
-
-
-_measurement = whole_number(2 * CENTRES, 0)
-_pairs = many(a_pair(_measurement, _measurement), BOXES)
-_multipliers = many(a_pair(_measurement, rational_number), CENTRES)
-_derived = record(Derived, time=real_number, upper=_multipliers, lower=_multipliers)
-_truth = record(
-    TrueSignal,
-    {"plant": real_number, "derived": many(_derived, BOXES, empty=True)},
-    state=an_identifier,
-    of=signal_class,
-    ends=many(real_number, BOXES + 1),
-    radii=many(positive_number, BOXES),
-    terms=whole_number(TERMS),
-    upper=_pairs,
-    lower=_pairs,
-    errors=many(positive_number, BOXES),
-)
-
-
 def _certificate(
     claim: Stated,
     evaluation: dict[str, Any],
@@ -681,7 +632,7 @@ def _certificate(
     truth: tuple[TrueSignal, ...] = (),
     **about: Any,
 ) -> Certificate:
-    subject = _subject(**about)
+    subject = subject_from(**about)
     if disturbance and not isinstance(subject.system, LinearSystem):
         raise UnreadableError("disturbance: this field is for linear systems only")
     proof = claim[1]
@@ -697,69 +648,10 @@ read_certificate = file_of(
     proofs.VERSION,
     record(
         _certificate,
-        {**_of_linear, "disturbance": _disturbance, "truth": many(_truth, COORDINATES)},
+        {**of_linear, "disturbance": reader_of(Robust), "truth": many(reader_of(TrueSignal), COORDINATES)},
         claim=_claim,
         reference=located,
         evaluation=record(dict, until=positive_number, errors=by_name(a_bound, positive_number)),
     ),
     ": prove the reference again to get one",
-)
-
-
-# Readers of counterexamples and tables.
-
-
-def _counterexample(
-    claim: Claim, at: tuple[object, str], quantity: str, violation: float, **about: Any
-) -> Counterexample:
-    field, read = ("step", whole_number(_LATEST_STEP, 0)) if isinstance(claim, Instants) else ("time", real_number)
-    found: dict[str, float] = record(dict, **{field: read})(*at)
-    return Counterexample(_subject(**about), claim, found[field], quantity, violation)
-
-
-_claimed_times = by_tag(
-    "kind", {kind: record(of, **(_ENDS[kind] if of is Window else {})) for kind, of in KINDS.items()}
-)
-read_counterexample = file_of(
-    "counterexample",
-    refutations.VERSION,
-    record(
-        _counterexample,
-        _of_linear,
-        claim=_claimed_times,
-        reference=located,
-        quantity=a_bound,
-        at=located,
-        violation=positive_number,
-    ),
-)
-
-_step = whole_number(_LATEST_STEP, -_LATEST_STEP)
-_rows = many(_vector, INSTANTS)
-_parts_of_table: dict[str, Reader[Any]] = {
-    "table": record(dict, first_step=_step, states=_rows, inputs=_rows),
-    "plant": a_plant,
-    "tolerance": positive_number,
-}
-
-
-def _table(table: dict[str, Any], plant: Plant, tolerance: float) -> Table:
-    return Table(**vars(plant), **table, tolerance=tolerance)
-
-
-read_table = file_of("table", tables.VERSION, record(_table, **_parts_of_table))
-read_refuted_table = file_of(
-    "refuted table",
-    tables.VERSION,
-    record(
-        lambda at, **table: RefutedTable(_table(**table), **at),
-        **_parts_of_table,
-        at=record(
-            dict,
-            step=_step,
-            part=one_of(("states", "inputs", "dynamics")),
-            index=_step,
-            violation=positive_number,
-        ),
-    ),
 )

@@ -23,6 +23,9 @@ ROWS = 10_000
 CENTRES = BOXES = INSTANTS = CELLS = 500_000
 """Most centres of a signal, boxes of a bound, instants checked one by one, and breakpoints in one bounded quantity."""
 
+LATEST_STEP = 2**53
+"""Largest number of a step that a table or a counterexample names; also the number of the earliest step of a table."""
+
 COEFFICIENTS = 100
 """Most coefficients of a polynomial piece."""
 
@@ -40,6 +43,9 @@ KERNELS, KERNEL_DEPTH = 100, 40
 
 PARTS, DEPTH = 30_000, 100
 """Most operations, names and numbers in all formulas of a system, and largest depth of nesting of a formula."""
+
+MAY_BE_EMPTY = True
+"""Says of a list with a largest length that it may be empty; other lists may not."""
 
 # Limits of the effort of a check.
 

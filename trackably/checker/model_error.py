@@ -19,12 +19,14 @@ sum is at most b_j max_i |r_il| in size. So D has, for each column j, the genera
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import Annotated
 
 from trackably.checker.answers import FailedStepError
+from trackably.checker.limits import COORDINATES
 from trackably.checker.subject import Polytope, Vertex, single_bounds
 from trackably.checker.watch import tick
 
-Vector = tuple[Fraction, ...]
+Vector = Annotated[tuple[Fraction, ...], COORDINATES]
 
 
 def of_model_error(

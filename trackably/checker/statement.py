@@ -68,29 +68,29 @@ def refutation(counterexample: Counterexample) -> str:
 
 def table_statement(table: Table) -> str:
     """Return the statement that a table of states and inputs at steps proves."""
-    system, last = table.system, table.first_step + len(table.states) - 1
+    system, first, last = table.plant.system, table.table.first_step, len(table.table.states) - 1
     return (
-        f"For the steps k = {table.first_step} … {last} the table keeps {bounds_text(*table.sides)}, and each of its "
-        f"states after the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the "
+        f"For the steps k = {first} … {first + last} the table keeps {bounds_text(*table.plant.sides)}, and each of "
+        f"its states after the first is within {table.tolerance!r} of what the system {dynamics(system)} makes of the "
         f"state and the input before (T = {system.sampling_time!r} s). Nothing is said about times between the steps."
     )
 
 
 def table_refutation(refuted: RefutedTable) -> str:
     """Return the statement about the bound or the dynamics that a refuted table breaks."""
-    table, system = refuted.table, refuted.table.system
-    match refuted.part:
+    at, system = refuted.at, refuted.plant.system
+    match at.part:
         case "states" | "inputs":
-            names, bounded = table.sides[refuted.part == "inputs"]
-            broken = f"breaks {bound_text(bounded.rows[refuted.index], names)}"
+            names, bounded = refuted.plant.sides[at.part == "inputs"]
+            broken = f"breaks {bound_text(bounded.rows[at.index], names)}"
         case "dynamics":
             broken = (
-                f'has a next "{system.states[refuted.index]}" that is beyond the tolerance {table.tolerance!r} of what '
+                f'has a next "{system.states[at.index]}" that is beyond the tolerance {refuted.tolerance!r} of what '
                 f"the system {dynamics(system)} makes of the state and the input"
             )
     return (
-        f"REFUTED: at the step k = {refuted.step} (T = {system.sampling_time!r} s) the table {broken}, by at least "
-        f"{refuted.violation!r}."
+        f"REFUTED: at the step k = {at.step} (T = {system.sampling_time!r} s) the table {broken}, by at least "
+        f"{at.violation!r}."
     )
 
 
@@ -182,7 +182,7 @@ def robust_statement(subject: Subject, robust: Robust | None) -> str:
         wrong = f" where (A, B, c) is at each step anywhere in the convex hull of {hull}"
     K, N, s = _lists(robust.feedback), robust.head, robust.terms
     seen, model, sequence = "x", "", "w in W and every start"
-    parts, sets = "W", f"W is {_set(robust.disturbance)}"
+    parts, sets = "W", f"W is {_set(robust.set)}"
     if robust.noise:
         seen, model, sequence = "y", " and y = x + v", "w in W and v in V and every start with y"
         parts, sets = "W ⊕ (-A V) ⊕ V", f"{sets}, V is {_set(robust.noise)}"

@@ -7,13 +7,23 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from math import frexp
-from typing import Literal
+from typing import Annotated, Literal
 
 from trackably.checker.formulas import Formula
 from trackably.checker.formulas import names as names_in
 from trackably.checker.intervals import UNIT, Real, exactly
 from trackably.checker.kernels import Decay, Kernel, Reach, reach
+from trackably.checker.limits import CENTRES, COORDINATES, SHIFTS, SIGNALS
 from trackably.checker.watch import UndecidedError, tick
+
+# The types of fields say how files are read (`form.reader_of`): the annotation of a list is its largest length.
+
+Positive = Annotated[float, "positive"]
+Numbers = Annotated[tuple[float, ...], CENTRES]
+Names = Annotated[tuple[str, ...], COORDINATES]
+Formulas = Annotated[tuple[Formula, ...], COORDINATES]
+FloatVector = Annotated[Sequence[float], COORDINATES]
+Matrix = Annotated[Sequence[FloatVector], COORDINATES]
 
 Beyond = Literal["rest", "period", "end"]
 
@@ -61,8 +71,8 @@ class Signal:
 
     kernel: Kernel
     mean: float
-    centres: tuple[float, ...]
-    weights: tuple[float, ...]
+    centres: Numbers
+    weights: Numbers
 
     @cached_property
     def pairs(self) -> list[tuple[Real, Real]]:
@@ -91,16 +101,13 @@ class Signal:
         return Decay(self.weight * size, self.weight * slope)
 
 
-Matrix = Sequence[Sequence[float]]
-
-
 @dataclass(frozen=True)
 class Vertex:
     """x⁺ = A x + B u + c, with A and B row by row: a linear system, or a vertex of the convex hull of systems."""
 
     A: Matrix
     B: Matrix
-    c: Sequence[float]
+    c: FloatVector
 
     @cached_property
     def exact(self) -> tuple[list[list[Fraction]], list[list[Fraction]], list[Fraction]]:
@@ -123,9 +130,9 @@ class Vertex:
 class LinearSystem(Vertex):
     """x⁺ = A x + B u + c, one `sampling_time` [s] later, with names of states and inputs."""
 
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    sampling_time: float
+    states: Names
+    inputs: Names
+    sampling_time: Positive
 
 
 @dataclass(frozen=True)
@@ -135,10 +142,10 @@ class FlatForm:
     States in `angles` follow f up to multiples of 2π. Formulas in `positive` are claimed to be positive.
     """
 
-    states: tuple[Formula, ...]
-    inputs: tuple[Formula, ...]
-    angles: tuple[str, ...] = ()
-    positive: tuple[Formula, ...] = ()
+    states: Formulas
+    inputs: Formulas
+    angles: Names = ()
+    positive: Formulas = ()
 
     @property
     def indices(self) -> set[tuple[int, int]]:
@@ -168,10 +175,10 @@ def indices(name: str) -> tuple[int, int]:
 class NonlinearSystem:
     """x⁺ = f(x, u), one formula `f` for each state; states and inputs may be given by a flat form."""
 
-    f: tuple[Formula, ...]
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    sampling_time: float
+    f: Formulas
+    states: Names
+    inputs: Names
+    sampling_time: Positive
     flat: FlatForm | None = None
 
     @property
@@ -254,15 +261,18 @@ class Functional:
     """A weighted sum of shifted signals: offset + Σ_s Σ_j w_sj z_s(t + j T) with `weights[s][j]` = w_sj."""
 
     offset: Fraction
-    weights: tuple[tuple[Fraction, ...], ...]
+    weights: Annotated[tuple[Annotated[tuple[Fraction, ...], SHIFTS], ...], SIGNALS]
+
+
+Functionals = Annotated[tuple[Functional, ...], COORDINATES]
 
 
 @dataclass(frozen=True)
 class Trajectories:
     """States and inputs of a linear system as weighted sums of the signals."""
 
-    states: tuple[Functional, ...]
-    inputs: tuple[Functional, ...]
+    states: Functionals
+    inputs: Functionals
 
 
 @dataclass(frozen=True)

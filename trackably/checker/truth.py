@@ -40,13 +40,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from typing import Annotated
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.boxes import Box, Enclosures, FirstPass, is_never_negative
-from trackably.checker.certificate import Derived, Measured, Pair, SignalClass, TrueSignal
+from trackably.checker.certificate import Derived, Measured, Pair, Place, SignalClass, TrueSignal
 from trackably.checker.disturbances import Robust, keeps_near
-from trackably.checker.form import file_of, many, rational_number, record, signal_class
-from trackably.checker.intervals import ZERO, Real, exact_dot, exact_sum, exactly, ratio, total
+from trackably.checker.form import file_of, reader_of
+from trackably.checker.intervals import ZERO, Real, exact_sum, exactly, ratio, total
 from trackably.checker.limits import CENTRES
 from trackably.checker.models import Model
 from trackably.checker.quantities import shifts_of, states_of
@@ -62,20 +63,11 @@ class ContradictedSamples:
     """A class that holds no signal, and the proof: multipliers μ_i of all its samples and ν_j of all its rates."""
 
     of: SignalClass
-    samples: tuple[Fraction, ...]
-    rates: tuple[Fraction, ...] = ()
+    samples: Annotated[tuple[Fraction, ...], CENTRES]
+    rates: Annotated[tuple[Fraction, ...], CENTRES] = ()
 
 
-read_contradicted = file_of(
-    "contradiction of samples",
-    VERSION,
-    record(
-        ContradictedSamples,
-        {"rates": many(rational_number, CENTRES)},
-        of=signal_class,
-        samples=many(rational_number, CENTRES),
-    ),
-)
+read_contradicted = file_of("contradiction of samples", VERSION, reader_of(ContradictedSamples))
 
 
 def check_truth(subject: Subject, truths: Sequence[TrueSignal], robust: Robust | None, first_pass: FirstPass) -> None:
@@ -151,16 +143,10 @@ def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real
     return Model([sign * (ratio(s) - c) for s, c in zip([*side, Fraction(0)], kept, strict=True)], missed)
 
 
-Place = tuple[Fraction, Fraction, Fraction]
-"""A time [s], a value, and the largest distance of any signal of the class from the value at this time."""
-
-
 def places(truth: TrueSignal) -> dict[int, Place]:
     """Return time, value and noise of each sample and each `derived` point, by their numbers."""
-    samples, found = truth.of.samples, dict[int, Place]()
-    for i, (t, y) in enumerate(zip(samples.times, samples.values, strict=True)):
-        found[i] = Fraction(t), Fraction(y), Fraction(samples.noise)
-    first = len(samples.times) + (len(truth.of.rates.times) if truth.of.rates else 0)
+    found = dict(enumerate(truth.of.samples.places))
+    first = len(found) + (len(truth.of.rates.times) if truth.of.rates else 0)
     for k, derived in enumerate(truth.derived):
         ends = [extreme(truth.of, derived, sign) for sign in (1, -1)]
         if ends[0] is not None and ends[1] is not None:
@@ -170,12 +156,13 @@ def places(truth: TrueSignal) -> dict[int, Place]:
 
 def _measured(by: Measured | None, k: int) -> Place | None:
     """Return the measurement with number k; None if there is none."""
-    if by is None or not 0 <= k < len(by.times):
-        return None
-    return Fraction(by.times[k]), Fraction(by.values[k]), Fraction(by.noise)
+    return by.places[k] if by and 0 <= k < len(by.places) else None
 
 
 _Weighted = list[tuple[Fraction, Place]]
+"""Pairs of a multiplier, μ or ν, and a measurement."""
+_Powers = list[tuple[Fraction, Fraction]]
+"""Pairs of a multiplier and a time [s]: of max(t − s, 0), or of its derivative in t, which is 1 for s < t."""
 
 
 def extreme(of: SignalClass, derived: Derived, sign: int) -> Fraction | None:
@@ -196,13 +183,25 @@ def _bound(of: SignalClass, t: Fraction, points: _Weighted, rates: _Weighted, si
 
     `points` and `rates` are pairs of a multiplier, μ or ν, and a measurement. Return None if multipliers do not fit t.
     """
-    M, used = of.second_derivative, [*points, *rates]
-    here, jumps = [(Fraction(1), t), *((-m, t_i) for m, (t_i, _, _) in points)], [(-m, s) for m, (s, _, _) in rates]
-    left = exact_sum(m for m, _ in here), exact_sum([*(m * t for m, t in here), *(m for m, _ in jumps)])
-    if M is None or any(left):
+    M, here, jumps = of.second_derivative, [(Fraction(-1), t), *_powers(points)], _powers(rates)
+    if M is None or any(_of_line(here, jumps)):
         return None
-    slack = exact_sum([*(abs(m) * noise for m, (_, _, noise) in used), Fraction(M) * _integral(here, jumps)])
-    return exact_sum(m * y for m, (_, y, _) in used) + sign * slack
+    seen, noise = _seen([*points, *rates])
+    return seen + sign * (noise + Fraction(M) * _integral(here, jumps))
+
+
+def _powers(weighted: _Weighted) -> _Powers:
+    return [(m, t) for m, (t, _, _) in weighted]
+
+
+def _of_line(points: _Powers, jumps: _Powers) -> tuple[Fraction, Fraction]:
+    """Return Σ μ and Σ μ t + Σ ν: what multipliers make of the straight lines 1 and t."""
+    return exact_sum(m for m, _ in points), exact_sum([*(m * t for m, t in points), *(m for m, _ in jumps)])
+
+
+def _seen(used: _Weighted) -> tuple[Fraction, Fraction]:
+    """Return Σ m y, the sum of multipliers times values, and its largest error, Σ |m| ē."""
+    return exact_sum(m * y for m, (_, y, _) in used), exact_sum(abs(m) * noise for m, (_, _, noise) in used)
 
 
 def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, Place]) -> list[Fraction] | None:
@@ -217,21 +216,20 @@ def side(of: SignalClass, pair: Pair, sign: int, box: Box, every: Mapping[int, P
     first, second = every.get(i), every.get(j) or _measured(of.rates, j - n)
     if first is None or second is None or any(start < t < end for t, _, _ in (first, second)):
         return None
-    (t_i, y_i, noise_i), (t_j, y_j, noise_j), is_slope, M = first, second, i == j, of.second_derivative
-    if (of.slope if is_slope else M) is None or (not is_slope and j in every and t_i == t_j):
-        return None
+    (t_i, y_i, noise_i), (t_j, _, _) = first, second
 
-    def at(t: Fraction) -> Fraction:
-        since, until = t - t_i, t - t_j
-        if is_slope:
-            return y_i + sign * (noise_i + Fraction(of.slope or 0) * abs(since))
-        own, other, area = Fraction(1), since, (until * abs(until) - (t_i - t_j) * abs(t_i - t_j)) / 2
-        if j in every:
-            own, other, area = until / (t_i - t_j), since / (t_j - t_i), since * until / 2
-        slack = abs(own) * noise_i + abs(other) * noise_j + Fraction(M or 0) * abs(area)
-        return own * y_i + other * y_j + sign * slack
+    def at(t: Fraction) -> Fraction | None:
+        since = t - t_i
+        if i == j:
+            return None if of.slope is None else y_i + sign * (noise_i + Fraction(of.slope) * abs(since))
+        if j not in every:
+            return _bound(of, t, [(Fraction(1), first)], [(since, second)], sign)
+        share = since / (t_j - t_i) if t_i != t_j else Fraction(0)
+        return _bound(of, t, [(1 - share, first), (share, second)], [], sign)
 
     low, middle, high = map(at, (start, (start + end) / 2, end))
+    if low is None or middle is None or high is None:
+        return None
     return [middle, (high - low) / 2, (high + low) / 2 - middle]  # the side is quadratic in the box
 
 
@@ -242,37 +240,34 @@ def contradiction_of(found: ContradictedSamples) -> tuple[Fraction, Fraction, Fr
     ∫ |κ| (to the bound of slope or second derivative). The name of this bound comes last. Raise FailedStepError if the
     samples are not shown to contradict the class.
     """
-    of, mu, nu = found.of, found.samples, found.rates
-    rates = of.rates or Measured((), (), 0.0)
-    if len(mu) != len(of.samples.times) or len(nu) != len(rates.times):
+    of, sides = found.of, ((found.samples, found.of.samples), (found.rates, found.of.rates or Measured((), (), 0.0)))
+    if any(len(by) != len(at.times) for by, at in sides):
         raise FailedStepError("there must be one multiplier for each measurement, sample or rate")
     if not _is_ordered(of):
         raise FailedStepError(_UNORDERED)
-    pairs = [(m, Fraction(t)) for m, t in zip(mu, of.samples.times, strict=True) if m]
-    jumps = [(m, Fraction(s)) for m, s in zip(nu, rates.times, strict=True) if m]
-    if exact_sum(mu) or not pairs:
+    used, of_rates = ([(m, place) for m, place in zip(by, at.places, strict=True) if m] for by, at in sides)
+    points, jumps = _powers(used), _powers(of_rates)
+    constant, line = _of_line(points, jumps)
+    if constant or not points:
         raise FailedStepError("multipliers of samples must have the sum 0, and not all be 0")
-    sides = ((mu, of.samples), (nu, rates))
-    seen = exact_sum(exact_dot(by, map(Fraction, at.values)) for by, at in sides)
-    sizes = [exact_sum(map(abs, by)) for by, _ in sides]
-    noise = exact_dot(sizes, (Fraction(at.noise) for _, at in sides))
-    if of.second_derivative is not None and not exact_sum([*(m * t for m, t in pairs), *(m for m, _ in jumps)]):
-        bound, size, name = of.second_derivative, _integral(pairs, jumps), "second derivative"
+    if of.second_derivative is not None and not line:
+        bound, size, name = of.second_derivative, _integral(points, jumps), "second derivative"
     elif of.slope is not None and not jumps:
-        bound, size, name = of.slope, _integral([], pairs), "slope"
+        bound, size, name = of.slope, _integral([], points), "slope"
     else:
         raise FailedStepError(
             "multipliers must give a straight line (a constant, if only the slope is bounded) the weighted sum 0"
         )
+    seen, noise = _seen([*used, *of_rates])
     excess = seen - noise - Fraction(bound) * size
     if excess <= 0 or not size:
         raise FailedStepError(
             "the samples are not shown to contradict the class of signals: its bounds allow their weighted sum"
         )
-    return excess, Fraction(0) if jumps else sizes[0], size, name
+    return excess, Fraction(0) if jumps else exact_sum(abs(m) for m, _ in points), size, name
 
 
-def _integral(points: Sequence[tuple[Fraction, Fraction]], jumps: Sequence[tuple[Fraction, Fraction]]) -> Fraction:
+def _integral(points: _Powers, jumps: _Powers) -> Fraction:
     """Return ∫ |Σ μ max(t − s, 0) + Σ_(s_j > s) ν| ds for pairs (μ, t) and (ν, s_j)."""
     found = Fraction(0)
     for a, b in pairwise(sorted({t for _, t in (*points, *jumps)})):

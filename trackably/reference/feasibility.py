@@ -336,7 +336,7 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
     if not isinstance(system, subject.NonlinearSystem) or (system.flat and system.flat.angles):
         return None
     asked = Contradiction(
-        **vars(plant), start=steps.start, steps=steps.count, values=steps.values, missing=0.0, proof=Gap(0, "")
+        plant, start=steps.start, steps=steps.count, values=steps.values, missing=0.0, proof=Gap(0, "")
     )
     last, before = max((value.step for value in steps.values), default=0), None
     for k, wanted in enumerate(wanted_boxes(asked, system)):
