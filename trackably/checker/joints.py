@@ -25,7 +25,7 @@ rational coefficients. The differences between this polynomial and its limits ar
 """
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -45,9 +45,9 @@ from trackably.checker.form import (
     record,
     whole_number,
 )
-from trackably.checker.intervals import exact_sum, in_whole_numbers
+from trackably.checker.intervals import in_whole_numbers
 from trackably.checker.limits import CENTRES, COEFFICIENTS, COORDINATES
-from trackably.checker.polynomials import stays_between
+from trackably.checker.polynomials import stays_between, value_of_polynomial
 from trackably.checker.watch import progress, tick
 
 FORMAT, BROKEN, VERSION = "trackably joint trajectory", "trackably broken joint trajectory", 1
@@ -91,13 +91,13 @@ class JointTrajectory:
         """
         tick()
         if piece == len(self.breakpoints) - 1:
-            return [Fraction(0) if order else value(*self.polynomial(joint, piece - 1, 0))], Fraction(0)
+            return [Fraction(0) if order else value_of_polynomial(*self.polynomial(joint, piece - 1, 0))], Fraction(0)
         c, (start, end) = self.coefficients[joint][piece], map(Fraction, self.breakpoints[piece : piece + 2])
         return [Fraction(c[k]) * perm(k, order) for k in range(order, len(c))] or [Fraction(0)], end - start
 
     def jump(self, joint: int, order: int, at: int) -> Fraction:
         """Return the jump of a derivative at breakpoint `at` ≥ 1; at the last breakpoint, it is the jump to rest."""
-        return self.polynomial(joint, at, order)[0][0] - value(*self.polynomial(joint, at - 1, order))
+        return self.polynomial(joint, at, order)[0][0] - value_of_polynomial(*self.polynomial(joint, at - 1, order))
 
     @property
     def pieces(self) -> int:
@@ -142,11 +142,6 @@ class BrokenTrajectory:
 
     trajectory: JointTrajectory
     broken: tuple[Broken, ...]
-
-
-def value(polynomial: Sequence[Fraction], at: Fraction) -> Fraction:
-    """Return the value of a polynomial with these coefficients at a point."""
-    return exact_sum(c * at**k for k, c in enumerate(polynomial))
 
 
 def not_kept(of: JointTrajectory) -> Iterator[tuple[bool, int, int, int]]:
@@ -209,7 +204,7 @@ def check_broken(found: BrokenTrajectory) -> None:
             shown = abs(of.jump(j, r, broken.jump)) >= by > Fraction(of.jumps[r])
         elif broken.jump < 0 and limit and i < of.pieces:
             polynomial, width = of.polynomial(j, i, r)
-            x, (low, high) = value(polynomial, Fraction(broken.since)), map(Fraction, limit)
+            x, (low, high) = value_of_polynomial(polynomial, Fraction(broken.since)), map(Fraction, limit)
             shown = 0 <= broken.since <= width and max(low - x, x - high) >= by
         if not shown:
             raise FailedStepError(

@@ -21,9 +21,9 @@ from itertools import pairwise
 
 from trackably.checker.intervals import ZERO, Real, at_most, exact_sum, exactly, ratio
 from trackably.checker.limits import CELLS
-from trackably.checker.polynomials import Number, compose
+from trackably.checker.polynomials import Number, compose, value_of_polynomial
 from trackably.checker.subject import Bound, End, Pieces, Row
-from trackably.checker.watch import UndecidedError, short, tick
+from trackably.checker.watch import UndecidedError, tick
 
 Cells = list[tuple[Number, Number]]
 """The first and the last time of each cell, an interval without breakpoints inside; the last cell is the end alone."""
@@ -81,12 +81,9 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
 
 
 def value_of_signal(z: Pieces, t: Fraction) -> Fraction:
-    """Return z(t), by Horner's rule."""
+    """Return z(t)."""
     i, local, _ = place(z, z.ends, t, Fraction(0))
-    value = Fraction(0)
-    for c in reversed(z.coefficients[i]):
-        value = short(value * local + Fraction(c))
-    return value
+    return value_of_polynomial(z.coefficients[i], local)
 
 
 @dataclass(frozen=True)
@@ -146,7 +143,7 @@ def _values(end: End, t: Fraction) -> list[Fraction]:
         return [Fraction(end)]
     near = min(end.lengths)
     before, after = polynomials(end, t - near, t)[-1], polynomials(end, t, t + near)[0]
-    return [exact_sum(before), exact_sum(c if k % 2 == 0 else -c for k, c in enumerate(after))]
+    return [value_of_polynomial(before, Fraction(1)), value_of_polynomial(after, Fraction(-1))]
 
 
 def room(higher: End, lower: End) -> Fraction | None:

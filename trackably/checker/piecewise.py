@@ -14,77 +14,69 @@ and a signal that ends must be known until the last t + j T. An end of a bound t
 whose breakpoints cut cells, too. The rounding errors are shown to be at most the stated ones. No step is checked in
 float64 first.
 
-All float64 numbers are whole multiples of a power of two. So times are counted in units of 2^−e s, and values in such
-units that every polynomial has whole coefficients.
+Times are counted in such units, fractions of a second, that all of them are whole numbers, and values in such units
+that every polynomial has whole coefficients.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import zip_longest
+from math import lcm
 
 from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, AllTimes, Certificate, Steps
-from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum
-from trackably.checker.moving import Cells, cells_of, hull, place, value_of_signal
+from trackably.checker.intervals import UndefinedError, common_denominator, exact_sum, in_whole_numbers
+from trackably.checker.moving import cells_of, hull, place, value_of_signal
 from trackably.checker.polynomials import compose, is_nowhere_negative
 from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
 from trackably.checker.rounding import check_range, check_stated
 from trackably.checker.subject import Bound, End, Functional, Pieces, Subject
-from trackably.checker.watch import progress, require_room, tick
+from trackably.checker.watch import progress, tick
 
 Parts = tuple[Fraction, list[tuple[Pieces, Fraction, Fraction]]]
 """The sum offset + Σ weight · z(t + shift): the offset, and a triple (z, shift [s], weight) for each term."""
 
-
-@dataclass(frozen=True)
-class WholeSum:
-    """The sum offset + Σ weight · z(t + shift), in units in which all numbers are integers (`whole_sums`).
-
-    `terms` has z, its breakpoints, its polynomials, the shift and the weight of each term.
-    """
-
-    offset: int
-    terms: Sequence[tuple[Pieces, Sequence[int], Sequence[Sequence[int]], int, int]]
-
-    def polynomial(self, start: int, width: int) -> list[int]:
-        """Return the coefficients in x of the sum at start + width x, 0 ≤ x ≤ 1, where no breakpoint is in between."""
-        found = [self.offset]
-        for z, ends, polynomials, shift, weight in self.terms:
-            tick()
-            i, local, of_piece = place(z, ends, start + shift, width)
-            moved = compose(polynomials[i], local, of_piece)
-            found = [a + weight * b for a, b in zip_longest(found, moved, fillvalue=0)]
-        return found
+_Term = tuple[Pieces, list[int], int, list[list[int]], int, int]
+"""A signal z, its breakpoints, the factor of its coefficients and these times it, a shift and a weight, in integers."""
 
 
-def whole_sums(
+def in_cells(
     sums: Sequence[Parts], start: Fraction, end: Fraction, number: Fraction = Fraction(0)
-) -> tuple[Cells[int], list[WholeSum], int]:
-    """Return the cells between breakpoints of the sums from start to end [s], the sums in integers, and their unit.
+) -> tuple[int, Iterator[list[list[int]]]]:
+    """Return a unit, and for each cell between breakpoints from start to end [s] the coefficients of the sums.
 
-    In a cell, all sums are polynomials. All times are integers, multiples of the same 2⁻ᵉ s. The values of the sums are
-    multiplied by the unit, an integer with which all their numbers, and `number`, become integers.
+    In a cell, from a to b, all sums are polynomials in x at the times a + (b − a) x, 0 ≤ x ≤ 1. They are multiplied by
+    the unit, an integer with which all coefficients, and `number`, become integers. Times are counted in seconds
+    divided by an integer, too.
     """
     terms = [term for _, of in sums for term in of]
     signals = {id(z): z for z, _, _ in terms}
-    of_times, of_coefficients = zip(*map(_bits, signals.values()), strict=True) if signals else ((), ())
-    bits = max([bits_of([start, end, *(shift for _, shift, _ in terms)]), *of_times])
-    digits = max(of_coefficients, default=0) + bits * max((z.degree for z in signals.values()), default=0)
-    require_room(sum(len(z.coefficients) * (z.degree + 1) for z in signals.values()), digits)
+    times = [start, end, *(shift for _, shift, _ in terms), *(t for z in signals.values() for t in z.ends)]
+    second = common_denominator(times)
+    known = {key: _in_whole_numbers(z, second) for key, z in signals.items()}
     divisor = common_denominator([number, *(offset for offset, _ in sums), *(weight for _, _, weight in terms)])
-    second, unit = 1 << bits, divisor << digits
-    known = {key: _in_units(z, digits, bits) for key, z in signals.items()}
-    found = [
-        WholeSum(
-            whole(offset * unit),
+    of_all = lcm(*(own for _, own, _ in known.values()))
+    scaled = [
+        (
+            whole(offset * divisor) * of_all,
             [(z, *known[id(z)], whole(shift * second), whole(weight * divisor)) for z, shift, weight in of],
         )
         for offset, of in sums
     ]
-    moved = [(z, ends, shift) for each in found for z, ends, _, shift, _ in each.terms]
-    return cells_of(moved, whole(start * second), whole(end * second)), found, unit
+    cuts = [(z, ends, shift) for _, of in scaled for z, ends, _, _, shift, _ in of]
+    cells = cells_of(cuts, whole(start * second), whole(end * second))
+
+    def polynomial(offset: int, of: Sequence[_Term], a: int, width: int) -> list[int]:
+        found = [offset]
+        for z, ends, own, polynomials, shift, weight in of:
+            tick()
+            i, local, of_piece = place(z, ends, a + shift, width)
+            moved, factor = compose(polynomials[i], local, of_piece), weight * (of_all // own)
+            found = [p + factor * q for p, q in zip_longest(found, moved, fillvalue=0)]
+        return found
+
+    return divisor * of_all, ([polynomial(*of, a, b - a) for of in scaled] for a, b in cells)
 
 
 def parts_of(subject: Subject, row: Functional) -> Parts:
@@ -99,30 +91,11 @@ def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list
     return [exact_sum([offset, *(w * value_of_signal(z, t + shift) for z, shift, w in of)]) for offset, of in every]
 
 
-def bits_of(numbers: Iterable[float | Fraction]) -> int:
-    """Return the least e such that 2^e times each number is an integer; denominators must be powers of two."""
-    return common_denominator(numbers).bit_length() - 1
-
-
 @lru_cache(maxsize=32)  # many rows are made of the same few signals
-def _bits(z: Pieces) -> tuple[int, int]:
-    """Return two numbers e, the least for which 2^e times each breakpoint, or each coefficient, is an integer."""
-    return bits_of(z.breakpoints), bits_of(c for piece in z.coefficients for c in piece)
-
-
-@lru_cache(maxsize=32)
-def _in_units(z: Pieces, digits: int, bits: int) -> tuple[list[int], list[list[int]]]:
-    """Return integers: 2^bits times each breakpoint, and 2^(digits − k bits) times each coefficient of (t − t_i)^k."""
-    polynomials = []
-    for piece in z.coefficients:
-        tick()
-        polynomials.append([_scale(c, digits - bits * k) for k, c in enumerate(piece)])
-    return [_scale(t, bits) for t in z.breakpoints], polynomials
-
-
-def _scale(number: float, digits: int) -> int:
-    numerator, denominator = number.as_integer_ratio()
-    return numerator << (digits + 1 - denominator.bit_length())  # units are chosen so that this is exact
+def _in_whole_numbers(z: Pieces, second: int) -> tuple[list[int], int, list[list[int]]]:
+    """Return breakpoints in units of 1/second s, and the coefficients for times in these units, times an integer."""
+    rows = [[Fraction(c) / second**k for k, c in enumerate(piece)] for piece in z.coefficients]
+    return [whole(t * second) for t in z.ends], *in_whole_numbers(rows)
 
 
 def whole(number: Fraction) -> int:
@@ -205,8 +178,8 @@ def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fra
 
 def _largest(of: Parts, start: Fraction, end: Fraction) -> Fraction:
     """Over-estimate the absolute value of a sum from `start` to `end` [s], by the |coefficients| in each cell."""
-    cells, (found,), unit = whole_sums([of], start, end)
-    return Fraction(max(sum(map(abs, found.polynomial(a, b - a))) for a, b in cells), unit)
+    unit, cells = in_cells([of], start, end)
+    return Fraction(max(sum(map(abs, polynomial)) for (polynomial,) in cells), unit)
 
 
 def _span(certificate: Certificate) -> tuple[Fraction, Fraction]:
@@ -287,22 +260,17 @@ def keeps(
     ends: tuple[End | Fraction, End | Fraction],
     error: Fraction = Fraction(0),
 ) -> bool:
-    """Return whether a row is shown to stay between two ends, an `error` away from both, between two times [s].
-
-    Both times must be integers divided by a power of two, as float64 numbers are.
-    """
+    """Return whether a row is shown to stay between two ends, an `error` away from both, between two times [s]."""
     moving = (
         (Fraction(0), [(end, Fraction(0), Fraction(1))]) if isinstance(end, Pieces) else (Fraction(end), [])
         for end in ends
     )
-    cells, sums, unit = whole_sums([parts_of(subject, row), *moving], *times, error)
+    unit, cells = in_cells([parts_of(subject, row), *moving], *times, error)
     apart = whole(error * unit)
-    for a, b in cells:
-        tick()
-        value, low, high = (of.polynomial(a, b - a) for of in sums)
-        if not all(is_nowhere_negative(_difference(*of, apart)) for of in ((value, low), (high, value))):
-            return False
-    return True
+    return all(
+        is_nowhere_negative(_difference(value, low, apart)) and is_nowhere_negative(_difference(high, value, apart))
+        for value, low, high in cells
+    )
 
 
 def _difference(p: Sequence[int], q: Sequence[int], apart: int) -> list[int]:

@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 from math import comb, lcm
 from typing import TypeVar
 
-from trackably.checker.watch import tick
+from trackably.checker.watch import short, tick
 
 Number = TypeVar("Number", int, Fraction)
 
@@ -22,16 +22,16 @@ def stays_between(a: Sequence[int], low: int, high: int) -> bool:
     beyond = sum(map(abs, a[1:]))
     if low + beyond <= a[0] <= high - beyond:
         return True
-    b, unit = _bernstein(a)
+    b, unit = bernstein_form(a)
     return all(_stays_positive([sign * (c - unit * end) for c in b]) for sign, end in ((1, low), (-1, high)))
 
 
 def is_nowhere_negative(a: Sequence[int]) -> bool:
     """Return whether Σ a_k x^k ≥ 0 for all x ∈ [0, 1]; False may also mean that the decision takes too long."""
-    return a[0] >= sum(map(abs, a[1:])) or _stays_positive(_bernstein(a)[0])
+    return a[0] >= sum(map(abs, a[1:])) or _stays_positive(bernstein_form(a)[0])
 
 
-def _bernstein(a: Sequence[int]) -> tuple[list[int], int]:
+def bernstein_form(a: Sequence[int]) -> tuple[list[int], int]:
     """Return the Bernstein coefficients of Σ a_k x^k on [0, 1], times a positive number that makes them whole.
 
     This number comes second. x^k has the Bernstein coefficients b_i = C(i, k)/C(n, k). So the k-th differences of
@@ -78,6 +78,14 @@ def _halves(b: list[int]) -> tuple[list[int], list[int]]:
         right.append(b[-1] << k)
         b = [low + high for low, high in pairwise(b)]
     return left, right[::-1]
+
+
+def value_of_polynomial(p: Sequence[float | Fraction], x: Fraction) -> Fraction:
+    """Return Σ p_k x^k, by Horner's rule."""
+    found = Fraction(0)
+    for c in reversed(p):
+        found = short(found * x + Fraction(c))
+    return found
 
 
 def shift(p: Sequence[Number], by: Number) -> list[Number]:

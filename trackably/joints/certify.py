@@ -19,8 +19,9 @@ from trackably.arguments import instance, positive
 from trackably.arrays import Array, Flags
 from trackably.certificates.outcome import Unproved
 from trackably.checker.floats.intervals import bernstein
-from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, not_kept, read_joints, value
+from trackably.checker.joints import BROKEN, FORMAT, ORDERS, VERSION, not_kept, read_joints
 from trackably.checker.joints import JointTrajectory as Subject
+from trackably.checker.polynomials import value_of_polynomial
 from trackably.given.accepted import AcceptedProof, AcceptedRefutation, NotAcceptedError, RepairDistance
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
@@ -305,7 +306,7 @@ def _outside(subject: Subject, j: int, r: int, i: int) -> BrokenLimit | None:
     h = h if Fraction(h) <= width else nextafter(h, 0.0)
     curve = PPoly(np.array([[float(c)] for c in exact])[::-1], [0.0, h or 1.0])  # h = 0: rest after the last piece
     times = np.sort([0.0, *_times_at(curve.derivative(), 0.0), *(s for end in limit for s in _times_at(curve, end)), h])
-    by, since = max((max(low - (x := value(exact, Fraction(s))), x - high), s) for s in times.tolist())
+    by, since = max((max(low - (x := value_of_polynomial(exact, Fraction(s))), x - high), s) for s in times.tolist())
     if by <= 0:
         return None
     between = curve((times[:-1] + times[1:]) / 2)

@@ -9,7 +9,8 @@ import pytest
 from tests.trackably.checker.changes import changed, with_changes
 from tests.trackably.joints.trajectories import extreme, mirrored, random_content, with_limit
 from trackably.checker import Failed, Proved, check
-from trackably.checker.joints import BROKEN, not_kept, read_joints, value
+from trackably.checker.joints import BROKEN, not_kept, read_joints
+from trackably.checker.polynomials import value_of_polynomial
 
 SEEDS = range(12)
 
@@ -39,7 +40,7 @@ def test_what_is_not_kept_is_what_rational_numbers_show(seed: int) -> None:
     found = set(not_kept(of))
     for j, r, i in product(range(3), range(4), range(of.pieces)):
         polynomial, width = of.polynomial(j, i, r)
-        reached = max(abs(value(polynomial, width * k / 8)) for k in range(9))
+        reached = max(abs(value_of_polynomial(polynomial, width * k / 8)) for k in range(9))
         assert reached <= content["joints"][j]["limits"][r][1] or (False, j, r, i) in found
         if r < 3 and i in of.inner:
             assert (abs(of.jump(j, r, i)) > of.jumps[r]) == ((True, j, r, i) in found)

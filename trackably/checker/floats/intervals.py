@@ -9,17 +9,15 @@ every comparison with it is False; all operations, also minima and maxima, give 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache, cached_property, lru_cache, reduce
-from math import comb
 from operator import add, mul
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from trackably.checker.intervals import ONE, ZERO, Many, Real, exact_sum, exactly, pi
-from trackably.checker.polynomials import compose
+from trackably.checker.intervals import ONE, ZERO, Many, Real, exactly, pi
+from trackably.checker.polynomials import bernstein_form, compose
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -262,11 +260,7 @@ def bernstein_of(polynomials: Floats) -> Floats:
 def bernstein(n: int, start: int = 0, width: int = 1) -> Array:
     """Return Bernstein coefficient i of x^k on [start, start + width], in degree n − 1 and rounded once, at [i, k].
 
-    With x = start + width y, x^k is a polynomial in y; yʲ has the Bernstein coefficients C(i, j)/C(n − 1, j) on [0, 1].
+    With x = start + width y, x^k is a polynomial in y on [0, 1].
     """
-    powers = [compose([*[0] * k, 1], start, width) for k in range(n)]
-
-    def coefficient(i: int, p: Sequence[int]) -> Fraction:
-        return exact_sum(Fraction(comb(i, j) * c, comb(n - 1, j)) for j, c in enumerate(p) if c)
-
-    return np.array([[float(coefficient(i, p)) for p in powers] for i in range(n)])
+    powers = (bernstein_form(compose([int(j == k) for j in range(n)], start, width)) for k in range(n))
+    return np.column_stack([[c / unit for c in found] for found, unit in powers])  # quotients of integers round once
