@@ -16,6 +16,7 @@ from trackably.arrays import Array
 from trackably.certificates.form import as_subject, as_written
 from trackably.checker import certificate as checked
 from trackably.checker import piecewise
+from trackably.checker.answers import FailedStepError
 from trackably.checker.floats.boxes import FIRST_PASS
 from trackably.checker.floats.intervals import Floats
 from trackably.checker.form import a_kernel
@@ -24,7 +25,7 @@ from trackably.checker.models import constants
 from trackably.checker.quantities import LinearCombination, Quantity, quantities, shifts_of, value_at
 from trackably.checker.rounding import FormulaNeeds, FormulaValues, check_sizes, error_of, signal_errors
 from trackably.checker.subject import Subject
-from trackably.checker.tail import is_settled
+from trackably.checker.tail import check_decay
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.periodic import Periodic
 from trackably.systems.reference import Reference
@@ -158,7 +159,11 @@ class Draft:
 
     def is_settled(self, start: float) -> bool:
         """Whether the decay of the kernels keeps all bounds from `start` [s] on, as float64 intervals show."""
-        return is_settled(self.certificate, list(self.quantities), exactly(start), FIRST_PASS)
+        try:
+            check_decay(self.certificate, list(self.quantities), exactly(start), FIRST_PASS)
+        except FailedStepError:
+            return False
+        return True
 
     def value(self, name: str, t: Fraction) -> Real:
         """Enclose a bounded quantity at a time [s]. UndefinedError: it may be undefined there."""

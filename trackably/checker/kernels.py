@@ -231,15 +231,8 @@ class Elementary(Kernel):
         return Sizes(size, slope, stretch, moment, self.roundings * size)
 
     def beyond(self, distance: Real) -> Decay:
-        value, farthest = self.taylor(distance, ZERO, 1)[0], self.length * self.steepest
-        if everywhere(surely_at_most(distance, farthest)):
-            return Decay(abs(value), self.largest_slope)
-        return Decay(abs(value), abs(self.taylor(max_of(farthest, distance), ONE, 2)[1]))
-
-    @cached_property
-    def largest_slope(self) -> Real:
-        """An over-estimate of |κ̇| at all distances."""
-        return abs(self.taylor(self.length * self.steepest, ONE, 2)[1])
+        value, steepest = self.taylor(distance, ZERO, 1)[0], max_of(distance, self.length * self.steepest)
+        return Decay(abs(value), abs(self.taylor(steepest, ONE, 2)[1]))
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,8 @@ from trackably.checker.watch import tick
 def check_tail(certificate: Certificate, quantities: list[Quantity], first_pass: FirstPass = NO_FIRST_PASS) -> None:
     """Raise FailedStepError at the first quantity that may leave its bounds after the boxes or instants.
 
-    If the envelopes of the `first_pass` do not show this, they are computed in mpmath. An envelope is an upper bound of
-    |z − m| and |ż| at all later times.
+    Envelopes, upper bounds of |z − m| and |ż| at all later times, are computed by the `first_pass`; in mpmath if it
+    finds no finite ones.
     """
     proof, subject = certificate.proof, certificate.subject
     if isinstance(proof, Steps):
@@ -44,23 +44,14 @@ def check_tail(certificate: Certificate, quantities: list[Quantity], first_pass:
         start = exactly(proof.end)
     else:
         return
-    if not is_settled(certificate, quantities, start, first_pass):
-        _check_decay(certificate, quantities, start, [envelope(signal, start) for signal in subject.signals])
+    check_decay(certificate, quantities, start, first_pass)
 
 
-def is_settled(certificate: Certificate, quantities: list[Quantity], start: Real, first_pass: FirstPass) -> bool:
-    """Whether the envelopes of the `first_pass` show that all bounds are kept from `start` on."""
-    quick = [found for signal in certificate.subject.signals if (found := first_pass.envelope(signal, start))]
-    if len(quick) != len(certificate.subject.signals):
-        return False
-    try:
-        _check_decay(certificate, quantities, start, quick)
-    except FailedStepError:
-        return False
-    return True
-
-
-def _check_decay(certificate: Certificate, quantities: list[Quantity], start: Real, envelopes: list[Decay]) -> None:
+def check_decay(certificate: Certificate, quantities: list[Quantity], start: Real, first_pass: FirstPass) -> None:
+    """Raise FailedStepError at the first quantity that may leave its bounds after `start` [s]."""
+    envelopes = [
+        first_pass.envelope(signal, start) or envelope(signal, start) for signal in certificate.subject.signals
+    ]
     needs, since = FormulaNeeds.of(certificate, quantities), f"from {float(start.mid):g} s on"
     for q in quantities:
         try:

@@ -160,15 +160,23 @@ class ManyCentres:
 
     def enclose(self, boxes: Boxes, n: int) -> Model:
         """Return Taylor models with n terms in the boxes, as arrays of intervals of shape (B,)."""
-        sides = self.passed(boxes.starts, boxes, "right"), self.passed(boxes.ends, boxes, "left")
-        first, stop = self._near(boxes, *sides)
+        sides: Any = None  # how many centres no time of a box is before, and how many some time of it is after
+        if self.kernel.has_kink:
+            sides = self.passed(boxes.starts, boxes, "right"), self.passed(boxes.ends, boxes, "left")
+        first, stop = self._near(boxes, sides)
         before = np.concatenate([[0], np.cumsum(stop - first)])  # before[b] pairs (box, centre) are of boxes before b
-        ends = np.zeros((2, n + 1, len(first)))
+        ends, radii = np.zeros((2, n + 1, len(first))), Floats.exact(boxes.radii)
         for begin in range(0, int(before[-1]), _PAIRS):
+            tick()
             pairs = np.arange(begin, min(begin + _PAIRS, int(before[-1])))
             of_box = np.searchsorted(before, pairs, side="right") - 1
+            which = first[of_box] + pairs - before[of_box]
+            r = boxes.middles.at(of_box) - Floats.exact(self.centres[which])
+            is_past = sides and (which >= sides[1][of_box], which < sides[0][of_box])
+            each = self.kernel.model(r, boxes.halves.at(of_box), radii.at(of_box), n, is_past)
+            each = each.times(Floats.exact(self.weights[which]))
             some, begins = np.unique(of_box, return_index=True)
-            part = self._sums(boxes, of_box, first[of_box] + pairs - before[of_box], begins, sides, n)
+            part = sums(stack([*each.coefficients, each.missed], of_box.shape), begins)
             both = Floats(*ends[:, :, some]) + part
             ends[:, :, some] = both.low, both.high
         every: Any = [Floats(low, high) for low, high in zip(*ends, strict=True)]
@@ -188,15 +196,15 @@ class ManyCentres:
             least[b] = bisect(self.centres, Fraction(times[b].item()) + boxes.shifts[b], least[b], most[b])
         return least
 
-    def _near(self, boxes: Boxes, before: Indices, after: Indices) -> tuple[Indices, Indices]:
+    def _near(self, boxes: Boxes, sides: tuple[Indices, Indices] | None) -> tuple[Indices, Indices]:
         """Return, for each box, the indices of two centres: the first that is not certainly before the box by `reach`,
         and the first after it that is certainly after the box by as much.
 
         Only the centres from the first index to just before the second may be nearer. For a Matérn kernel, only these
-        centres are inside of the box: of these, the first has the index `before`, and the one after the last `after`.
+        centres are inside of the box: `sides` say how many are not after its start, and how many are before its end.
         """
-        if isinstance(self.kernel, Matern):
-            return before, np.maximum(after, before)
+        if sides and isinstance(self.kernel, Matern):
+            return sides[0], np.maximum(*sides)
         start, end = (Floats.exact(times) + boxes.moves for times in (boxes.starts, boxes.ends))
         first = np.searchsorted(self.centres, (start - self.reach).low, side="right")
         return first, np.maximum(np.searchsorted(self.centres, (end + self.reach).high), first)
@@ -215,25 +223,3 @@ class ManyCentres:
         """The sums over centres before a box and after it; with time reversed, those after a box are before it."""
         reversed_time = CentresBefore(self.kernel, -self.centres[::-1], self.weights[::-1])
         return CentresBefore(self.kernel, self.centres, self.weights), reversed_time
-
-    def _sums(
-        self,
-        boxes: Boxes,
-        of_box: Indices,
-        which: Indices,
-        begins: Indices,
-        sides: tuple[Indices, Indices],
-        n: int,
-    ) -> Floats:
-        """Return the coefficients and remainder bounds of sums over pairs of a box and a centre, of shape (n + 1, K).
-
-        `of_box` and `which` are the indices of a pair's box and centre; the pairs of the K boxes start at `begins`.
-        `sides` say how many centres no time of a box is before, and how many some time of it is after.
-        """
-        tick()
-        weights, radii, (before, after) = Floats.exact(self.weights[which]), Floats.exact(boxes.radii), sides
-        r = boxes.middles.at(of_box) - Floats.exact(self.centres[which])
-        each = self.kernel.model(
-            r, boxes.halves.at(of_box), radii.at(of_box), n, (which >= after[of_box], which < before[of_box])
-        ).times(weights)
-        return sums(stack([*each.coefficients, each.missed], of_box.shape), begins)
