@@ -109,7 +109,7 @@ Pair = tuple[Measurement, Measurement]
 """The numbers of two measurements from which a bound of a true signal follows (`TrueSignal`)."""
 
 Pairs = Annotated[tuple[Pair, ...], BOXES]
-Multipliers = Annotated[tuple[tuple[Measurement, Fraction], ...], CENTRES]
+WeightedMeasurements = Annotated[tuple[tuple[Measurement, Fraction], ...], CENTRES]
 
 
 Place = tuple[Fraction, Fraction, Fraction]
@@ -153,8 +153,8 @@ class Derived:
     """
 
     time: float
-    upper: Multipliers
-    lower: Multipliers
+    upper: WeightedMeasurements
+    lower: WeightedMeasurements
 
 
 @dataclass(frozen=True)

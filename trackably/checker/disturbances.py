@@ -81,7 +81,7 @@ class Hull:
 
 
 VectorSet = Zonotope | Hull
-Power = Annotated[int, POWERS]
+PowerCount = Annotated[int, POWERS]
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ class Robust:
     input_set: Polytope
     feedback: Matrix
     set: VectorSet
-    head: Power
-    terms: Power
+    head: PowerCount
+    terms: PowerCount
     contraction: float
     box: FloatVector
     noise: VectorSet | None = None
