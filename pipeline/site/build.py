@@ -21,19 +21,23 @@ from pipeline.experiments import Experiment, load_experiments
 from pipeline.storage.results import Results
 from pipeline.theorem import THEORY
 from trackably.errors import InputError
-from trackably.files import read_json, to_json, write_atomically, write_text
+from trackably.files import from_json, read_bytes, read_json, to_json, write_atomically, write_text
 
 _ERRATA = "## Where the paper must be read with care"
 _OPENING = "Misprints and gaps, each with its evidence. The notebooks of the examples define the symbols."
 _FOLDED = "hide-input"
+_FIGURES = re.compile(rb"\.\./data/results/([\w-]+)/figures/")
 _SECTION = re.compile(r"^(?=##? )", re.MULTILINE)
 
 Cell = dict[str, Any]
 
 
 def folded(notebook: Path) -> bytes:
-    """Return a notebook whose code cells are folded; a cell without output that begins with % is hidden."""
-    content: Any = read_json(notebook)
+    """Return a notebook whose code cells are folded, with its figures where the site has them.
+
+    A cell without output that begins with % is hidden.
+    """
+    content: Any = from_json(_FIGURES.sub(rb"\1/", read_bytes(notebook)))
     content["cells"] = [_folded(cell) for cell in content["cells"]]
     return to_json(content)
 
