@@ -120,7 +120,7 @@ def _compare(
 @options.project
 @click.option("--output", type=options.FOLDER, default=Path("report/site"), show_default=True)
 def _report(project: Path, output: Path) -> None:
-    """Write the documentation, and pages about the results: claims, experiments, benchmarks, errata of the paper.
+    """Write the documentation, and pages about the results: claims, experiments and benchmarks.
 
     The pages need neither a server nor a network: open index.html.
     """
