@@ -261,7 +261,6 @@ class _Figures:
             return {}
         metrics: Any = read_json(self.results.control)
         runs = closed["/disturbed_range"]
-        units = {experiment.units.get(name) for name in experiment.samples}
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         count = metrics["disturbed"]["tube"]["runs"]
         shown, failures = {}, {}
@@ -282,11 +281,6 @@ class _Figures:
                 experiment.units,
             ),
             "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
-            "price-of-room": lambda: loops.price_of_room(
-                metrics["price_of_room"],
-                {0.0: JOINT.name, 1.0: ROBUST.name},
-                next(iter(units)) if len(units) == 1 else None,
-            ),
         }
 
 
