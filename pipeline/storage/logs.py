@@ -9,6 +9,7 @@ import struct
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -189,7 +190,11 @@ def read_log(path: Path) -> Log:
     another program are refused, too, and files written with another version of the MCAP library or the compressor whose
     output differs: this pipeline did not write them in this form.
     """
-    data = read_bytes(path)
+    return _decoded(path, read_bytes(path))
+
+
+@lru_cache(maxsize=8)  # a stage looks up several things in the same few logs
+def _decoded(path: Path, data: bytes) -> Log:
     try:
         log = decode(records_in(path))
         again = encode(log)

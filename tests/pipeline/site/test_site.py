@@ -32,6 +32,9 @@ def test_the_page_of_an_experiment_tells_proofs_and_offers_files(built: Path, pr
     assert {"joint.json", "unconstrained.counterexample.json", "samples.mcap"} <= offered
     drawn = {path.name for path in (project / "data" / "results" / NAME / "figures").iterdir()}
     assert drawn <= {path.name for path in (built / "_images").iterdir()}
+    assert 'src="_images/tracking.svg"' in page(built, f"notebook-{NAME}"), (
+        "a figure of the experiment, where the site has it"
+    )
 
 
 class Elements(HTMLParser):
