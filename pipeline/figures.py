@@ -61,7 +61,7 @@ def figures(experiment: Experiment, results: Results) -> None:
 
 
 def drawings(experiment: Experiment, results: Results) -> Drawings:
-    """Return functions that draw the figures, by their names; the stage and the notebook use the same functions.
+    """Return functions that draw the figures, by their names; the stage draws all of them.
 
     Raises as `read_fit_of` and `read_loops`.
     """

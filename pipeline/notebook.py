@@ -1,6 +1,5 @@
 """Stage 6: execute the experiment's notebook in place, so that it always shows what the present code does."""
 
-import os
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -9,22 +8,20 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from traitlets.config import Config
 
-from pipeline.environment import THREADS
 from trackably.errors import InputError
 from trackably.files import write_text
 
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"
 _TIMEOUT = 600  # seconds for one cell
-# One thread in the kernel's process too, so that its results do not depend on the number of cores.
-_ONE_THREAD = dict.fromkeys(THREADS, "1")
 
 
 def notebook(name: str) -> None:
     """Execute notebooks/<name>.ipynb in place; if there is none, execute a copy of the template for that experiment.
 
     The same code, results and packages give the same bytes: there are no times, identifiers are the numbers of cells,
-    and the kernel has a fixed name. Raises InputError if a cell fails; the notebook is then left as it was.
+    and the kernel has a fixed name and inherits the environment that `pin` has set. Raises InputError if a cell fails;
+    the notebook is then left as it was.
     """
     path = path_of(name)
     source = _read(path if path.exists() else TEMPLATE, name)
@@ -41,7 +38,7 @@ def notebook(name: str) -> None:
             config=Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}}),
         )
         try:
-            executed = client.execute(env={**os.environ, **_ONE_THREAD})
+            executed = client.execute()
         except CellExecutionError as error:
             raise InputError(f"{path}: a cell failed, and the notebook was left as it was: {error}") from error
     write_text(path, nbformat.writes(_stable(executed)) + "\n")
