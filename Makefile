@@ -7,7 +7,6 @@
 # make checker  write checker.pyz: checks a certificate on any Python, with nothing installed
 # make attack   20,000 changed certificates and 2,000 random references against prover and checker (minutes)
 # make lab      Jupyter on the notebooks
-# make view     the logs of the experiment NAME (example1) in a viewer in the browser, until Ctrl-C; needs npm
 # make docs     write report/site/index.html: documentation and results as pages that need neither a server nor a network
 # make report   the same
 # make paper    write paper/paper.md with the numbers of the results, and paper.pdf (pandoc, pdflatex, rsvg-convert)
@@ -22,7 +21,7 @@ PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 
-.PHONY: install repro test docs report paper lint style types user-types force status checker attack lab view bench rivals study theorem extracted lock
+.PHONY: install repro test docs report paper lint style types user-types force status checker attack lab bench rivals study theorem extracted lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -31,7 +30,7 @@ repro: .venv/installed
 	python -m pipeline reproduce
 
 # Dozens of processes load the library: each would compile it again if none may keep what it has compiled. There is one
-# more of them than there are cores, as tests of the viewer mostly wait for the browser.
+# more of them than there are cores, as some tests wait for programs that they start.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed
 	python -m pytest -n $$(python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile
@@ -67,10 +66,6 @@ attack: .venv/installed
 
 lab: .venv/installed
 	jupyter lab notebooks
-
-view: NAME ?= example1
-view: .venv/installed
-	python -m pipeline view $(NAME)
 
 docs report: .venv/installed
 	python -m pipeline report

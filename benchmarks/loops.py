@@ -11,9 +11,9 @@ from time import process_time
 import numpy as np
 from scipy.optimize import bisect
 
+from benchmarks.disturbed import Case, experiments, random_systems
 from benchmarks.harness import Row, agree, burst, duel, kept, within
 from benchmarks.problems import box, integrator, posterior_mean
-from pipeline.disturbed import Case, experiments, random_systems
 from pipeline.published.scalar import scalar
 from trackably import Relearner, TrackableReference, learn_reference
 from trackably.arrays import Array

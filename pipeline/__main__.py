@@ -6,7 +6,6 @@ if __name__ == "__main__" and signal.getsignal(signal.SIGINT) is not signal.SIG_
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends the imports below without a traceback
 
 import sys
-import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack
 from importlib import import_module
@@ -117,37 +116,11 @@ def _compare(
     context.exit(0 if comparison.within else 1)
 
 
-@main.command("view", short_help="Show the logs of an experiment in a viewer in the browser.")
-@click.argument("experiment")
-@options.params
-@options.results
-@click.option("--port", type=int, default=0, help="Port to listen on; a free one by default.")
-@click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in the browser.")
-def _view(experiment: str, params: Path, results: Path, port: int, browser: bool) -> None:
-    """Show all logs of EXPERIMENT in a viewer in the browser, with a layout of panels for their topics.
-
-    The first call downloads the viewer from npm, at a locked version. It is served on the loopback address until
-    Ctrl-C.
-    """
-    from pipeline.viewer.view import address_of, fetched, server_of, shown  # noqa: PLC0415  as for the stages
-
-    loaded = load_experiment(experiment, params)
-    served = shown(loaded, Results(experiment, results), fetched())
-    with server_of(served, port) as server:
-        click.echo(f"{loaded.name}: {address_of(server)} until Ctrl-C")
-        if browser:
-            webbrowser.open(address_of(server))
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            click.echo()
-
-
 @main.command("report", short_help="Write a static site: the documentation and all results.")
 @options.project
 @click.option("--output", type=options.FOLDER, default=Path("report/site"), show_default=True)
 def _report(project: Path, output: Path) -> None:
-    """Write the documentation, and pages about the results: claims, experiments, benchmarks, errata of the paper.
+    """Write the documentation, and pages about the results: claims, experiments and benchmarks.
 
     The pages need neither a server nor a network: open index.html.
     """

@@ -1,7 +1,7 @@
 """Stage 5: all results → figures, and the scene, events and layout that viewers of the logs show."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from pipeline.drawings import algorithm1, loops, predictions, references, style
-from pipeline.drawings.algorithm1 import Landscape, evaluate_on_grid
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops.trajectory import LOGGED, ON, Courses, by_reference, read_loops
@@ -26,7 +25,6 @@ from pipeline.methods import (
     UNCONSTRAINED,
     methods_in_figures,
 )
-from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
 from pipeline.storage.archive import Fitted, read_margins
@@ -38,19 +36,13 @@ from trackably.checker.form import read_certificate
 from trackably.control.error_set import ErrorSet
 from trackably.exports import figures as curves
 from trackably.files import read_json
-from trackably.gp.joint import JointPrior
-from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.space import SearchSpace
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
 Drawings = dict[str, Callable[[], Figure]]
 _POINTS = 1501
 _STEPS_OF_TUBE = 12
-_GRID_POINTS = 56
 _SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
-# The figure of the likelihood shows hyperparameters from 1/factor to factor times the learned ones, in two views.
-_OVERVIEW, _CLOSER = 8.0, 1.25
 _CURVE_POINTS = 1001
 _PAIRS = [(reference, controller) for controller in ("nominal", "tube") for reference in (JOINT.name, ROBUST.name)]
 
@@ -69,7 +61,7 @@ def figures(experiment: Experiment, results: Results) -> None:
 
 
 def drawings(experiment: Experiment, results: Results) -> Drawings:
-    """Return functions that draw the figures, by their names; the stage and the notebook use the same functions.
+    """Return functions that draw the figures, by their names; the stage draws all of them.
 
     Raises as `read_fit_of` and `read_loops`.
     """
@@ -181,10 +173,6 @@ class _Figures:
                 prior.mean,
                 read_numbers(printed) if printed else None,
             )
-        if len(prior.kernel.hyperparameters.keys() & sound.prior.learned) == 2:
-            found["landscape"] = lambda: algorithm1.landscape(
-                landscapes(self.experiment, self.fitted), traces[SOUND.name], sound.prior.learned[:2], self.shown
-            )
         return found
 
     def _scheme(self) -> Figure:
@@ -210,21 +198,13 @@ class _Figures:
 
     def periodic(self) -> Drawings:
         """Return the figures of periodic references, if one was learned at all phases."""
-        learned, study = self.fitted.learned, self.fitted.study
+        learned = self.fitted.learned
         if EXACT.name not in learned:
             return {}
         wanted = self.experiment.periodic
         found: Drawings = {"prediction": lambda: self._prediction(wanted.last_step if wanted else self.last_step)}
         if INTERVALS.name in learned:
             found["growth"] = lambda: predictions.growth_intervals(self._growth())
-        if study and study.conservatism.counts.size:
-            labels = {
-                UNCONSTRAINED.name: UNCONSTRAINED.name,
-                EXACT.name: "exact form, all phases",
-                JOINT.name: JOINT.name,
-            }
-            levels = {label: learned[name].objective for name, label in labels.items()}
-            found["conservatism"] = lambda: predictions.conservatism(study.conservatism, levels)
         return found
 
     def _growth(self) -> dict[str, predictions.GrowthIntervals]:
@@ -281,7 +261,6 @@ class _Figures:
             return {}
         metrics: Any = read_json(self.results.control)
         runs = closed["/disturbed_range"]
-        units = {experiment.units.get(name) for name in experiment.samples}
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
         count = metrics["disturbed"]["tube"]["runs"]
         shown, failures = {}, {}
@@ -302,31 +281,7 @@ class _Figures:
                 experiment.units,
             ),
             "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
-            "price-of-room": lambda: loops.price_of_room(
-                metrics["price_of_room"],
-                {0.0: JOINT.name, 1.0: ROBUST.name},
-                next(iter(units)) if len(units) == 1 else None,
-            ),
         }
-
-
-def landscapes(experiment: Experiment, fitted: Fitted) -> Sequence[Landscape]:
-    """Return likelihood and constraints of Algorithm 1's last iteration (sound reading), around the learned optimum."""
-    learned = fitted.learned[SOUND.name]
-    (own,) = learned.prior.parts
-    kernel = [name for name in own.kernel.hyperparameters if name in own.learned]
-    # If the noise is learned too, the likelihood is shown for the learned noise.
-    prior = replace(own, noise_std=float(own.noise_std))
-    space = experiment.search_space(fitted.sampled.samples)
-    problem = ConstrainedProblem(
-        fitted.sampled.samples,
-        JointPrior((prior,)),
-        SearchSpace({name: bounds for name, bounds in space.bounds.items() if name in kernel}),
-        SOUND_READING.constraints(experiment.plant, learned.final_step or 0),
-    )
-    first, second = (prior.hyperparameters[name] for name in kernel)
-    spreads = [np.geomspace(1 / factor, factor, _GRID_POINTS) for factor in (_OVERVIEW, _CLOSER)]
-    return [evaluate_on_grid(problem, first * spread, second * spread) for spread in spreads]
 
 
 def room(tightening: Tightening) -> tuple[Array, Array]:

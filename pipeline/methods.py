@@ -11,7 +11,7 @@ from pydantic import Field, PositiveInt, model_validator
 from pipeline.published.algorithm1 import AS_PUBLISHED as PUBLISHED_READING
 from pipeline.published.algorithm1 import SOUND as SOUND_READING
 from pipeline.published.algorithm1 import Reading, Run, Trace, algorithm1
-from pipeline.published.periodic import all_phases, on_grid, on_intervals, on_period, steps_of_period
+from pipeline.published.periodic import all_phases, on_grid, on_intervals
 from pipeline.published.scalar import state_and_input
 from pipeline.yaml_file import Fields
 from trackably.arrays import Array
@@ -190,12 +190,6 @@ def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:
     period_of([part.kernel for part in prior.parts])
 
 
-def check_whole_steps(plant: ConstrainedSystem, prior: JointPrior) -> None:
-    """Raise as `check_periodic`, and ValueError if the period is learned or no whole multiple of the sampling time."""
-    check_periodic(plant, prior)
-    steps_of_period(prior, plant)
-
-
 def _constrained(
     constraints: Callable[[Task], tuple[Bounded, ...]],
     task: Task,
@@ -278,22 +272,13 @@ GRID = replace(
     learn=partial(_constrained, lambda task: on_grid(task.plant, periodic_of(task).last_step)),
     has_own_curve=False,
 )
-# All sampling instants of a period, which is a whole number of steps; nothing is claimed between them.
-SAMPLED = Method(
-    "sampled",
-    partial(_constrained, lambda task: on_period(task.prior, task.plant)),
-    check=check_whole_steps,
-    has_own_curve=False,
-)
-
 ROBUST = replace(JOINT, name="robust", learn=_within_tightened_bounds, needs=("disturbance",), is_robust=True)
 
 REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
 """Methods that every experiment compares; loops are closed on the references of the first and the last."""
 
 METHODS = {
-    method.name: method
-    for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, SAMPLED, ROBUST)
+    method.name: method for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, ROBUST)
 }
 
 

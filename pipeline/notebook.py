@@ -1,38 +1,27 @@
 """Stage 6: execute the experiment's notebook in place, so that it always shows what the present code does."""
 
-import os
-from base64 import b64decode, b64encode
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
-from PIL import Image
 from traitlets.config import Config
 
-from pipeline.environment import THREADS
 from trackably.errors import InputError
 from trackably.files import write_text
 
 NOTEBOOKS = Path("notebooks")
 TEMPLATE = NOTEBOOKS / "template.ipynb"
 _TIMEOUT = 600  # seconds for one cell
-# One thread in the kernel's process too, so that its results do not depend on the number of cores.
-_ONE_THREAD = dict.fromkeys(THREADS, "1")
-
-
-# Levels of red, green and blue in pictures, 0 … 255, are rounded to multiples of 15: nobody sees a change by 7, and the
-# picture has half as many bytes. Each pixel is rounded by itself, so that a change of one pixel does not move others.
-_LEVELS = [15 * round(level / 15) for level in range(256)]
 
 
 def notebook(name: str) -> None:
     """Execute notebooks/<name>.ipynb in place; if there is none, execute a copy of the template for that experiment.
 
     The same code, results and packages give the same bytes: there are no times, identifiers are the numbers of cells,
-    and the kernel has a fixed name. Raises InputError if a cell fails; the notebook is then left as it was.
+    and the kernel has a fixed name and inherits the environment that `pin` has set. Raises InputError if a cell fails;
+    the notebook is then left as it was.
     """
     path = path_of(name)
     source = _read(path if path.exists() else TEMPLATE, name)
@@ -49,7 +38,7 @@ def notebook(name: str) -> None:
             config=Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}}),
         )
         try:
-            executed = client.execute(env={**os.environ, **_ONE_THREAD})
+            executed = client.execute()
         except CellExecutionError as error:
             raise InputError(f"{path}: a cell failed, and the notebook was left as it was: {error}") from error
     write_text(path, nbformat.writes(_stable(executed)) + "\n")
@@ -73,16 +62,4 @@ def _stable(executed: nbformat.NotebookNode) -> nbformat.NotebookNode:
     for i, cell in enumerate(executed.cells):
         cell.id = f"cell-{i}"
         cell.metadata = {key: value for key, value in cell.metadata.items() if key == "tags"}
-        for output in cell.get("outputs", []):
-            if "image/png" in output.get("data", {}):
-                output.data["image/png"] = _smaller(output.data["image/png"])
     return executed
-
-
-def _smaller(png: str) -> str:
-    """Return a picture, in base64, with fewer colours and without transparency."""
-    with Image.open(BytesIO(b64decode(png))) as picture:
-        rounded = picture.convert("RGB").point(_LEVELS * 3)
-    written = BytesIO()
-    rounded.save(written, "PNG")
-    return b64encode(written.getvalue()).decode()

@@ -39,6 +39,12 @@ class Told(str):
         return cls("\n".join(f"- {sentence}" for sentence in sentences))
 
 
+def pictures(results: Results, *names: str) -> Told:
+    """Show those of the named figures that the stage `figures` has drawn, in a notebook of the folder `notebooks`."""
+    drawn = (results.figure(name) for name in names)
+    return Told("\n\n".join(f"![{figure.stem}](../{figure})" for figure in drawn if figure.exists()))
+
+
 def told_of_system(plant: ConstrainedSystem) -> Told:
     """Name the states, the inputs, the sampling time and the bounds of a plant."""
     system = plant.system

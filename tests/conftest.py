@@ -26,7 +26,6 @@ _LONGEST = (
     "test_site.py",
     "test_study.py",
     "test_near.py",
-    "test_browser.py",
     "test_budget.py",
 )
 

@@ -20,7 +20,6 @@ CALLED = {  # names of distributions, where modules are called otherwise
     "google": "protobuf",
     "mcap_protobuf": "mcap-protobuf-support",
     "mcap_ros2": "mcap-ros2-support",
-    "PIL": "pillow",
     "ruamel": "ruamel.yaml",
 }
 PARTS = {"docutils": "sphinx", "pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named

@@ -252,7 +252,7 @@ _BY_COQ = "checked by Coq"  # in texts that a notebook shows only if the certifi
 def _notebook(data: bytes) -> Leaves:
     """Read the cells of a notebook of format 4, each named by its first line. ValueError: it is no notebook.
 
-    Pictures are left out: they are drawn from the same results as the figures.
+    Pictures are left out.
     """
     content: Any = from_json(data)
     leaves: Leaves = {}

@@ -1,8 +1,7 @@
-"""Figures of Algorithm 1: its iterations, the likelihood over the hyperparameters, and illustrations of its ideas."""
+"""Figures of Algorithm 1: its iterations, and illustrations of its ideas."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import cycle, pairwise
+from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -10,9 +9,6 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from pipeline.drawings.style import (
     PUBLISHED,
@@ -37,45 +33,11 @@ from trackably.exports.figures import (
     SAMPLE,
     legend_above,
     panels_of,
-    reference_styles,
     with_style,
 )
-from trackably.gp.posterior import IllConditioned
 from trackably.gp.samples import Samples
-from trackably.learning.problem import ConstrainedProblem
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
-
-
-@dataclass(frozen=True)
-class Landscape:
-    """Values over two hyperparameters: l(θ), the negative log marginal likelihood, and the smallest relative margin.
-
-    Values at (`theta1[j]`, `theta2[i]`) have the index [i, j]. A point is feasible if its `margin` is not negative.
-    Both values are NaN if K + σ_n² I cannot be factored.
-    """
-
-    theta1: Array
-    theta2: Array
-    objective: Array
-    margin: Array
-
-
-def evaluate_on_grid(problem: ConstrainedProblem, theta1: Array, theta2: Array) -> Landscape:
-    """Evaluate a problem on a grid of its two learned hyperparameters."""
-    values = np.array([[_at(problem, np.log([first, second])) for first in theta1] for second in theta2])
-    return Landscape(theta1, theta2, values[..., 0], values[..., 1])
-
-
-def _at(problem: ConstrainedProblem, log_theta: Array) -> tuple[float, float]:
-    posterior = problem.posterior(log_theta)
-    try:
-        objective = sum(part.negative_log_likelihood for part in posterior.parts)
-    except IllConditioned:
-        return np.nan, np.nan
-    margins = (constraint.closest(posterior)[1] for constraint in problem.constraints)
-    return objective, min((float(np.min(margin)) for margin in margins), default=np.inf)
-
 
 _STEP: Final = r"iteration $\bar{k}$ [steps]"
 _LIMIT: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.9, "linestyle": (0, (4, 1.5))}
@@ -158,84 +120,6 @@ def _mark(
         where = axes.get_xaxis_transform()
         label = f" {test} \n $\\bar{{k}}$ = {first:g} "
         direct_label(axes, first, height, label, ha=side, va=va, transform=where, linespacing=1.5)
-
-
-# Contours of l − min l, each about three times the one before.
-_LEVELS: Final = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000, 3000)
-_WIDE: Final = 0.3  # part of the panel's width from which on a contour is labelled
-_KEYS: Final = (
-    Line2D([], [], color=INK, marker=".", markersize=4, linewidth=0.8, label="iterations of Algorithm 1"),
-    Patch(facecolor=FAINT, edgecolor=INK, linewidth=1.6, label="all constraints hold"),
-    Line2D([], [], color=GREY, linewidth=0.6, label=r"$l(\theta) - \min l$"),
-)
-# One marker for each reference in their order; they are nested, so that optima that coincide are all visible.
-_OPTIMUM_MARKERS: Final[tuple[dict[str, Any], ...]] = (
-    {"marker": "D", "markersize": 4.5},
-    {"marker": "s", "markersize": 4.5},
-    {"marker": "o", "markersize": 8.5, "markerfacecolor": "none", "markeredgewidth": 1.4},
-    {"marker": "^", "markersize": 12.5, "markerfacecolor": "none", "markeredgewidth": 1.2},
-)
-
-
-@with_style
-def landscape(
-    panels: Sequence[Landscape], trace: Trace, names: Sequence[str], references: Mapping[str, Reference]
-) -> Figure:
-    """Draw objective and feasible set on each grid, the iterations of Algorithm 1, and the optimum of each reference.
-
-    The grids span the two hyperparameters `names`.
-    """
-    figure, (row,) = panels_of(4.0, 1, len(panels))
-    lowest = min(float(np.nanmin(panel.objective)) for panel in panels)
-    path = np.array([trace[name] for name in names])
-    for axes, panel in zip(row, panels, strict=True):
-        axes.set(xscale="log", yscale="log", xlim=panel.theta1[[0, -1]], ylim=panel.theta2[[0, -1]])
-        axes.plot(*path, color=INK, marker=".", markersize=4, linewidth=0.8, zorder=4)
-        _optima(axes, references, names)
-        _contours(axes, panel, lowest)
-        axes.set(xlabel=SYMBOLS.get(names[0], names[0]), ylabel=SYMBOLS.get(names[1], names[1]))
-        for axis, values in ((axes.xaxis, panel.theta1), (axes.yaxis, panel.theta2)):
-            axis.set_major_locator(LogLocator(subs=(1, 2, 5)) if values[-1] > 5 * values[0] else MaxNLocator(5))
-            axis.set_minor_locator(NullLocator())
-            axis.set_major_formatter("{x:g}")
-    _name_ends(axes, path, trace["k_bar"])
-    figure.legend(handles=[*axes.get_legend_handles_labels()[0], *_KEYS], loc="outside upper center", ncols=3)
-    return figure
-
-
-def _contours(axes: Axes, panel: Landscape, lowest: float) -> None:
-    """Draw contours of l − `lowest`, and shade the feasible set with its boundary.
-
-    Only wide contours are labelled, because labels of narrow ones would cover the markers in them.
-    """
-    grid = panel.theta1, panel.theta2
-    axes.contourf(*grid, panel.margin, levels=[0, np.inf], colors=[FAINT], zorder=1)
-    axes.contour(*grid, panel.margin, levels=[0], colors=[INK], linewidths=1.6, zorder=3)
-    lines = axes.contour(*grid, panel.objective - lowest, levels=_LEVELS, colors=[GREY], linewidths=0.6, zorder=2)
-    least = _WIDE * np.log(panel.theta1[-1] / panel.theta1[0])
-    along = [np.log(np.asarray(path.vertices)[:, 0]) for path in lines.get_paths()]
-    wide = [level for level, x in zip(lines.levels, along, strict=True) if x.size and np.ptp(x) > least]
-    axes.clabel(lines, wide, fontsize=6, fmt="%g")
-
-
-def _optima(axes: Axes, references: Mapping[str, Reference], names: Sequence[str]) -> None:
-    """Mark the learned hyperparameters `names` of each reference."""
-    for (name, style), marker in zip(reference_styles(references).items(), cycle(_OPTIMUM_MARKERS)):
-        theta = references[name].kernel_sums[0].kernel.hyperparameters
-        at = [float(theta[n]) for n in names]
-        axes.plot(*at, linestyle="none", color=style["color"], zorder=5, label=f"optimum, {style['label']}", **marker)
-
-
-def _name_ends(axes: Axes, path: Array, k_bar: Array) -> None:
-    """Write k̄ beside the first and the last iteration."""
-    style: dict[str, Any] = {
-        "fontsize": 7,
-        "zorder": 6,
-        "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.5},
-    }
-    for i, offset, ha, va in ((0, (-7, 0), "right", "center"), (-1, (0, 9), "center", "bottom")):
-        name = rf"$\bar{{k}}$ = {k_bar[i]:g}"
-        axes.annotate(name, (path[0, i], path[1, i]), offset, textcoords="offset points", ha=ha, va=va, **style)
 
 
 @with_style

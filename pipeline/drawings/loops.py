@@ -1,7 +1,6 @@
 """Figures of closed loops: over time, in the plane, with feasible sets, around steps without a plan, disturbed."""
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -293,7 +292,6 @@ _TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "zorder": 1.5,
 _RANGE: Final = _TUBE | {"alpha": 0.34, "zorder": 1.6}
 _FOLLOWED: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
-_NAMED: Final = ((ORANGE, "D"), (NAVY, "s"))
 _SHOWN: Final = (-0.03, 0.12)
 """The range of margins, as parts of a width, that a panel shows; it is larger if no loop has such small margins."""
 
@@ -369,26 +367,6 @@ def disturbed_loops(
         most = max(float(np.nanmin(of)) for of in of_all)
         axes.set(ylabel=f"smallest margin\nof {name} / width [–]", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
     panels[0, 0].set_xlim(0, last)
-    return legend_above(figure)
-
-
-@with_style
-def price_of_room(columns: Mapping[str, list[float]], named: Mapping[float, str], unit: str | None = None) -> Figure:
-    """Draw the `price` and the `misfit` of robust references over the `sizes` of the disturbance sets, by `columns`.
-
-    Sizes are factors of the given sets, and some of them are `named`. A misfit may have a unit.
-    """
-    figure, (panels,) = panels_of(2.8, 1, 2)
-    labels = {"price": r"price $J - \min l$ [–]", "misfit": "misfit of the samples" + (f" [{unit}]" if unit else "")}
-    sizes = columns["sizes"]
-    for axes, (column, label) in zip(panels, labels.items(), strict=True):
-        values = columns[column]
-        axes.plot(sizes, values, color=GREEN, marker="o", markersize=3.5, linewidth=1.4)
-        for (size, name), (color, marker) in zip(named.items(), cycle(_NAMED)):
-            axes.plot(size, values[sizes.index(size)], marker, color=color, markersize=6, zorder=4, label=name)
-        axes.margins(x=0.1, y=0.12)
-        axes.set(xlabel="disturbance sets / those given [–]", ylabel=label)
-        axes.set_ylim(0)
     return legend_above(figure)
 
 

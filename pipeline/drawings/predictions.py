@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 
 from pipeline.drawings.style import (
     PUBLISHED,
@@ -17,10 +16,8 @@ from pipeline.drawings.style import (
     step_label,
 )
 from pipeline.published.scalar import interval_sets, reachable_tube
-from pipeline.storage.archive import Conservatism
 from trackably.arrays import Array
 from trackably.exports.figures import (
-    COLUMN,
     DOTTED,
     FAINT,
     INK,
@@ -179,37 +176,3 @@ def growth_intervals(panels: Mapping[str, GrowthIntervals]) -> Figure:
         axes.set(title=title, xlabel="time $t$ [s]", xlim=(shown.edges[0], shown.edges[-1]))
     row[0].set_ylabel(r"derivative $\dot{m}^+$ [1/s]")
     return legend_above(figure, columns=3)
-
-
-@with_style
-def conservatism(found: Conservatism, levels: Mapping[str, float]) -> Figure:
-    """Draw the optimum of the paper's program (8) over its number of intervals, and the optima of other methods.
-
-    `levels` are the optima of other methods by their labels, in the order in which other figures draw their references.
-    """
-    figure, [[axes]] = panels_of(2.6, width=COLUMN)
-    counts = found.counts
-    *styles, program = reference_styles((*levels, "program (8)")).values()
-    axes.plot(counts, found.objectives, color=program["color"], marker="o", linewidth=1.6, zorder=3)
-    top = 1.12 * float(np.max(found.objectives))
-    axes.set_xscale("log", base=2)
-    axes.set_xlim(counts[0] / 1.3, counts[-1] * 1.3)
-    for (label, level), style in reversed([*zip(levels.items(), styles, strict=True)]):
-        axes.axhline(level, **style | {"label": None})
-        crowded = any(0 < other - level < 0.1 * top for other in levels.values())
-        axes.annotate(
-            f"{label}: {level:.2f}",
-            (0, level),
-            (4, -9 if crowded else 3),
-            xycoords=axes.get_yaxis_transform(),
-            textcoords="offset points",
-            fontsize=7,
-        )
-    for count, value in zip(counts, found.objectives, strict=True):
-        axes.annotate(f"{value:.1f}", (count, value), (2, 4), textcoords="offset points", fontsize=6.5)
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_xticks(counts)
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.set(xlabel=r"number of intervals $\eta$ [–]", ylabel=r"optimum of $l$ or $J$ [–]", ylim=(0, top))
-    axes.annotate("program (8)", (counts[0], found.objectives[0]), (-2, -15), textcoords="offset points", fontsize=7)
-    return figure

@@ -8,15 +8,13 @@ import numpy as np
 from pipeline.published.scalar import coefficients, growth_rates, state_and_input
 from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, Window
-from trackably.gp.joint import JointPosterior, JointPrior, period_of
+from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
 from trackably.learning.constraint import ROUNDING_BACKOFF, AtSeveralTimes, Constraint, Signalled
 from trackably.learning.index_set import RealTimes, Steps
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.trajectories import Quantities, Quantity
-
-_WHOLE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -123,8 +121,9 @@ def _extremes(
 def on_grid(plant: ConstrainedSystem, last_step: int, spacing: float | None = None) -> tuple[Constraint, Constraint]:
     """Constrain the state at steps 0 … k̄ and the input at the steps before k̄ = `last_step` ≥ T_p/T_s: problem (4).
 
-    The paper's closing remark prefers this to (8). If the period is no multiple of T_s, nothing is proved for k > k̄.
-    Instants have a `spacing` [s], which is T_s by default. Raises ValueError for systems that are not scalar.
+    The paper's closing remark prefers this to (8). If the period is no multiple of T_s, nothing is proved for k > k̄. If
+    it is k̄ T_s, these are all instants that ever occur. Instants have a `spacing` [s], which is T_s by default. Raises
+    ValueError for systems that are not scalar.
     """
     state, input_ = state_and_input(plant)
     step = spacing or plant.sampling_time
@@ -149,26 +148,3 @@ def on_intervals(
 def all_phases(plant: ConstrainedSystem, backoff: float = ROUNDING_BACKOFF) -> tuple[Constraint, ...]:
     """Constrain every bounded quantity at all phases of the period, so that x_r(t) ∈ X and u_r(t) ∈ U for every t."""
     return tuple(Constraint(quantity, RealTimes(AllPhases()), backoff) for quantity in plant.quantities)
-
-
-def on_period(prior: JointPrior, plant: ConstrainedSystem) -> tuple[Constraint, ...]:
-    """Constrain the n instants of one period, for a known period n T_s: the values repeat, so this suffices for all k.
-
-    Raises ValueError and TypeError as `steps_of_period`, and ValueError for systems that are not scalar.
-    """
-    once = Steps(0, steps_of_period(prior, plant) - 1, plant.sampling_time)
-    return tuple(Constraint(q, once) for q in state_and_input(plant))
-
-
-def steps_of_period(prior: JointPrior, plant: ConstrainedSystem) -> int:
-    """Return the number n of sampling steps in a known period n T_s.
-
-    Raises ValueError if the period is learned or no whole multiple of T_s, and TypeError for kernels without one.
-    """
-    if any(name.endswith("period") for name in prior.learned):
-        raise ValueError("the period is learned: expected a known one, as only then finitely many instants repeat")
-    period, sampling_time = period_of([part.kernel for part in prior.parts]), plant.sampling_time
-    steps = round(period / sampling_time)
-    if steps < 1 or abs(period / sampling_time - steps) > _WHOLE * steps:
-        raise ValueError(f"the period {period!r} s is no whole multiple of the sampling time {sampling_time!r} s")
-    return steps

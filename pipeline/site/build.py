@@ -3,7 +3,7 @@
 import io
 import re
 import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,55 +21,22 @@ from pipeline.experiments import Experiment, load_experiments
 from pipeline.storage.results import Results
 from pipeline.theorem import THEORY
 from trackably.errors import InputError
-from trackably.files import read_json, to_json, write_atomically, write_text
+from trackably.files import from_json, read_bytes, read_json, to_json, write_atomically, write_text
 
-_ERRATA = "## Where the paper must be read with care"
-_OPENING = "Misprints and gaps, each with its evidence. The notebooks of the examples define the symbols."
 _FOLDED = "hide-input"
-_SECTION = re.compile(r"^(?=##? )", re.MULTILINE)
+_FIGURES = re.compile(rb"\.\./data/results/([\w-]+)/figures/")
 
 Cell = dict[str, Any]
 
 
 def folded(notebook: Path) -> bytes:
-    """Return a notebook whose code cells are folded; a cell without output that begins with % is hidden."""
-    content: Any = read_json(notebook)
+    """Return a notebook whose code cells are folded, with its figures where the site has them.
+
+    A cell without output that begins with % is hidden.
+    """
+    content: Any = from_json(_FIGURES.sub(rb"\1/", read_bytes(notebook)))
     content["cells"] = [_folded(cell) for cell in content["cells"]]
     return to_json(content)
-
-
-def errata(notebooks: Sequence[Path]) -> bytes:
-    """Return one notebook with the sections about the paper's errata of all given notebooks, with their evidence."""
-    opened: Mapping[str, Any] = {path.stem: read_json(path) for path in notebooks}
-    cells = [_markdown(f"{_ERRATA.removeprefix('#')}\n\n{_OPENING}")]
-    for content in opened.values():
-        if found := list(_about_the_paper(content["cells"])):
-            cells += [_markdown(f"## {_title(content['cells'])}"), *map(_folded, found)]
-    first = next(iter(opened.values()), {"metadata": {}, "nbformat": 4, "nbformat_minor": 5})
-    cells = [{**cell, "id": f"cell-{i}"} for i, cell in enumerate(cells)]
-    return to_json({**first, "cells": cells})
-
-
-def _about_the_paper(cells: Sequence[Cell]) -> Iterator[Cell]:
-    """Yield the cells of the section about errata, up to the next heading of its level.
-
-    A cell that contains one of both headings is cut there.
-    """
-    inside = False
-    for cell in cells:
-        if cell["cell_type"] == "code":
-            if inside:
-                yield cell
-            continue
-        for section in _SECTION.split("".join(cell["source"])):
-            if _SECTION.match(section):
-                inside = section.startswith(_ERRATA)
-            if inside and (text := section.removeprefix(_ERRATA).strip()):
-                yield _markdown(text)
-
-
-def _title(cells: Sequence[Cell]) -> str:
-    return "".join(cells[0]["source"]).splitlines()[0].removeprefix("# ")
 
 
 def _folded(cell: Cell) -> Cell:
@@ -77,10 +44,6 @@ def _folded(cell: Cell) -> Cell:
         return cell
     tags = ["remove-cell"] if "".join(cell["source"]).startswith("%") and not cell["outputs"] else [_FOLDED]
     return {**cell, "metadata": {**cell["metadata"], "tags": tags}}
-
-
-def _markdown(text: str) -> Cell:
-    return {"cell_type": "markdown", "metadata": {}, "source": text}
 
 
 _LOGS = {
@@ -174,14 +137,13 @@ def _rendered(template: Path, claims: Sequence[JudgedClaim] = (), **about: Any) 
 
 
 def _write_notebooks(project: Path, notebooks: Sequence[Path], into: Path) -> list[str]:
-    """Write notebooks and errata as pages; return the names of the errata and of notebooks about no experiment."""
+    """Write notebooks as pages, and return the names of those about no experiment."""
     for path in notebooks:
         write_atomically(into / f"notebook-{path.name}", folded(path))
     others = sorted({*(project / "notebooks").glob("*.ipynb")} - {*notebooks} - {project / "notebooks" / _TEMPLATE})
     for path in others:
         write_atomically(into / path.name, folded(path))
-    write_atomically(into / "errata.ipynb", errata(notebooks))
-    return [*(path.stem for path in others), "errata"]
+    return [path.stem for path in others]
 
 
 def _write_benchmark(benchmarks: Path, into: Path) -> list[str]:

@@ -63,36 +63,17 @@ def _clean(_app: Any, _what: str, _name: str, _object: Any, _options: Any, lines
     lines[:] = as_restructured_text(lines)
 
 
-def rooms(package: str) -> dict[str, str]:
-    """Return by name the modules and packages directly in a package, with the first paragraph of each docstring."""
-    path = import_module(package).__path__
-    names = sorted(found.name for found in pkgutil.iter_modules(path) if not found.name.startswith("__"))
-    return {name: _first_paragraph(import_module(f"{package}.{name}")) for name in names}
-
-
-def _first_paragraph(module: Any) -> str:
-    return " ".join((module.__doc__ or "").strip().split("\n\n")[0].split())
-
-
 class Rooms(SphinxDirective):
-    """The directive `{rooms} trackably`: a table of the modules in a package, with the heads of their docstrings."""
+    """The directive `{rooms} trackably`: a list of the modules in a package, with the heads of their docstrings."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        items = nodes.definition_list()
-        for name, about in rooms(self.arguments[0]).items():
-            term = nodes.term("", "", nodes.literal(text=f"{self.arguments[0]}.{name}"))
-            items += nodes.definition_list_item("", term, nodes.definition("", nodes.paragraph("", "", *_spans(about))))
-        return [items]
-
-
-def _spans(text: str) -> list[nodes.Node]:
-    return [
-        nodes.literal(text=part[1:-1]) if part.startswith("`") else nodes.Text(part)
-        for part in _CODE.split(text)
-        if part
-    ]
+        package = import_module(self.arguments[0])
+        names = sorted(found.name for found in pkgutil.iter_modules(package.__path__) if found.name[:2] != "__")
+        modules = [import_module(f"{package.__name__}.{name}") for name in names]
+        heads = {of.__name__: " ".join((of.__doc__ or "").split("\n\n")[0].split()) for of in modules}
+        return self.parse_text_to_nodes("\n".join(f"- `{name}`: {head}" for name, head in heads.items()))
 
 
 def setup(app: Any) -> dict[str, bool]:

@@ -9,6 +9,7 @@ import struct
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -115,14 +116,13 @@ _JSON = "application/json"
 _COMPACT = json.JSONEncoder(allow_nan=False, separators=(",", ":"))
 
 
-def encode(log: Log, compression: CompressionType = CompressionType.ZSTD, chunk_size: int = _CHUNK_SIZE) -> bytes:
+def encode(log: Log) -> bytes:
     """Return the bytes of an MCAP file; equal logs give equal bytes with the same version of the compressor.
 
-    Chunks hold about `chunk_size` bytes. Compression more than halves the size, because most bytes of messages are
-    names of fields and digits of times.
+    Compression more than halves the size, because most bytes of messages are names of fields and digits of times.
     """
     buffer = BytesIO()
-    writer = Writer(buffer, chunk_size, compression=compression, enable_data_crcs=True)
+    writer = Writer(buffer, _CHUNK_SIZE, compression=CompressionType.ZSTD, enable_data_crcs=True)
     writer.start(library=LIBRARY)
     for record, content in {LIBRARY: {"format": _FORMAT}, **log.metadata}.items():
         writer.add_metadata(record, dict(content))
@@ -190,7 +190,11 @@ def read_log(path: Path) -> Log:
     another program are refused, too, and files written with another version of the MCAP library or the compressor whose
     output differs: this pipeline did not write them in this form.
     """
-    data = read_bytes(path)
+    return _decoded(path, read_bytes(path))
+
+
+@lru_cache(maxsize=8)  # a stage looks up several things in the same few logs
+def _decoded(path: Path, data: bytes) -> Log:
     try:
         log = decode(records_in(path))
         again = encode(log)
@@ -201,17 +205,10 @@ def read_log(path: Path) -> Log:
     return log
 
 
-def logs_of(results: Results) -> tuple[Path, ...]:
-    """Return the logs of an experiment. Raises InputError if there are none."""
-    found = tuple(sorted(results.folder.glob("*.mcap")))
-    if not found:
-        raise InputError(f"{results.folder}: there are no logs; run the stages first, or `dvc repro`")
-    return found
-
-
 def topics_of(results: Results) -> dict[str, Documents]:
     """Return the topics with messages in all logs of an experiment, by name. Raises InputError."""
-    return {of.topic: of for path in logs_of(results) for of in read_log(path).topics if of.messages}
+    logs = map(read_log, sorted(results.folder.glob("*.mcap")))
+    return {of.topic: of for log in logs for of in log.topics if of.messages}
 
 
 def below(topics: Mapping[str, T], *path: str) -> dict[str, T]:

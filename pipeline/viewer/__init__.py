@@ -1,1 +1,1 @@
-"""A viewer of logs in the browser: fetched with npm, served on this machine only."""
+"""What Lichtblick and Foxglove show of an experiment's logs: its scene, its events, and the layout of panels."""

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
-from pipeline import figures
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import Row, Status, load_tolerances
@@ -42,8 +41,8 @@ def run_here(stage: str, folder: Path, experiment: str = "example1") -> Done:
 
 @contextlib.contextmanager
 def sketched() -> Iterator[None]:
-    """Figures with a coarse landscape and panels at matplotlib's own places: tests of plots examine their layout."""
-    with mock.patch.object(figures, "_GRID_POINTS", 8), mock.patch.object(style, "_LAYOUTS", 0):
+    """Figures with panels at matplotlib's own places: tests of plots examine their layout."""
+    with mock.patch.object(style, "_LAYOUTS", 0):
         yield
 
 

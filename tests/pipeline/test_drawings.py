@@ -6,20 +6,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, references
-from pipeline.drawings.algorithm1 import evaluate_on_grid
-from tests.pipeline.committed import EXPERIMENTS, fitted
+from tests.pipeline.committed import fitted
 from trackably.exports.figures import axis_label, svg
-from trackably.gp.joint import JointPrior
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.prior import Prior
-from trackably.learning.constraint import Constraint
-from trackably.learning.index_set import Steps
-from trackably.learning.problem import ConstrainedProblem
-from trackably.learning.space import SearchSpace
 
 FITTED = fitted("example1")
-SAMPLES = FITTED.sampled.only
-STATE, INPUT = EXPERIMENTS["example1"].plant.quantities
 
 
 def drawn_path() -> Figure:
@@ -49,24 +39,6 @@ def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
     with mpl.rc_context({"font.size": 30, "lines.linewidth": 9}):
         assert drawn() == expected
         assert mpl.rcParams["font.size"] == 30
-
-
-def problem(noise_std: float) -> ConstrainedProblem:
-    prior = JointPrior((Prior(SquaredExponential(0.7, 0.22).as_learned(), noise_std),))
-    constraints = (Constraint(STATE, Steps(0, 130, 0.01)), Constraint(INPUT, Steps(0, 129, 0.01)))
-    return ConstrainedProblem((SAMPLES,), prior, SearchSpace.around((SAMPLES,), prior), constraints)
-
-
-def test_a_landscape_agrees_with_the_problem_and_what_cannot_be_factored_is_not_a_number() -> None:
-    of, first, k = problem(0.01), np.array([0.5, 1.1]), np.arange(131) * 0.01
-    bounded = [(constraint.quantity, k[: 131 - n]) for n, constraint in enumerate(of.constraints)]
-    grid = evaluate_on_grid(of, first, np.array([0.15]))
-    for j, posterior in enumerate(of.posterior(np.log([each, 0.15])) for each in first):
-        margins = [np.min(q.margin(posterior.signals, times)) / q.bounds.width for q, times in bounded]
-        assert grid.objective[0, j] == posterior.negative_log_marginal_likelihood()[0]
-        assert grid.margin[0, j] == pytest.approx(min(margins), abs=1e-14)
-    lost = evaluate_on_grid(problem(1e-12), np.array([1.0]), np.array([0.1, 1e4]))
-    assert np.isfinite(lost.objective).ravel().tolist() == [True, False]
 
 
 UNITS = {"vx": "m/s", "vy": "m/s", "x": "m", "q[1]": "rad", "flow_in": "m³/s"}

@@ -17,7 +17,6 @@ def test_a_kernel_has_one_thread_for_linear_algebra(tmp_path: Path, monkeypatch:
     """Else the last digits of what a notebook computes depend on how many cores a machine has."""
     # Loaded here, as its parsers take a second in each process that collects the tests.
     nbformat, pipeline = import_module("nbformat"), import_module("pipeline.notebook")
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
     monkeypatch.chdir(tmp_path)
     pipeline.NOTEBOOKS.mkdir()
     cells = [nbformat.v4.new_code_cell(THREADS)]

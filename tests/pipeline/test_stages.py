@@ -49,7 +49,7 @@ def test_stages_leave_the_files_that_are_committed(finished: Path) -> None:
     committed = {path.relative_to(folder).as_posix() for path in (folder / "example1").rglob("*.*")}
     of_disturbances = {
         "certificates/robust.json",
-        *(f"figures/{f}.svg" for f in ("disturbed-loops", "price-of-room", "tube-of-runs")),
+        *(f"figures/{f}.svg" for f in ("disturbed-loops", "tube-of-runs")),
     }
     assert written(finished).keys() == committed - {f"example1/{name}" for name in of_disturbances}
 
@@ -111,20 +111,20 @@ def interrupt_all(first: int) -> None:
     print("nothing ended this process", flush=True)
 
 
-def test_a_period_of_whole_steps_allows_the_sampled_problem(tmp_path: Path) -> None:
+def test_a_grid_is_enough_where_the_period_is_known_and_has_whole_steps(tmp_path: Path) -> None:
     text = changed(
         "example2",
         ("starts: 6", "starts: 1"),
         ("kernel: {type: periodic}", "kernel: {type: periodic, period: 3.14}"),
-        ("grid, intervals, exact, ", "exact, sound_intervals, sampled, "),
+        ("grid, intervals, exact, ", "exact, sound_intervals, grid, "),
         text=PERIODIC,
     )
     results = Results("example2", run_all_here(tmp_path, "example2", text, STAGES[:3]) / "results")
     metrics = json.loads(results.metrics.read_text())
-    assert tuple(metrics) == ("unconstrained", "exact", "sound_intervals", "sampled", "hyperparameters", "joint")
-    assert metrics["sampled"]["first_violated_step"] is None
+    assert tuple(metrics) == ("unconstrained", "exact", "sound_intervals", "grid", "hyperparameters", "joint")
+    assert metrics["grid"]["first_violated_step"] is None
     assert metrics["sound_intervals"]["proof"].startswith("proved for all real t")
-    assert metrics["sampled"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
+    assert metrics["grid"]["nlml"] <= metrics["exact"]["nlml"] + 1e-6
 
 
 STREAM = next(line for line in SHORT.splitlines(keepends=True) if line.startswith("        stream: {"))

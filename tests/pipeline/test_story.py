@@ -7,6 +7,7 @@ from pathlib import Path
 from pipeline.storage.archive import read_margins
 from pipeline.storage.results import Results
 from pipeline.story import (
+    pictures,
     printed_by_coq,
     told_of_disturbances,
     told_of_loops,
@@ -56,6 +57,7 @@ def test_what_a_theorem_leaves_out_is_told() -> None:
 @BY_NAME
 def test_every_committed_result_can_be_told(name: str) -> None:
     results, learned = RESULTS[name], fitted(name).learned
+    assert pictures(results, "margins", "nothing") == f"![margins](../{results.figure('margins')})"
     assert "leaves its bounds" in told_of_unconstrained(read_margins(results, learned))
     assert "`joint` costs" in told_of_price(results)
     loops = told_of_loops(results).splitlines()

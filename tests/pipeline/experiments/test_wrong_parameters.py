@@ -60,7 +60,6 @@ WRONG = [
         "    search: {starts: 8}\n    study: {tightness: [1.0]}\n",
         r"study\.tightness: expected one state",
     ),
-    ("example2", "joint, robust]", "joint, robust, sampled]", r"methods: sampled: the period is learned"),
     (
         "hand",
         ", second_derivative: 400.0}",

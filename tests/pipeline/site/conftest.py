@@ -25,6 +25,8 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("project")
     results = Path("data") / "results" / NAME
     shutil.copytree(ROOT / results, folder / results, ignore=shutil.ignore_patterns("[!s]*.mcap", "scene.mcap"))
+    (folder / "notebooks").mkdir()
+    shutil.copy(ROOT / "notebooks" / f"{NAME}.ipynb", folder / "notebooks")
     title = "A tank between two levels: nonlinear, learned from an MCAP recording"
     params = changed(NAME, (f'"{title}"', json.dumps(HOSTILE)))
     (folder / "params.yaml").write_text(params, encoding="utf-8")

@@ -5,9 +5,7 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 
-from pipeline.site.build import errata
 from tests.pipeline.site.conftest import HOSTILE, NAME
-from tests.project import ROOT
 
 
 def page(built: Path, name: str) -> str:
@@ -34,6 +32,9 @@ def test_the_page_of_an_experiment_tells_proofs_and_offers_files(built: Path, pr
     assert {"joint.json", "unconstrained.counterexample.json", "samples.mcap"} <= offered
     drawn = {path.name for path in (project / "data" / "results" / NAME / "figures").iterdir()}
     assert drawn <= {path.name for path in (built / "_images").iterdir()}
+    assert 'src="_images/tracking.svg"' in page(built, f"notebook-{NAME}"), (
+        "a figure of the experiment, where the site has it"
+    )
 
 
 class Elements(HTMLParser):
@@ -63,24 +64,3 @@ def test_pages_show_what_titles_say_and_run_none_of_it(built: Path) -> None:
         assert not [script for script in scripts if "alert(" in script], page.name
         if page.stem in ("results", NAME):
             assert " ".join(HOSTILE.split()) in " ".join(elements.text.split())
-
-
-def test_errata_come_with_their_evidence_and_nothing_else(tmp_path: Path) -> None:
-    texts = (
-        "# A story\n\nIt begins.",
-        "before()",
-        "The end.\n\n## Where the paper must be read with care\n\n**A sign** is wrong.",
-        "evidence()",
-        "## After it\n\nNot about the paper.",
-        "after()",
-    )
-    kinds = {True: {"cell_type": "code", "outputs": []}, False: {"cell_type": "markdown"}}
-    cells = [{**kinds[text.endswith("()")], "metadata": {}, "source": [text]} for text in texts]
-    (tmp_path / "a.ipynb").write_text(json.dumps({"cells": cells}), encoding="utf-8")
-    _, *found = json.loads(errata([tmp_path / "a.ipynb"]))["cells"]
-    assert ["".join(cell["source"]) for cell in found] == ["## A story", "**A sign** is wrong.", "evidence()"]
-
-
-def test_errata_of_the_committed_notebooks_are_found() -> None:
-    found = json.loads(errata([ROOT / "notebooks" / f"{name}.ipynb" for name in ("example1", "example2", "tank")]))
-    assert sum("".join(cell["source"]).startswith("## ") for cell in found["cells"]) == 2

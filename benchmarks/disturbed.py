@@ -1,4 +1,4 @@
-"""Count how often the tube controller breaks a bound or has no plan: `python -m pipeline.disturbed [STEPS [RESULTS]]`.
+"""Count how often the tube controller breaks a bound or has no plan: `python -m benchmarks.disturbed STEPS`.
 
 It runs a million steps by default, under the disturbances of experiments and of random systems. The control stage
 compares the tube controller with the nominal controller.

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pipeline.disturbed import Case, disturbed_runs, random_case
+from benchmarks.disturbed import Case, disturbed_runs, random_case
 from pipeline.loops import disturbed as loops
 from pipeline.loops.disturbed import many_runs
 
