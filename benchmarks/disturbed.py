@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
-from pathlib import Path
 
 import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, start, violations
+from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, near_bounds, start, violations
 from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -24,8 +23,6 @@ from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
 from trackably.control.controller import shortest_horizon
-from trackably.gp.kernels.squared_exponential import SquaredExponential
-from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import Zonotope
 from trackably.systems.linear import LinearSystem
@@ -47,13 +44,13 @@ class Case:
     steps: int
 
 
-def experiments(results: Path) -> Iterator[Case]:
-    """Yield the experiments with a disturbance, and their references from the fits below `results`."""
+def experiments() -> Iterator[Case]:
+    """Yield the experiments with a disturbance, and the robust references of their results."""
     for experiment in load_experiments().values():
         tightened = experiment.tightening
         if tightened is None:
             continue
-        robust = read_fit(Results(experiment.name, results)).learned[ROBUST.name].reference
+        robust = read_fit(Results(experiment.name)).learned[ROBUST.name].reference
         yield Case(experiment.name, tightened, robust, experiment.control.horizon, 300)
 
 
@@ -96,20 +93,6 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
     return Case(f"random {seed}", tightened, robust, horizon, steps)
 
 
-def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:
-    """Return a reference whose values at the steps reach the given `part` of the way from zero to the first bound."""
-    step = plant.sampling_time
-    kernel, centres = SquaredExponential(1.0, 15 * step), step * np.arange(0.0, steps + 10.0, 12.0)
-    weights = [rng.standard_normal(centres.size) for _ in range(plant.signal_count)]
-    wild = Reference(tuple(KernelSum(kernel, 0.0, centres, w) for w in weights), plant)
-    k = np.arange(steps + 1.0)
-    used = max(
-        float(np.max(np.maximum(values @ bounded.rows.T / bounded.upper, values @ bounded.rows.T / bounded.lower)))
-        for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
-    )
-    return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)
-
-
 def disturbed_runs(case: Case, steps: int) -> Counter[str]:
     """Run loops of at least `steps` steps in all; count steps, runs, steps outside of bounds and steps without a plan.
 
@@ -130,13 +113,12 @@ _RANDOM = 16
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"]})
 @click.argument("steps", type=click.IntRange(1), default=1_000_000)
-@click.argument("results", type=click.Path(exists=True, file_okay=False, path_type=Path), default=Path("data/results"))
-def command(steps: int, results: Path) -> None:
+def command(steps: int) -> None:
     """Count broken bounds and steps without a plan in STEPS disturbed steps.
 
-    The systems are those of the experiments in RESULTS with a disturbance, and random systems.
+    The systems are those of the experiments with a disturbance, and random systems.
     """
-    cases, every = [*experiments(results), *random_systems(_RANDOM)], Counter[str]()
+    cases, every = [*experiments(), *random_systems(_RANDOM)], Counter[str]()
     for case in cases:
         found = disturbed_runs(case, -(-steps // len(cases)))
         click.echo(_told(case.name, found))

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import cycle
-from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -163,7 +162,7 @@ _ENDS = {
 
 def _tube() -> Iterator[Row]:
     """Yield rows with medians over states, for each experiment with disturbances and for all random systems."""
-    cases = {case.name: [case] for case in experiments(Path("data/results"))}
+    cases = {case.name: [case] for case in experiments()}
     cases["random systems"] = list(random_systems(_RANDOM))
     note = "with a table of the reference; the range ends at the 95th percentile"
     for name, some in cases.items():
