@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, PlainValidator, PositiveFloat, model_validator
+from pydantic import PlainValidator, PositiveFloat, model_validator
 
 from pipeline.experiments.fields import LISTED, read_by
 from pipeline.yaml_file import Fields
@@ -15,10 +15,10 @@ from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, ModelError, Zonotope
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import Tightening, tightening
-from trackably.systems.written import fields_of, matrix, set_of, system_of, vector
+from trackably.systems.written import fields_of, set_of, system_of
 
-Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_by(matrix))]
-Vector = Annotated[tuple[float, ...], BeforeValidator(read_by(vector))]
+Vector = Annotated[tuple[float, ...], LISTED]
+Matrix = Annotated[tuple[Vector, ...], LISTED]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from trackably.arguments import array, instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.controller import Controller
-from trackably.control.references import TabulatedReference, TrackedReference, check_reference, nearest_turns
+from trackably.control.references import TabulatedReference, TrackedReference, check_reference
 from trackably.control.stepping import (
     Disturbances,
     Infeasible,
@@ -200,7 +200,7 @@ def simulate(
         first_step=first_step,
         states=np.array(states),
         inputs=np.array(inputs).reshape(len(inputs), len(plant.system.inputs)),
-        reference_states=nearest_turns(plant, tracked.states, np.array(states)),
+        reference_states=plant.unwrap(tracked.states, states[0]),
         reference_inputs=tracked.inputs,
         results=tuple(results),
     )

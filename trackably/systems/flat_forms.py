@@ -67,7 +67,8 @@ class FlatForm(subject.FlatForm):
         ordinary arithmetic only (see `tracing.Symbol`). ValueError: the function cannot be called with symbols, or
         returns anything else; the message says why.
         """
-        states, inputs = formulas_of(lambda: function(_Shifts(outputs)))
+        every = [[Symbol(Name(shifted_name(c, j))) for c in range(outputs)] for j in range(MOST_SHIFTS)]
+        states, inputs = formulas_of(lambda: function(np.array(every, dtype=object)))
         return cls(states, inputs, tuple(angles))
 
     @property
@@ -94,18 +95,6 @@ class FlatForm(subject.FlatForm):
                 f"flat form: expected formulas of flat outputs z1[0] to z99[{MOST_SHIFTS}] only, got one with {name}"
             )
         return c, j
-
-
-@dataclass(frozen=True)
-class _Shifts:
-    """The argument z of a function of flat outputs: z[j] has the symbols of all flat outputs at step k + j."""
-
-    outputs: int
-
-    def __getitem__(self, j: Any) -> Any:
-        if not isinstance(j, int) or not 0 <= j < MOST_SHIFTS:
-            raise ValueError(f"z[j]: expected a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
-        return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
