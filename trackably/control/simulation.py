@@ -16,7 +16,6 @@ from trackably.control.stepping import (
     Disturbances,
     Infeasible,
     Plan,
-    Status,
     StepResult,
     Successor,
     Unsolved,
@@ -54,11 +53,6 @@ class ClosedLoop:
     def without_plan(self) -> tuple[Infeasible | Unsolved, ...]:
         """The results without a plan."""
         return tuple(result for result in self.results if not isinstance(result, Plan))
-
-    @property
-    def widened(self) -> int:
-        """The number of steps that were feasible only within the controller's tolerance."""
-        return sum(isinstance(result, Plan) and result.status is Status.WIDENED for result in self.results)
 
     @property
     def costs(self) -> Array:

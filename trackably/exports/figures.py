@@ -101,10 +101,12 @@ def tracking(
     names, bounds = plant.names, bounds_of(plant)
     figure, panels = panels_of(0.7 + 1.25 * len(names), len(names), sharex=True)
     styles = reference_styles(references)
-    curves = {label: np.hstack([of.state_at(times), of.input_at(times)]) for label, of in references.items()}
+    curves = {
+        label: np.hstack([plant.unwrap(of.state_at(times)), of.input_at(times)]) for label, of in references.items()
+    }
     for i, (axes, name) in enumerate(zip(panels[:, 0], names, strict=True)):
         for label, values in curves.items():
-            axes.plot(times, np.unwrap(values[:, i]) if i in plant.angles else values[:, i], **styles[label])
+            axes.plot(times, values[:, i], **styles[label])
         _draw_observed(axes, observed.get(name, Observed()), times)
         if name in bounds:
             pad_limits(axes, bounds[name])

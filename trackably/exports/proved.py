@@ -15,7 +15,7 @@ from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Cover, Instants, TrueSignal
 from trackably.extras import optional
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.pieces import PolynomialPieces, piece_at
 from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Quantity, Signals
 
@@ -122,9 +122,6 @@ def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
 
 # The display of a reference in notebooks: a figure, and a table of its bounds.
 
-_HEADINGS = ("", "bounds", "from", "to", "least margin", "at")
-_CELL = 'style="text-align:{side};padding:0.15em 0.8em 0.15em 0;border:none;color:inherit;background:none"'
-
 
 def html(proved: Proved) -> str:
     """Return an HTML element whose colours follow the page; names are escaped.
@@ -139,12 +136,11 @@ def html(proved: Proved) -> str:
     more = f"<details><summary>what else is known of it</summary><ul>{details}</ul></details>"
     times = shown_times(proved, _MOST)
     rows = "".join(_row(quantity, times, proved.reference.signals) for quantity in proved.reference.quantities)
-    head = "".join(f"<th {_style(i)}>{name}</th>" for i, name in enumerate(_HEADINGS))
+    head = "<th></th><th>bounds</th><th>from</th><th>to</th><th>least margin</th><th>at</th>"
     return (
         '<div class="trackably-reference" style="color:inherit;background:none;line-height:1.45">'
         f"<p><strong>Trackably</strong>: {escape(said)}</p>"
-        f'<table style="border-collapse:collapse;color:inherit"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{rows}</tbody></table>"
+        f'<table style="color:inherit"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
         f"<p><small>Values and least margins as found from {first:.6g} s to {last:.6g} s. That bounds are kept is "
         f"proved. T<sub>s</sub> = {proved.reference.plant.sampling_time:g} s.</small></p>{more if others else ''}</div>"
     )
@@ -163,12 +159,7 @@ def _row(quantity: Quantity, times: Array, signals: Signals) -> str:
         f"{margins[nearest]:.3g}",
         f"{times[nearest]:.4g} s",
     )
-    return f"<tr>{''.join(f'<td {_style(i)}>{cell}</td>' for i, cell in enumerate(cells))}</tr>"
-
-
-def _style(column: int) -> str:
-    """Return the style of a cell: numbers are aligned right, for comparison down the column."""
-    return _CELL.format(side="right" if column >= 2 else "left")
+    return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 _COUNT = 801  # times at which a figure draws a curve
@@ -193,8 +184,8 @@ def _band(proved: Proved, truth: TrueSignal, times: Array) -> tuple[Array, Array
 
     Every true signal that explains the samples lies between them.
     """
-    cell = np.searchsorted(truth.ends, times, side="right") - 1
-    inside = (times >= truth.ends[0]) & (times <= truth.ends[-1])
-    errors = np.where(inside, np.array([*truth.errors, truth.errors[-1]])[np.maximum(cell, 0)], np.nan)
+    ends = np.array(truth.ends)
+    inside = (times >= ends[0]) & (times <= ends[-1])
+    errors = np.where(inside, np.array(truth.errors)[piece_at(ends, times)], np.nan)
     x = proved.reference.state_at(times)[:, proved.reference.plant.system.states.index(truth.state)]
     return x - errors, x + errors
