@@ -14,22 +14,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from pipeline.drawings.style import (
-    PUBLISHED,
-    SYMBOLS,
-    direct_label,
-    state_bounds,
-    step_label,
-)
+from pipeline.drawings.style import COLUMN, DOTTED, GREY, PUBLISHED, SYMBOLS, direct_label, state_bounds, step_label
 from pipeline.published.algorithm1 import Trace, tail
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
-    COLUMN,
-    DOTTED,
     FAINT,
-    GREY,
     INK,
     ORANGE,
     PAGE,

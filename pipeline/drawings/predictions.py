@@ -10,24 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from pipeline.drawings.style import (
-    PUBLISHED,
-    direct_label,
-    state_bounds,
-    step_label,
-)
+from pipeline.drawings.style import COLUMN, DOTTED, PUBLISHED, TRUTH, direct_label, state_bounds, step_label
 from pipeline.published.scalar import interval_sets, reachable_tube
 from pipeline.storage.archive import Conservatism
 from trackably.arrays import Array
 from trackably.exports.figures import (
-    COLUMN,
-    DOTTED,
     FAINT,
     INK,
     OUTSIDE,
     PALE,
     SAMPLE,
-    TRUTH,
     legend_above,
     pad_limits,
     panels_of,

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, references
 from pipeline.drawings.algorithm1 import evaluate_on_grid
+from pipeline.drawings.style import axis_label, svg
 from tests.pipeline.committed import EXPERIMENTS, fitted
-from trackably.exports.figures import axis_label, svg
 from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.prior import Prior
