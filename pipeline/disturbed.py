@@ -27,7 +27,7 @@ from trackably.control.controller import shortest_horizon
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import Zonotope
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
@@ -86,7 +86,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         small = tightening(plant, shape, noise=noise)
         size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
         K = small.invariant.feedback if small.invariant else None
-        tightened = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
+        tightened = tightening(plant, scaled(shape, size), K, noise=scaled(noise, size) if noise else None)
     except ValueError:  # not controllable, or tightened bounds leave nothing
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
@@ -94,6 +94,12 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
     if not isinstance(prove(robust, Window(0.0, (steps + horizon) * 0.1)), Certificate):
         return None
     return Case(f"random {seed}", tightened, robust, horizon, steps)
+
+
+def scaled(W: DisturbanceSet, factor: Fraction) -> DisturbanceSet:
+    """Return factor · W."""
+    vectors = [[factor * value for value in of] for of in W.vectors]
+    return ConvexHull(vectors) if isinstance(W, ConvexHull) else Zonotope(vectors[0], vectors[1:])
 
 
 def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, part: float) -> Reference:

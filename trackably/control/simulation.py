@@ -93,11 +93,6 @@ class ClosedLoop:
         return self.states - self.reference_states
 
     @property
-    def first_infeasible_step(self) -> int | None:
-        """The first step that is infeasible; None if there is none."""
-        return self.infeasible[0].k if self.infeasible else None
-
-    @property
     def cost_increases(self) -> Array:
         """V(k+1) − V(k) + ℓ(k), shape (K − 1,): at most zero at every step at which the reference is trackable.
 
@@ -286,16 +281,12 @@ def worst_plant(
     greedy, q = len(directions), len(A)
     x = np.tile(window.states[0], (greedy + q + 1, 1))
     states, chosen, inputs = [x], [], []
+    pushes = np.array([np.zeros(n) if disturbance is None else disturbance.farthest(row) for row in directions])
     for k in range(steps):
         u = window.inputs[k] + (x - window.states[k]) @ K.T
         after = np.einsum("qij,pj->pqi", A, x) + np.einsum("qij,pj->pqi", B, u) + c  # next states, by policy and vertex
-        pick = np.empty(len(x), dtype=int)
-        pick[:greedy] = np.argmax(np.einsum("pqi,pi->pq", after[:greedy], directions), axis=1)
-        pick[greedy:] = [*range(q), k % q]
-        x = after[np.arange(len(x)), pick]
-        if disturbance is not None:
-            pushes = np.array([disturbance.farthest(row) for row in directions])
-            x = x + np.vstack([pushes, np.tile(pushes[k % greedy], (q + 1, 1))])
+        pick = np.append(np.argmax(np.einsum("pqi,pi->pq", after[:greedy], directions), axis=1), [*range(q), k % q])
+        x = after[np.arange(len(x)), pick] + np.vstack([pushes, np.tile(pushes[k % greedy], (q + 1, 1))])
         states.append(x)
         inputs.append(u)
         chosen.append(pick)

@@ -110,11 +110,6 @@ class Zonotope(checker.Zonotope, _ExactSet):
     def _point(self, parts: Array) -> Array:
         return np.asarray(self.matrix[0] + parts @ self.generator_matrix)
 
-    def scaled(self, factor: Fraction) -> Self:
-        """Return factor · W."""
-        centre, *generators = [[factor * value for value in of] for of in self.vectors]
-        return type(self)(centre, generators)
-
     def __repr__(self) -> str:
         return f"Zonotope(centre={self.matrix[0].tolist()}, generators={self.generator_matrix.tolist()})"
 
@@ -155,10 +150,6 @@ class ConvexHull(checker.Hull, _ExactSet):
     def draw(self, rng: np.random.Generator) -> Array:
         """Return a random point (n,) of the set, up to rounding."""
         return rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix
-
-    def scaled(self, factor: Fraction) -> Self:
-        """Return factor · W."""
-        return type(self)([[factor * value for value in of] for of in self.vertices])
 
     def __repr__(self) -> str:
         return f"ConvexHull({self.matrix.tolist()})"

@@ -83,7 +83,7 @@ def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_hor
     states = case.reference.plant.state_set
     leaves = instances.first_outside(case.reference, states, case.reference.state)
     loop = simulate(case.controller, case.reference, case.start, 100)
-    assert loop.first_infeasible_step == leaves - HORIZON
+    assert loop.infeasible[0].k == leaves - HORIZON
     assert loop.infeasible[0].at_step == leaves
     excess = -states.margin(case.reference.state(leaves)) / np.ptp([-2.0, 0.05])
     assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)
