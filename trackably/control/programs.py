@@ -36,10 +36,10 @@ class Program:
     A: Matrix
     equations: int
 
-    def solve(self, limits: Array) -> Array | None:
+    def solve(self, limits: Array, tolerances: tuple[float, ...] = _TOLERANCES) -> Array | None:
         """Return the optimal x for `limits` (f, g); None if the solver finds none.
 
-        Its accuracy is the first of `_TOLERANCES` if float64 allows, and at least the last. Raises ArithmeticError
+        Its accuracy is the first of the `tolerances` if float64 allows, and at least the last. Raises ArithmeticError
         if a number is not finite.
         """
         P, A = self._matrices
@@ -51,8 +51,8 @@ class Program:
         settings.verbose = False
         settings.max_iter = _MAX_ITERATIONS
         settings.max_threads = 1
-        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = _TOLERANCES[-1]
-        for tolerance in _TOLERANCES:
+        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = tolerances[-1]
+        for tolerance in tolerances:
             settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
             found = clarabel.DefaultSolver(P, self.q, A, limits, cones, settings).solve()
             if found.status in (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved):
