@@ -15,7 +15,7 @@ import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, near_bounds, start, violations
+from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, near_bounds, scaled, start, violations
 from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -83,7 +83,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         small = tightening(plant, shape, noise=noise)
         size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
         K = small.invariant.feedback if small.invariant else None
-        tightened = tightening(plant, shape.scaled(size), K, noise=noise.scaled(size) if noise else None)
+        tightened = tightening(plant, scaled(shape, size), K, noise=scaled(noise, size) if noise else None)
     except ValueError:  # not controllable, or tightened bounds leave nothing
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -143,10 +143,12 @@ class _Figures:
         times = np.linspace(0, self.last_step * self.experiment.plant.sampling_time, _POINTS)
         held_out, truths = self.fitted.sampled.held_out_by_name, self.experiment.truths
         observed = {
-            name: curves.Observed(samples, held_out.get(name), truths[name](times) if name in truths else None)
+            name: references.Shown(
+                samples, held_out=held_out.get(name), truth=truths[name](times) if name in truths else None
+            )
             for name, samples in self.fitted.sampled.by_name.items()
         }
-        return curves.tracking(self.shown, observed, times, self.experiment.units)
+        return curves.tracking(self.shown, observed, times, partial(style.axis_label, units=self.experiment.units))
 
     def algorithm1(self) -> Drawings:
         """Return the figures of Algorithm 1, if there is a trace of the reading that its proof supports."""

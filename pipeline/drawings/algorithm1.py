@@ -10,22 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from pipeline.drawings.style import (
-    PUBLISHED,
-    SYMBOLS,
-    direct_label,
-    state_bounds,
-    step_label,
-)
+from pipeline.drawings.style import COLUMN, DOTTED, GREY, PUBLISHED, SYMBOLS, direct_label, state_bounds, step_label
 from pipeline.published.algorithm1 import Trace, tail
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
-    COLUMN,
-    DOTTED,
     FAINT,
-    GREY,
     INK,
     ORANGE,
     PAGE,

@@ -9,23 +9,18 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pipeline.drawings.references import label_plane
-from pipeline.drawings.style import direct_label, step_label
+from pipeline.drawings.style import COLUMN, DOTTED, GREY, Units, axis_label, direct_label, step_label
 from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
 from trackably.exports.figures import (
     BLUE,
     BOUND,
-    COLUMN,
-    DOTTED,
     GREEN,
-    GREY,
     INK,
     NAVY,
     ORANGE,
     OUTSIDE,
     PALE,
-    Units,
-    axis_label,
     bounds_of,
     legend_above,
     pad_limits,

@@ -9,22 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.drawings.style import (
-    PUBLISHED,
-    direct_label,
-    state_bounds,
-    step_label,
-)
+from pipeline.drawings.style import DOTTED, PUBLISHED, TRUTH, direct_label, state_bounds, step_label
 from pipeline.published.scalar import interval_sets, reachable_tube
 from trackably.arrays import Array
 from trackably.exports.figures import (
-    DOTTED,
     FAINT,
     INK,
     OUTSIDE,
     PALE,
     SAMPLE,
-    TRUTH,
     legend_above,
     pad_limits,
     panels_of,

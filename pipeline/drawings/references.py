@@ -1,6 +1,7 @@
 """Figures of references: margins over time, paths in the plane, the price of tighter bounds."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import cycle, pairwise
 from math import floor, log10
 from typing import Any, Final
@@ -10,24 +11,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from pipeline.drawings.style import direct_label
+from pipeline.drawings.style import DOTTED, GREY, TRUTH, Units, axis_label, direct_label
 from pipeline.margins import MarginProfile
 from pipeline.storage.archive import Tightness
 from trackably.arrays import Array
 from trackably.checker.certificate import TrueSignal
 from trackably.exports.figures import (
     BLUE,
-    DOTTED,
-    GREY,
     INK,
     NAVY,
     OUTSIDE,
     PALE,
     PURPLE,
     SAMPLE,
-    TRUTH,
-    Units,
-    axis_label,
+    Observed,
     legend_above,
     panels_of,
     reference_styles,
@@ -36,6 +33,24 @@ from trackably.exports.figures import (
 from trackably.gp.samples import Samples
 from trackably.reference.truth import sides_at
 from trackably.systems.reference import Reference
+
+
+@dataclass(frozen=True)
+class Shown(Observed):
+    """Data of a state that an experiment knows beside its samples: the true signal `truth`, and samples `held_out`."""
+
+    held_out: Samples | None = None
+    truth: Array | None = None
+
+    def draw(self, axes: Axes, times: Array) -> None:
+        if self.truth is not None:
+            axes.plot(times, self.truth, **TRUTH)
+        super().draw(axes, times)
+        if self.held_out is not None:
+            style = SAMPLE | {"marker": ".", "markersize": 2.5, "color": GREY, "label": "held out"}
+            axes.plot(self.held_out.times, self.held_out.values, **style)
+            axes.axvline(self.held_out.times[0], color=GREY, **DOTTED)
+
 
 # Parts of the width between bounds: below the first, margins get a logarithmic axis, which is linear below the second.
 _NARROW: Final = 0.05

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, PlainValidator, PositiveFloat, model_validator
+from pydantic import PlainValidator, PositiveFloat, model_validator
 
 from pipeline.experiments.fields import LISTED, read_by
 from pipeline.yaml_file import Fields
@@ -15,10 +15,10 @@ from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, ModelError, Zonotope
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import Tightening, tightening
-from trackably.systems.written import fields_of, matrix, set_of, system_of, vector
+from trackably.systems.written import fields_of, set_of, system_of
 
-Matrix = Annotated[tuple[tuple[float, ...], ...], BeforeValidator(read_by(matrix))]
-Vector = Annotated[tuple[float, ...], BeforeValidator(read_by(vector))]
+Vector = Annotated[tuple[float, ...], LISTED]
+Matrix = Annotated[tuple[Vector, ...], LISTED]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,15 +43,13 @@ TruthField = Annotated[
 
 
 class DisturbanceSetFields(Fields):
-    """A box, a polytope {w : H w ≤ h}, the convex hull of `vertices`, or a zonotope.
+    """A box, the convex hull of `vertices`, or a zonotope.
 
     The zonotope has the points `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1.
     """
 
     lower: Vector | None = None
     upper: Vector | None = None
-    H: Matrix | None = None
-    h: Vector | None = None
     vertices: Matrix | None = None
     centre: Vector | None = None
     generators: Matrix | None = None
@@ -63,16 +61,15 @@ class DisturbanceSetFields(Fields):
 
     @property
     def set(self) -> DisturbanceSet:
-        """Return the set. Raises ValueError if it is unbounded, or shapes do not fit."""
+        """Return the set. Raises ValueError if shapes do not fit."""
         forms: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
             ("lower", "upper"): Zonotope.box,
-            ("H", "h"): ConvexHull.halfspaces,
             ("vertices",): ConvexHull,
             ("centre", "generators"): Zonotope,
         }
         given = tuple(name for form in forms for name in form if getattr(self, name) is not None)
         if given not in forms:
-            raise ValueError("expected lower with upper, H with h, vertices, or centre with generators")
+            raise ValueError("expected lower with upper, vertices, or centre with generators")
         return forms[given](*(getattr(self, name) for name in given))
 
 

@@ -195,7 +195,7 @@ def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tup
         )
     arriving = experiment.measured({name: later[name] for name in sampled.by_name}).all
     joined = {name: _joined(first, arriving[name]) for name, first in sampled.by_name.items()}
-    return sampled_signals(experiment.plant, joined)[1]
+    return sampled_signals(experiment.plant, joined)
 
 
 def _joined(first: Samples, later: Samples) -> Samples:

@@ -61,7 +61,7 @@ def loop_metrics(loop: ClosedLoop, plant: ConstrainedSystem) -> dict[str, float 
     found: dict[str, float | int | str | None] = {
         "steps": len(loop.inputs),
         "infeasible_steps": len(loop.infeasible),
-        "first_infeasible_step": loop.first_infeasible_step,
+        "first_infeasible_step": loop.infeasible[0].k if loop.infeasible else None,
         "unsolved_steps": len(loop.unsolved),
         "why": loop.without_plan[0].explanation if loop.without_plan else None,
         "first_cost": float(loop.costs[0]) if len(loop.costs) and np.isfinite(loop.costs[0]) else None,

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import combinations
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,7 +20,7 @@ from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.files import read_json
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import ConvexHull
+from trackably.systems.rationals import exact
 
 INK, GREY = "#000000", "#888888"
 COLORS = ("#ff7f2a", "#2f8fe8", "#2fc46b", "#e06fc0", "#d9b400", "#35c9c9", "#a07be0", "#e05a5a")
@@ -63,9 +65,20 @@ def allowed_region(plant: ConstrainedSystem, plane: Plane, within: Array) -> Arr
     rows, sides = plant.state_set.inequalities
     alone = [i for i, row in enumerate(rows) if np.any(row[columns]) and not np.delete(row, columns).any()]
     H = np.vstack([rows[alone][:, columns], np.eye(2), -np.eye(2)])
-    corners = ConvexHull.halfspaces(H, np.concatenate([sides[alone], upper + far, far - lower])).matrix
+    corners = np.array(_corners_of(H, np.concatenate([sides[alone], upper + far, far - lower])), dtype=float)
     around = corners - corners.mean(axis=0)
     return np.asarray(corners[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
+
+
+def _corners_of(H: Array, h: Array) -> list[Sequence[Fraction]]:
+    """Return the corners of {p : H p ≤ h} in the plane, in rational numbers."""
+    rows, sides, found = exact(H), exact(h), dict[Sequence[Fraction], None]()
+    for (a, b, c), (d, e, f) in combinations(np.column_stack([rows, sides]).tolist(), 2):
+        if determinant := a * e - b * d:
+            corner = (c * e - b * f) / determinant, (a * f - c * d) / determinant
+            if np.all(rows @ np.array(corner) <= sides):
+                found[corner] = None
+    return [*found]
 
 
 _STRIP, _LOOP = 0, 1

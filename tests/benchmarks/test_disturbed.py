@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.disturbed import Case, disturbed_runs, random_case
 from pipeline.loops import disturbed as loops
-from pipeline.loops.disturbed import many_runs
+from pipeline.loops.disturbed import many_runs, scaled
 
 SEEDS = (0, 3, 11, 12)
 
@@ -40,7 +40,7 @@ def test_a_controller_that_leaves_no_room_is_counted(monkeypatch):
 def test_runs_of_the_tube_break_nothing_and_too_large_disturbances_are_counted():
     case = case_of(11)
     wide = copy(case.tightening)  # with the set of errors of the smaller disturbances
-    object.__setattr__(wide, "disturbance", case.tightening.disturbance.scaled(Fraction(30)))
+    object.__setattr__(wide, "disturbance", scaled(case.tightening.disturbance, Fraction(30)))
     window = case.robust.window(0, 40)
     broken = [many_runs(tightened, window, 0)[1] for tightened in (case.tightening, wide)]
     assert broken[0] == 0 < broken[1]

@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+from pipeline.drawings.style import svg
 from tests.figures.texts import collisions
 from tests.project import ROOT
-from trackably.exports.figures import svg, with_style
+from trackably.exports.figures import with_style
 
 FIGURES = sorted(
     path

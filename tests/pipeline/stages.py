@@ -11,6 +11,7 @@ from unittest import mock
 from pipeline.compare.claims import Claims
 from pipeline.compare.comparison import compare
 from pipeline.compare.model import Row, Status, load_tolerances
+from pipeline.drawings.style import svg
 from pipeline.experiments import load_experiment
 from pipeline.figures import drawings
 from pipeline.storage.results import Results
@@ -18,7 +19,6 @@ from tests.pipeline.command import Done, call, few_periods, studies_here
 from tests.pipeline.params import written_to
 from tests.project import ROOT
 from trackably.exports import figures as style
-from trackably.exports.figures import svg
 
 STAGES = ("generate", "fit", "verify", "control", "figures")
 _AGREE = {Status.IDENTICAL, Status.WITHIN}

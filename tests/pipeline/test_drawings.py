@@ -6,8 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline.drawings import algorithm1, references
+from pipeline.drawings.style import axis_label, svg
 from tests.pipeline.committed import fitted
-from trackably.exports.figures import axis_label, svg
 
 FITTED = fitted("example1")
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.polytopes import Polytope, extents, squares_in_widths
+from trackably.systems.polytopes import Polytope, extents
 
 
 class Scales(NamedTuple):
@@ -36,7 +36,7 @@ def weight_in_widths(bounded: Polytope) -> Array:
     """
     rows = bounded.rows / bounded.widths[:, None]
     free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
-    weight = squares_in_widths(bounded) + np.where(np.abs(free) > 1e-9, free, 0.0)
+    weight = rows.T @ rows + np.where(np.abs(free) > 1e-9, free, 0.0)
     return (weight + weight.T) / 2
 
 

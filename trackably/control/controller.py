@@ -15,12 +15,13 @@ from trackably.certificates.certificate import bounds_text
 from trackably.control.bounds import pull_inside, weight_in_widths
 from trackably.control.error_set import ErrorSet
 from trackably.control.problem import TOLERANCE, Formulation, StepProblem
-from trackably.control.references import TrackedReference, check_reference, check_window, unwrap_near
+from trackably.control.references import TrackedReference, check_reference, check_window
 from trackably.control.search import solve_by_linearisation
 from trackably.control.stepping import StepResult, Unsolved
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
+from trackably.systems.reference import Window
 
 __all__ = ["TOLERANCE", "Controller"]
 
@@ -98,7 +99,7 @@ class Controller:
                 safe = (*safe, window.inputs[0])
                 if not all(np.all(np.isfinite(values)) for values in window):
                     raise ArithmeticError("the reference has states or inputs in the horizon that are not finite")
-                window = unwrap_near(plant, window, x)
+                window = Window(plant.unwrap(window.states, x), window.inputs)
                 problem = StepProblem(self.formulation, k, x, window, window)
                 return problem.answer if self.formulation.is_linear else solve_by_linearisation(problem, guess)
         except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -1,6 +1,6 @@
 """The convex programs of a step, as matrices for an interior-point method."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -150,19 +150,18 @@ class StepPrograms:
         If the program `ends` plans, e(N) is given. If it `widens` the sets, the number t is added to the cost, and
         each bound moves out by t times its width; otherwise there is no t.
         """
-        start, (steps, count) = self.start, self.dynamics.shape
+        start, (steps, count), used = self.start, self.dynamics.shape, len(self.bounds)
         n, h, q, each = len(start.centre), len(start.sums), len(start.lower), np.eye(len(start.lower))
         end = self._end if ends else self._end[:0]
-        of_errors = [np.eye(n, count), None, self.dynamics, end, None, None, self.bounds]
-        of_start = [start.directions.T, start.sums, None, None, each, -each, None]
-        of_widening = [*[None] * 6, -np.ones((len(self.bounds), 1))]
-        columns = [of_errors, of_start, *[of_widening] * widens]
-        heights = n, h, steps, len(end), q, q, len(self.bounds)
+        equations = n + h + steps + len(end)
+        of_errors = [np.eye(n, count), np.zeros((h, count)), self.dynamics, end, np.zeros((2 * q, count)), self.bounds]
+        of_start = [start.directions.T, start.sums, np.zeros((steps + len(end), q)), each, -each, np.zeros((used, q))]
+        of_widening = [np.zeros((equations + 2 * q, int(widens))), np.full((used, int(widens)), -1.0)]
         return Program(
             scipy.linalg.block_diag(P, np.zeros((q + widens, q + widens))),
             np.append(np.zeros(count + q), np.ones(int(widens))),
-            np.hstack([_stacked(column, heights) for column in columns]),
-            n + h + steps + len(end),
+            np.hstack([*map(np.vstack, (of_errors, of_start, of_widening))]),
+            equations,
         )
 
     @property
@@ -170,9 +169,3 @@ class StepPrograms:
         """The matrix that maps z to e(N)."""
         N, n, _ = self.B.shape
         return np.eye(len(self.weights))[N * n : (N + 1) * n]
-
-
-def _stacked(blocks: Sequence[Array | None], heights: Sequence[int]) -> Array:
-    """Return blocks below each other, of which None are zeros; no zero has a sign."""
-    (width,) = {block.shape[1] for block in blocks if block is not None}
-    return np.vstack([np.zeros((k, width)) if of is None else of for of, k in zip(blocks, heights, strict=True)]) + 0.0

@@ -5,39 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from trackably.arrays import Array
 from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.reference import Window
-
-# Whole turns: a heading of 350° equals one of −10°, and a controller uses the nearer one.
-
-
-def unwrap_near(plant: ConstrainedSystem, window: Window, state: Array) -> Window:
-    """Return a window of a reference with whole turns added to its angles. Without angles it is the same window.
-
-    The angles begin near those of `state` (n,) and do not jump.
-    """
-    if not (angles := plant.angles):
-        return window
-    states = plant.unwrap(window.states)
-    states[:, angles] += _turns(state[angles] - states[0, angles])
-    return Window(states, window.inputs)
-
-
-def nearest_turns(plant: ConstrainedSystem, states: Array, near: Array) -> Array:
-    """Return `states` (…, n) with whole turns added to each angle, so that it is as near as possible to that in `near`.
-
-    `near` has the shape (…, n).
-    """
-    turned, angles = states.copy(), plant.angles
-    turned[..., angles] += _turns(near[..., angles] - turned[..., angles])
-    return turned
-
-
-def _turns(difference: Array) -> Array:
-    """Return the multiple of 2π [rad] that is nearest to a difference."""
-    return 2 * np.pi * np.round(difference / (2 * np.pi))
-
 
 _DRAWS, _ROUNDING = 8, 1e-9  # states drawn to compare systems; relative tolerance between their successors
 

@@ -11,12 +11,11 @@ import numpy as np
 from trackably.arguments import array, instance, numbers, whole
 from trackably.arrays import Array, ArrayLike
 from trackably.control.controller import Controller
-from trackably.control.references import TabulatedReference, TrackedReference, check_reference, nearest_turns
+from trackably.control.references import TabulatedReference, TrackedReference, check_reference
 from trackably.control.stepping import (
     Disturbances,
     Infeasible,
     Plan,
-    Status,
     StepResult,
     Successor,
     Unsolved,
@@ -56,11 +55,6 @@ class ClosedLoop:
         return tuple(result for result in self.results if not isinstance(result, Plan))
 
     @property
-    def widened(self) -> int:
-        """The number of steps that were feasible only within the controller's tolerance."""
-        return sum(isinstance(result, Plan) and result.status is Status.WIDENED for result in self.results)
-
-    @property
     def costs(self) -> Array:
         """The optimal costs V(k), shape (K,); NaN at the steps without a plan."""
         return self._of_plans("cost")
@@ -97,11 +91,6 @@ class ClosedLoop:
     def errors(self) -> Array:
         """The tracking errors x(k) − x_r(k), shape (K + 1, n)."""
         return self.states - self.reference_states
-
-    @property
-    def first_infeasible_step(self) -> int | None:
-        """The first step that is infeasible; None if there is none."""
-        return self.infeasible[0].k if self.infeasible else None
 
     @property
     def cost_increases(self) -> Array:
@@ -200,7 +189,7 @@ def simulate(
         first_step=first_step,
         states=np.array(states),
         inputs=np.array(inputs).reshape(len(inputs), len(plant.system.inputs)),
-        reference_states=nearest_turns(plant, tracked.states, np.array(states)),
+        reference_states=plant.unwrap(tracked.states, states[0]),
         reference_inputs=tracked.inputs,
         results=tuple(results),
     )
@@ -292,16 +281,12 @@ def worst_plant(
     greedy, q = len(directions), len(A)
     x = np.tile(window.states[0], (greedy + q + 1, 1))
     states, chosen, inputs = [x], [], []
+    pushes = np.array([np.zeros(n) if disturbance is None else disturbance.farthest(row) for row in directions])
     for k in range(steps):
         u = window.inputs[k] + (x - window.states[k]) @ K.T
         after = np.einsum("qij,pj->pqi", A, x) + np.einsum("qij,pj->pqi", B, u) + c  # next states, by policy and vertex
-        pick = np.empty(len(x), dtype=int)
-        pick[:greedy] = np.argmax(np.einsum("pqi,pi->pq", after[:greedy], directions), axis=1)
-        pick[greedy:] = [*range(q), k % q]
-        x = after[np.arange(len(x)), pick]
-        if disturbance is not None:
-            pushes = np.array([disturbance.farthest(row) for row in directions])
-            x = x + np.vstack([pushes, np.tile(pushes[k % greedy], (q + 1, 1))])
+        pick = np.append(np.argmax(np.einsum("pqi,pi->pq", after[:greedy], directions), axis=1), [*range(q), k % q])
+        x = after[np.arange(len(x)), pick] + np.vstack([pushes, np.tile(pushes[k % greedy], (q + 1, 1))])
         states.append(x)
         inputs.append(u)
         chosen.append(pick)

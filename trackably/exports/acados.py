@@ -7,7 +7,6 @@ import numpy as np
 
 from trackably.arguments import whole
 from trackably.arrays import Array
-from trackably.control.references import unwrap_near
 from trackably.exports.proved import Proved, proved_times
 
 
@@ -37,8 +36,9 @@ class SlidingReferences:
         k = whole("to_acados: k", k)
         reference = self.proved.reference
         proved_times(self.proved, reference.instants(k + np.arange(self.horizon + 1.0)))
-        window = reference.window(k, self.horizon)
-        states, inputs = window if state is None else unwrap_near(reference.plant, window, state)
+        states, inputs = reference.window(k, self.horizon)
+        if state is not None:
+            states = reference.plant.unwrap(states, state)
         return StageReferences(np.concatenate([states[:-1], inputs], axis=-1), states[-1])
 
     def set_in(self, solver: Any, k: int, state: Array | None = None) -> None:

@@ -11,6 +11,7 @@ from trackably.arguments import text
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import Instants
 from trackably.checker.formulas import Formula, Function, Name, Number, Operation, Power
+from trackably.checker.quantities import shifts_of
 from trackably.exports.proved import Proved
 from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.kernels.elementary import Radial
@@ -197,11 +198,8 @@ def assignment_lines(coordinate: Trajectory, target: str, written: Callable[[Fun
 
 def counts(coordinates: Iterable[Trajectory], signals: int) -> list[int]:
     """Return for each signal how many values, at t, t + T_s, t + 2 T_s, …, the coordinates need: at least one."""
-    needed = [1] * signals
-    for coordinate in coordinates:
-        for c, weights in (pair for _, part in coordinate.arguments for pair in part.rounded):
-            needed[c] = max(needed[c], 1 + int(weights.nonzero()[0][-1]))
-    return needed
+    used = {shift for coordinate in coordinates for _, part in coordinate.arguments for shift in shifts_of(part)}
+    return [1 + max((j for d, j in used if d == c), default=0) for c in range(signals)]
 
 
 def plain_sum(functional: Functional) -> str:

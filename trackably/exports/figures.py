@@ -1,16 +1,10 @@
-"""States and inputs of references over time, between their bounds; and the style of all figures.
+"""States and inputs of references over time, between their bounds; and the style of all figures."""
 
-Equal figures give equal bytes of SVG.
-"""
-
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import wraps
-from io import BytesIO
 from itertools import cycle
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final, ParamSpec
 
 import matplotlib.style
@@ -30,17 +24,14 @@ P = ParamSpec("P")
 SHEETS: Final = ["default", str(Path(__file__).with_name("trackably.mplstyle"))]
 # Ticks depend on the size of the axes, and this size on the tick labels, so the layout is computed twice.
 _LAYOUTS: Final = 2
-COLUMN: Final = 3.5
 PAGE: Final = 7.0
-"""Widths [in] of figures that span a column (`COLUMN`) or a page (`PAGE`)."""
-INK, GREY, PALE, FAINT = "#000000", "#666666", "#b8b8b8", "#e3e3e3"
+"""Width [in] of a figure that spans a page."""
+INK, PALE, FAINT = "#000000", "#b8b8b8", "#e3e3e3"
 BLUE, GREEN, ORANGE, PURPLE, NAVY = "#0072b2", "#009e73", "#d55e00", "#cc79a7", "#002d4a"
 SAMPLE: Final[dict[str, Any]] = {"linestyle": "none", "marker": "x", "color": INK, "zorder": 5, "label": "samples"}
 BOUND: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.8, "zorder": 2.5}
 OUTSIDE: Final[dict[str, Any]] = {"facecolor": FAINT, "zorder": 0}
 """Lines at bounds, and the area outside of them."""
-TRUTH: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.8, "zorder": 2.9, "label": "true signal"}
-DOTTED: Final[dict[str, Any]] = {"linewidth": 0.8, "linestyle": ":"}
 # If two references coincide, both stay visible, also in grey: the solid line is wider and lies below dark dashes.
 _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.4, 1.2, 1.4)), "linewidth": 1.3, "zorder": 3.2},
@@ -49,9 +40,6 @@ _REFERENCES: Final[tuple[dict[str, Any], ...]] = (
     {"color": PURPLE, "linestyle": ":", "linewidth": 1.6, "zorder": 3.4},
     {"color": BLUE, "linestyle": (0, (7, 1.6, 1.2, 1.6, 1.2, 1.6)), "linewidth": 1.2, "zorder": 3.1},
 )
-Units = Mapping[str, str]
-"""Units by the names of states and inputs."""
-UNKNOWN_UNITS: Final[Units] = MappingProxyType({})
 _TIMES_OF_BOUNDS: Final = 801  # a bound that moves is drawn at this many times
 _PADDING: Final = 0.12  # a panel shows this much beyond its bounds on either side, relative to their distance
 
@@ -74,15 +62,26 @@ def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 @dataclass(frozen=True)
 class Observed:
-    """Data of a state: the `samples` that it is learned from, samples that are `held_out`, and the true signal `truth`.
+    """Data of a state: the `samples` that it is learned from, and a `band` in which the true signal lies.
 
-    The true signal lies within the `band` of lower and upper values, which are NaN where nothing is known.
+    The band has lower and upper values, which are NaN where nothing is known.
     """
 
     samples: Samples | None = None
-    held_out: Samples | None = None
-    truth: Array | None = None
     band: tuple[Array, Array] | None = None
+
+    def draw(self, axes: Axes, times: Array) -> None:
+        """Draw the data in a panel that shows the `times` [s]."""
+        if self.band is not None:
+            axes.fill_between(times, *self.band, color=PALE, linewidth=0, alpha=0.7, zorder=2.6, label="true signal")
+        if self.samples is not None:
+            style = SAMPLE | {"markersize": 3} | ({"label": "centres"} if self.samples.scatters else {})
+            axes.plot(self.samples.times, self.samples.values, **style)
+
+
+def plain_label(name: str) -> str:
+    """Return the label of an axis or of a curve: the name of a state, an input, a sum or a reference."""
+    return name.replace("_", " ")
 
 
 @with_style
@@ -90,55 +89,31 @@ def tracking(
     references: Mapping[str, Reference],
     observed: Mapping[str, Observed],
     times: Array,
-    units: Units = UNKNOWN_UNITS,
+    label: Callable[[str], str] = plain_label,
 ) -> Figure:
     """Draw each state and input of `references`, by label, at `times` [s], with its `observed` data and its own bounds.
 
-    Values far outside the bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states
-    or inputs are not drawn.
+    `label` returns the label of the axis of a state or an input, such as its name with a unit. Values far outside the
+    bounds are cut off, and angles do not jump by whole turns. Bounds of sums of several states or inputs are not drawn.
     """
     plant = next(iter(references.values())).plant
     names, bounds = plant.names, bounds_of(plant)
     figure, panels = panels_of(0.7 + 1.25 * len(names), len(names), sharex=True)
     styles = reference_styles(references)
-    curves = {label: np.hstack([of.state_at(times), of.input_at(times)]) for label, of in references.items()}
+    curves = {
+        called: np.hstack([plant.unwrap(of.state_at(times)), of.input_at(times)]) for called, of in references.items()
+    }
     for i, (axes, name) in enumerate(zip(panels[:, 0], names, strict=True)):
-        for label, values in curves.items():
-            axes.plot(times, np.unwrap(values[:, i]) if i in plant.angles else values[:, i], **styles[label])
-        _draw_observed(axes, observed.get(name, Observed()), times)
+        for called, values in curves.items():
+            axes.plot(times, values[:, i], **styles[called])
+        observed.get(name, Observed()).draw(axes, times)
         if name in bounds:
             pad_limits(axes, bounds[name])
             shade_outside(axes, bounds[name])
-        axes.set_ylabel(axis_label(name, units))
+        axes.set_ylabel(label(name))
         axes.yaxis.set_label_coords(-0.075, 0.5)  # aligned, whatever the width of the tick labels
     axes.set(xlabel="time $t$ [s]", xlim=(times[0], times[-1]))
     return legend_above(figure, columns=5)
-
-
-def _draw_observed(axes: Axes, observed: Observed, times: Array) -> None:
-    if observed.truth is not None:
-        axes.plot(times, observed.truth, **TRUTH)
-    if observed.band is not None:
-        axes.fill_between(times, *observed.band, color=PALE, linewidth=0, alpha=0.7, zorder=2.6, label="true signal")
-    if observed.samples is not None:
-        style = SAMPLE | {"markersize": 3} | ({"label": "centres"} if observed.samples.scatters else {})
-        axes.plot(observed.samples.times, observed.samples.values, **style)
-    if observed.held_out is not None:
-        style = SAMPLE | {"marker": ".", "markersize": 2.5, "color": GREY, "label": "held out"}
-        axes.plot(observed.held_out.times, observed.held_out.values, **style)
-        axes.axvline(observed.held_out.times[0], color=GREY, **DOTTED)
-
-
-def axis_label(name: str, units: Units) -> str:
-    """Return the label of an axis: the name of a state, an input or a sum, with its unit if it is known.
-
-    A sum has a unit if all of its terms have the same one.
-    """
-    summed = re.sub(r" \(\d+\)$", "", name)  # equal names are numbered
-    terms = [summed] if summed in units else [term for term in re.split("[+*-]", summed) if not term[:1].isdigit()]
-    found = {units.get(term) for term in terms if term}
-    unit = found.pop() if len(found) == 1 else None
-    return name.replace("_", " ") + (f" [{unit}]" if unit else "")
 
 
 def bounds_of(plant: ConstrainedSystem) -> dict[str, Interval]:
@@ -180,7 +155,7 @@ def reference_styles(labels: Iterable[str]) -> dict[str, dict[str, Any]]:
 
     It depends on the position only: figures that show the same references in the same order draw them alike.
     """
-    return {label: {**style, "label": label.replace("_", " ")} for label, style in zip(labels, cycle(_REFERENCES))}
+    return {label: {**style, "label": plain_label(label)} for label, style in zip(labels, cycle(_REFERENCES))}
 
 
 def panels_of(
@@ -198,12 +173,3 @@ def legend_above(figure: Figure, columns: int | None = None) -> Figure:
     }
     figure.legend(found.values(), found, loc="outside upper center", ncols=columns or len(found))
     return figure
-
-
-def svg(figure: Figure) -> bytes:
-    """Return the figure as SVG, with letters as paths. Equal figures give equal bytes."""
-    buffer = BytesIO()
-    with matplotlib.style.context([*SHEETS, {"figure.constrained_layout.use": False}]):
-        figure.set_layout_engine(None)  # the layout is fixed: one that does nothing would have the figure drawn twice
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
-    return buffer.getvalue()

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -17,9 +15,9 @@ from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Cover, Instants, TrueSignal
 from trackably.extras import optional
 from trackably.gp.samples import Samples
-from trackably.systems.pieces import PolynomialPieces
+from trackably.systems.pieces import PolynomialPieces, piece_at
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Quantity
+from trackably.systems.trajectories import Quantity, Signals
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,25 +59,6 @@ _MOST = 2000  # margins are computed at no more than this many times
 _TINY = 1e-9  # in sampling times: an end that rounding puts past a step by less than this counts as the step
 
 
-@dataclass(frozen=True)
-class Reached:
-    """A bounded `quantity` with its `values` at the `times` shown."""
-
-    quantity: Quantity
-    times: Array
-    values: Array
-
-    @cached_property
-    def margins(self) -> Array:
-        """The margins at the times, in the unit of the quantity."""
-        return self.quantity.bounds.margin(self.values, self.times)
-
-    @property
-    def nearest(self) -> int:
-        """The index of the least margin."""
-        return int(np.argmin(self.margins))
-
-
 def ends(proved: Proved) -> tuple[float, float]:
     """Return the first and the last time [s] worth showing, within the claim.
 
@@ -116,16 +95,6 @@ def _steps_between(proved: Proved, start: float, end: float) -> tuple[int, int]:
     return math.ceil(start / step - _TINY), math.floor(end / step + _TINY)
 
 
-def margins_found(proved: Proved) -> list[Reached]:
-    """Return each bounded quantity with its values at up to 2000 times worth showing, or at all steps among them.
-
-    The margins at these times are evidence of how near a quantity comes to its bounds, in addition to the proof.
-    """
-    times = shown_times(proved, _MOST)
-    signals = proved.reference.signals
-    return [Reached(quantity, times, quantity(signals, times)) for quantity in proved.reference.quantities]
-
-
 def values_at(proved: Proved, steps: Array) -> dict[str, Array]:
     """Return the values (K,) of each state, then of each input, by name, at K consecutive steps. Angles do not jump.
 
@@ -151,53 +120,7 @@ def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
         raise ValueError(f"{what}: {unknown[0]} is neither a state nor an input ({', '.join(known)})")
 
 
-# The display of a reference in notebooks: a figure, and a table of its bounds with small pictures.
-
-_WIDTH, _HEIGHT, _EDGE = 160.0, 34.0, 4.0  # px: of a small picture, and of its empty edge
-_POINTS = 160  # points of a curve in a small picture
-_SOLID = 'stroke="currentColor" stroke-width="1.4"'
-_DASHED = 'stroke="currentColor" stroke-opacity="0.45" stroke-dasharray="3 2"'
-
-
-def curve(reached: Reached) -> str:
-    """Return an SVG element: the curve, its bounds as lines, and a dot at its least margin.
-
-    Lines have the colour of the surrounding text, so that the picture suits light and dark pages.
-    """
-    t, (low, high) = reached.times, _vertical_ends(reached)
-    every = np.unique(np.linspace(0, t.size - 1, _POINTS).round().astype(int))
-
-    def points(values: Array, at: Any) -> list[tuple[str, str]]:
-        x = np.interp(t[at], t[[0, -1]], (0.0, _WIDTH))
-        y = np.interp(values[at], (low, high), (_HEIGHT - _EDGE, _EDGE))
-        return [(f"{a:.1f}", f"{b:.1f}") for a, b in zip(x, y, strict=True)]
-
-    def line(values: Array, style: str) -> str:
-        at = every if np.any(values != values[0]) else [0, -1]
-        return f'<polyline points="{" ".join(map(",".join, points(values, at)))}" fill="none" {style}/>'
-
-    bounds = (np.broadcast_to(end, t.shape) for end in reached.quantity.bounds.ends(t))
-    lines = "".join(line(end, _DASHED) for end in bounds if np.any((low <= end) & (end <= high)))
-    ((x, y),) = points(reached.values, [reached.nearest])
-    return (
-        f'<svg width="{_WIDTH:g}" height="{_HEIGHT:g}" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" '
-        f'role="img" aria-label="curve between its bounds" style="overflow:visible">{lines}'
-        f'{line(reached.values, _SOLID)}<circle cx="{x}" cy="{y}" r="2.6" fill="#d55e00"/></svg>'
-    )
-
-
-def _vertical_ends(reached: Reached) -> tuple[float, float]:
-    """Return the ends of the vertical axis: the bounds; in place of a distant bound, the least or largest value."""
-    bounds, values = reached.quantity.bounds.hull, reached.values
-    least, most = float(np.min(values)), float(np.max(values))
-    reach = max(most - least, 1e-9 * max(abs(least), abs(most)), 1e-300)
-    low = bounds.lower if least - bounds.lower <= 2 * reach else least
-    high = bounds.upper if bounds.upper - most <= 2 * reach else most
-    return (low, high) if low < high else (low - reach, high + reach)
-
-
-_HEADINGS = ("", "bounds", "from", "to", "least margin", "at", "")
-_CELL = 'style="text-align:{side};padding:0.15em 0.8em 0.15em 0;border:none;color:inherit;background:none"'
+# The display of a reference in notebooks: a figure, and a table of its bounds.
 
 
 def html(proved: Proved) -> str:
@@ -211,35 +134,32 @@ def html(proved: Proved) -> str:
     others = [sentence for sentence in proved.explanation.split("; ") if sentence not in said]
     details = "".join(f"<li>{escape(sentence)}</li>" for sentence in others)
     more = f"<details><summary>what else is known of it</summary><ul>{details}</ul></details>"
-    rows = "".join(map(_row, margins_found(proved)))
-    head = "".join(f"<th {_style(i)}>{name}</th>" for i, name in enumerate(_HEADINGS))
+    times = shown_times(proved, _MOST)
+    rows = "".join(_row(quantity, times, proved.reference.signals) for quantity in proved.reference.quantities)
+    head = "<th></th><th>bounds</th><th>from</th><th>to</th><th>least margin</th><th>at</th>"
     return (
         '<div class="trackably-reference" style="color:inherit;background:none;line-height:1.45">'
         f"<p><strong>Trackably</strong>: {escape(said)}</p>"
-        f'<table style="border-collapse:collapse;color:inherit"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{rows}</tbody></table>"
+        f'<table style="color:inherit"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
         f"<p><small>Values and least margins as found from {first:.6g} s to {last:.6g} s. That bounds are kept is "
         f"proved. T<sub>s</sub> = {proved.reference.plant.sampling_time:g} s.</small></p>{more if others else ''}</div>"
     )
 
 
-def _row(found: Reached) -> str:
-    nearest = found.nearest
+def _row(quantity: Quantity, times: Array, signals: Signals) -> str:
+    """Return the row of a bounded quantity: its bounds, its extreme values, and its least margin, at some times [s]."""
+    values = quantity(signals, times)
+    margins = quantity.bounds.margin(values, times)
+    nearest = int(np.argmin(margins))
     cells = (
-        f"<strong>{escape(found.quantity.name)}</strong>",
-        escape(str(found.quantity.bounds)),
-        f"{found.values.min():.4g}",
-        f"{found.values.max():.4g}",
-        f"{found.margins[nearest]:.3g}",
-        f"{found.times[nearest]:.4g} s",
-        curve(found),
+        f"<strong>{escape(quantity.name)}</strong>",
+        escape(str(quantity.bounds)),
+        f"{values.min():.4g}",
+        f"{values.max():.4g}",
+        f"{margins[nearest]:.3g}",
+        f"{times[nearest]:.4g} s",
     )
-    return f"<tr>{''.join(f'<td {_style(i)}>{cell}</td>' for i, cell in enumerate(cells))}</tr>"
-
-
-def _style(column: int) -> str:
-    """Return the style of a cell: numbers are aligned right, for comparison down the column."""
-    return _CELL.format(side="right" if 2 <= column <= 5 else "left")
+    return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 _COUNT = 801  # times at which a figure draws a curve
@@ -264,8 +184,8 @@ def _band(proved: Proved, truth: TrueSignal, times: Array) -> tuple[Array, Array
 
     Every true signal that explains the samples lies between them.
     """
-    cell = np.searchsorted(truth.ends, times, side="right") - 1
-    inside = (times >= truth.ends[0]) & (times <= truth.ends[-1])
-    errors = np.where(inside, np.array([*truth.errors, truth.errors[-1]])[np.maximum(cell, 0)], np.nan)
+    ends = np.array(truth.ends)
+    inside = (times >= ends[0]) & (times <= ends[-1])
+    errors = np.where(inside, np.array(truth.errors)[piece_at(ends, times)], np.nan)
     x = proved.reference.state_at(times)[:, proved.reference.plant.system.states.index(truth.state)]
     return x - errors, x + errors

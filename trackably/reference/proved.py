@@ -186,9 +186,9 @@ class ProvedReference(ABC):
         return SlidingReferences(self, whole("to_acados: horizon", horizon, least=1))
 
     def to_control(self) -> FlatTrajectory:
-        """Return the reference as a trajectory of a flat system in python-control: `.eval(times)`, `.response(times)`.
+        """Return the reference as a trajectory of a flat system in python-control, with its method `.eval(times)`.
 
-        These return one row for each state or input and one column for each time: shapes (n, N) and (m, N).
+        It returns states (n, N) and inputs (m, N): one row for each, and one column for each of N times [s].
         """
         from trackably.exports.control import FlatTrajectory  # noqa: PLC0415
 

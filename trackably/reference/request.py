@@ -172,12 +172,12 @@ class Measurements:
     @cached_property
     def all_signals(self) -> tuple[Samples, ...]:
         """All samples, joined for each flat output."""
-        return sampled_signals(self.plant, self.all)[1]
+        return sampled_signals(self.plant, self.all)
 
     @cached_property
     def signals(self) -> tuple[Samples, ...]:
         """The samples to learn from, joined for each flat output."""
-        return sampled_signals(self.plant, self.fewer)[1]
+        return sampled_signals(self.plant, self.fewer)
 
     def others(self, what: str, samples: SamplesLike) -> Self:
         """Return measurements of other `samples` of the same names; `what` is the argument's name in messages.
@@ -226,7 +226,7 @@ class Measurements:
         more = {
             name: of if len(of) <= most else condense(of, 2 * len(self.fewer[name])) for name, of in self.all.items()
         }
-        parts = zip(self.names, prior.parts, self.signals, sampled_signals(self.plant, more)[1], strict=True)
+        parts = zip(self.names, prior.parts, self.signals, sampled_signals(self.plant, more), strict=True)
         return tuple(Condensation.of(name, part, one, other) for name, part, one, other in parts if one.scatter.count)
 
     def priors(self, kernel: Kernel | Mapping[str, Kernel], mean: float | Mapping[str, float]) -> dict[str, Prior]:

@@ -87,13 +87,15 @@ class ConstrainedSystem:
         form = self.flat_form
         return [i for i, name in enumerate(self.system.states) if form is not None and name in form.angles]
 
-    def unwrap(self, states: Array) -> Array:
+    def unwrap(self, states: Array, near: Array | None = None) -> Array:
         """Return successive states (K, n) with whole turns added to the angles, so that they do not jump.
 
-        Without it, a controller that follows a heading would make a full turn when the heading jumps from π to −π.
+        The angles begin as near as possible to those of the state `near` (n,), if it is given. Without this, a
+        controller that follows a heading would make a full turn when the heading jumps from π to −π.
         """
-        turned = states.copy()
-        turned[:, self.angles] = np.unwrap(states[:, self.angles], axis=0)
+        turned = np.array(states)
+        before = turned[:0] if near is None else near[None]
+        turned[:, self.angles] = np.unwrap(np.vstack([before, states])[:, self.angles], axis=0)[len(before) :]
         return turned
 
     @property

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations, product
+from itertools import product
 from reprlib import repr as short
 from typing import Any, Self, cast
 
@@ -23,8 +23,7 @@ from trackably.checker.answers import FailedStepError
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import ends_within
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope
-from trackably.systems.rationals import ExactLike, exact, row_echelon
+from trackably.systems.rationals import ExactLike, exact
 
 Vector = tuple[Fraction, ...]
 
@@ -111,11 +110,6 @@ class Zonotope(checker.Zonotope, _ExactSet):
     def _point(self, parts: Array) -> Array:
         return np.asarray(self.matrix[0] + parts @ self.generator_matrix)
 
-    def scaled(self, factor: Fraction) -> Self:
-        """Return factor · W."""
-        centre, *generators = [[factor * value for value in of] for of in self.vectors]
-        return type(self)(centre, generators)
-
     def __repr__(self) -> str:
         return f"Zonotope(centre={self.matrix[0].tolist()}, generators={self.generator_matrix.tolist()})"
 
@@ -128,39 +122,22 @@ class Zonotope(checker.Zonotope, _ExactSet):
         return f"a zonotope with {len(self.generators)} generators"
 
 
-# Disturbance sets that are convex hulls of vertices; bounded intersections of half-spaces are converted to vertices.
-
-_MOST_CANDIDATES = 200_000  # half-spaces are refused if vertices need more choices of n rows than this
+# Disturbance sets that are convex hulls of vertices.
 
 
 @dataclass(frozen=True)
 class ConvexHull(checker.Hull, _ExactSet):
     """The convex hull of `vertices`, exactly; float64 numbers are converted exactly.
 
-    Some of these points may lie inside the hull. ValueError: shapes do not fit, there is no vertex, or a number is not
-    finite.
+    Some of these points may lie inside the hull. Of a set {w : H w ≤ h} with the interior point p, the vertices are
+    `scipy.spatial.HalfspaceIntersection(np.column_stack([H, -h]), p).intersections`, up to rounding. ValueError: shapes
+    do not fit, there is no vertex, or a number is not finite.
     """
 
     vertices: tuple[Vector, ...]
 
     def __init__(self, vertices: ExactLike) -> None:
         vars(self).update(vertices=tuple(map(tuple, _exactly("disturbance: vertices", vertices, None, None))))
-
-    @classmethod
-    def halfspaces(cls, H: ArrayLike, h: ArrayLike) -> Self:
-        """Return the bounded set {w : H w ≤ h} with H (r, n) and h (r,), as the convex hull of its exact vertices.
-
-        ValueError: the set is unbounded, empty or without an interior (use `Zonotope` for flat sets), shapes do not
-        fit, or there are too many choices of n rows among r.
-        """
-        Polytope.halfspaces(H, h)  # raises the errors of H and h
-        rows, sides = numbers("disturbance: H", H), numbers("disturbance: h", h)
-        found = dict.fromkeys(_vertices(rows, sides))
-        if not found:
-            raise ValueError(
-                "disturbance: expected a bounded set H w ≤ h, but it has no vertex; add rows that bound every direction"
-            )
-        return cls(list(found))
 
     def support(self, rows: Array) -> Array:
         """Return h_W(row) = max {row · w : w ∈ W} in float64 for rows (…, n); the result has shape (…)."""
@@ -174,30 +151,11 @@ class ConvexHull(checker.Hull, _ExactSet):
         """Return a random point (n,) of the set, up to rounding."""
         return rng.dirichlet(np.ones(len(self.vertices))) @ self.matrix
 
-    def scaled(self, factor: Fraction) -> Self:
-        """Return factor · W."""
-        return type(self)([[factor * value for value in of] for of in self.vertices])
-
     def __repr__(self) -> str:
         return f"ConvexHull({self.matrix.tolist()})"
 
     def __str__(self) -> str:
         return f"a polytope with {len(self.vertices)} vertices"
-
-
-def _vertices(H: Array, h: Array) -> Iterator[Vector]:
-    """Yield the vertices of {w : H w ≤ h} in rational numbers: the points of the set with n independent active rows."""
-    r, n = H.shape
-    rows = exact(np.column_stack([H, h]))
-    for count, chosen in enumerate(combinations(range(r), n)):
-        if count >= _MOST_CANDIDATES:
-            raise ValueError(
-                f"disturbance: {r} rows of H in {n} dimensions are too many to compute the vertices; give fewer rows, "
-                "or the vertices, as ConvexHull(vertices)"
-            )
-        solved, pivots = row_echelon(rows[list(chosen)])
-        if pivots == list(range(n)) and np.all(rows[:, :n] @ solved[:, n] <= rows[:, n]):
-            yield tuple(solved[:, n])
 
 
 # The kinds of disturbance sets, and conditions that all of them have to satisfy.

@@ -49,11 +49,14 @@ class FlatForm(subject.FlatForm):
     """
 
     def __post_init__(self) -> None:
-        every = {name: self._indices(name) for formula in self._formulas for name in names(formula)}
-        shared = iter(shared_parts(self._formulas))  # equal subformulas become one object
+        shared = iter(shared_parts((*self.states, *self.inputs, *self.positive)))  # equal subformulas become one object
         for name in ("states", "inputs", "positive"):
             object.__setattr__(self, name, tuple(next(shared) for _ in getattr(self, name)))
-        if missing := {*range(1 + max((c for c, _ in every.values()), default=0))} - {c for c, _ in self.indices}:
+        try:
+            used = {c for c, _ in self.indices}
+        except ValueError as other:
+            raise ValueError(f"flat form: expected formulas of flat outputs, as z1[0], got one with {other}") from None
+        if missing := {*range(max(used, default=0))} - used:
             raise ValueError(
                 f"flat form: expected formulas that use all flat outputs, but no state and no input depends on "
                 f"z{min(missing) + 1}; leave this flat output out"
@@ -67,7 +70,8 @@ class FlatForm(subject.FlatForm):
         ordinary arithmetic only (see `tracing.Symbol`). ValueError: the function cannot be called with symbols, or
         returns anything else; the message says why.
         """
-        states, inputs = formulas_of(lambda: function(_Shifts(outputs)))
+        every = [[Symbol(Name(shifted_name(c, j))) for c in range(outputs)] for j in range(MOST_SHIFTS)]
+        states, inputs = formulas_of(lambda: function(np.array(every, dtype=object)))
         return cls(states, inputs, tuple(angles))
 
     @property
@@ -79,33 +83,6 @@ class FlatForm(subject.FlatForm):
     def orders(self) -> tuple[int, ...]:
         """The number of steps that each flat output looks ahead, at least one."""
         return tuple(max(1, *(j for d, j in self.indices if d == c)) for c in range(self.outputs))
-
-    @property
-    def _formulas(self) -> tuple[Formula, ...]:
-        return (*self.states, *self.inputs, *self.positive)
-
-    def _indices(self, name: str) -> tuple[int, int]:
-        try:
-            c, j = subject.indices(name)
-        except ValueError:
-            j = MOST_SHIFTS + 1
-        if j > MOST_SHIFTS:
-            raise ValueError(
-                f"flat form: expected formulas of flat outputs z1[0] to z99[{MOST_SHIFTS}] only, got one with {name}"
-            )
-        return c, j
-
-
-@dataclass(frozen=True)
-class _Shifts:
-    """The argument z of a function of flat outputs: z[j] has the symbols of all flat outputs at step k + j."""
-
-    outputs: int
-
-    def __getitem__(self, j: Any) -> Any:
-        if not isinstance(j, int) or not 0 <= j < MOST_SHIFTS:
-            raise ValueError(f"z[j]: expected a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
-        return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.

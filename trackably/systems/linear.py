@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import scipy
@@ -216,25 +216,6 @@ class LinearSystem:
         held, gamma = np.hsplit(scipy.linalg.expm(generator * sampling_time)[:n], 2)
         B_held = sum(np.multiply.outer(of, row) for of, row in zip(gamma.T, continuous.B, strict=True))
         return replace(continuous, A=held, B=B_held, c=gamma @ continuous.c)
-
-    @classmethod
-    def of_state_space(cls, given: Any, sampling_time: float | None = None) -> Self:
-        """Return the system of python-control's `StateSpace`, or of any object with its attributes A, B and dt.
-
-        A system in continuous time (dt = 0) is sampled, with its input held over each `sampling_time` [s]. Its labels
-        become names, if they are identifiers. ValueError: there is no sampling time, or dt and `sampling_time` differ.
-        """
-        labels = {side: tuple(getattr(given, f"{side[:-1]}_labels", ())) for side in ("states", "inputs")}
-        labels = {side: found if all(map(str.isidentifier, found)) else () for side, found in labels.items()}
-        dt = given.dt
-        if dt == 0 and sampling_time is not None:
-            return cls.discretised(given.A, given.B, sampling_time, **labels)
-        if dt is None or dt is True or dt == 0 or (sampling_time is not None and sampling_time != dt):
-            raise ValueError(
-                f"system: expected one sampling time, as dt of a discrete system or as sampling_time= of a continuous "
-                f"one (dt = 0), got dt = {dt} and sampling_time = {sampling_time}"
-            )
-        return cls(given.A, given.B, **labels, sampling_time=dt)
 
     def successor(self, x: Array, u: Array) -> Array:
         """Return A x + B u + c for x of shape (…, n) and u of shape (…, m); the result has shape (…, n)."""

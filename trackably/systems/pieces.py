@@ -189,9 +189,9 @@ class PolynomialPieces:
 
         With a `period` [s], the last value holds until one period after the first time, and the whole repeats.
         """
-        known, period = _rising(values, period)
-        end = min(known) + period if period else max(known) + 1.0
-        return cls([*known, end], [[value] for value in known.values()], "period" if period else "rest")
+        times, levels, beyond = _table(values, period)
+        end = times[0] + period if period else times[-1] + 1.0
+        return cls([*times, end], [[level] for level in levels], beyond)
 
     @classmethod
     def lines(cls, values: Mapping[float, float], period: float | None = None) -> Self:
@@ -199,14 +199,10 @@ class PolynomialPieces:
 
         With a `period` [s], a line leads from the last value to the first one, one period after its time.
         """
-        ends, period = _rising(values, period)
+        times, levels, beyond = _table(values, period)
         if period:
-            ends[min(ends) + period] = ends[min(ends)]
-        return cls(
-            list(ends),
-            [[ends[a], (ends[b] - ends[a]) / (b - a)] for a, b in pairwise(ends)],
-            "period" if period else "rest",
-        )
+            times, levels = [*times, times[0] + period], [*levels, levels[0]]
+        return cls(times, np.column_stack([levels[:-1], np.diff(levels) / np.diff(times)]), beyond)
 
     @classmethod
     def from_mapping(cls, written: Mapping[Any, Any]) -> Self:
@@ -370,8 +366,8 @@ def pieces_of_spline(given: PPoly | BPoly | BSpline) -> tuple[Array, Array]:
     return np.append(given.x[kept], given.x[kept[-1] + 1]), given.c[::-1, kept]
 
 
-def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[float, float], float | None]:
-    """Return values by their times, and the period, as floats.
+def _table(values: Mapping[float, float], period: float | None) -> tuple[list[float], list[float], Beyond]:
+    """Return the times of some values, the values, and whether they repeat.
 
     TypeError: these are no numbers. ValueError: no values, times that do not increase, or a period that is ≤ 0.
     """
@@ -379,7 +375,8 @@ def _rising(values: Mapping[float, float], period: float | None) -> tuple[dict[f
     found = {real("pieces: time", t): real(f"pieces: value at {t} s", value) for t, value in values.items()}
     if not found or any(a >= b for a, b in pairwise(found)):
         raise ValueError(f"pieces: expected values at increasing times [s], got the times {list(found)}")
-    return found, None if period is None else positive("pieces: period", period)
+    repeats = period is not None and positive("pieces: period", period)
+    return [*found], [*found.values()], "period" if repeats else "rest"
 
 
 # Signals, of which a reference is made: they can be evaluated, and a proof can enclose them.

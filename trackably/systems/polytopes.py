@@ -15,7 +15,7 @@ from trackably.arguments import array, numbers
 from trackably.arrays import Array, ArrayLike
 from trackably.checker import subject
 from trackably.checker.subject import weighted_sum_text
-from trackably.systems.intervals import End, Interval, ends_shown
+from trackably.systems.intervals import End, Interval
 from trackably.systems.pieces import PolynomialPieces, is_spline
 
 if TYPE_CHECKING:
@@ -215,14 +215,8 @@ class Polytope:
         return np.asarray(np.min(np.minimum(values - self.lower, self.upper - values), axis=-1, initial=np.inf))
 
     def __str__(self) -> str:
-        sides = []
-        for row, bounds in zip(self.rows, self.bounds, strict=True):
-            if bounds.moving:
-                sides.append(f"{_formula(row)} in {bounds}")
-                continue
-            first, last = ends_shown(bounds.lower, bounds.upper)
-            sides.append(f"{first} ≤ {_formula(row)} ≤ {last}")
-        return "{x : " + ", ".join(sides) + "}"
+        sides = (f"{_formula(row)} in {bounds}" for row, bounds in zip(self.rows, self.bounds, strict=True))
+        return f"{{x : {', '.join(sides)}}}"
 
 
 def _any_moves(*ends: object) -> bool:
@@ -311,12 +305,6 @@ def _reach(rows: Array, widths: Array) -> Array:
 
 def _units(reach: Array) -> Array:
     return np.where(np.isfinite(reach), reach, 1.0)
-
-
-def squares_in_widths(bounded: Polytope) -> Array:
-    """Return the matrix (n, n) of Σ (row · e / width)², a cost of errors e relative to the widths of all rows."""
-    rows = bounded.rows / bounded.widths[:, None]
-    return rows.T @ rows
 
 
 def slacks(bounded: Polytope, points: Array, times: Array | None = None) -> Array:

@@ -67,16 +67,13 @@ def kinds_by_name(plant: ConstrainedSystem, names: Iterable[str]) -> tuple[dict[
     return ordered
 
 
-def sampled_signals(
-    plant: ConstrainedSystem, given: Mapping[str, Samples]
-) -> tuple[tuple[str, ...], tuple[Samples, ...]]:
-    """Return names and samples in the order of the flat outputs, with stencils. ValueError: as `kinds_by_name`.
+def sampled_signals(plant: ConstrainedSystem, given: Mapping[str, Samples]) -> tuple[Samples, ...]:
+    """Return the samples of each flat output, in order, with their stencils. ValueError: as `kinds_by_name`.
 
-    Samples of several states that depend on the same flat output are joined, under the name of the first of them.
+    Samples of several states that depend on the same flat output are joined.
     """
-    by_signal = kinds_by_name(plant, given)
-    names = tuple(next(iter(kinds)) for kinds in by_signal)
-    return names, tuple(_join({name: (given[name], kinds[name]) for name in kinds}) for kinds in by_signal)
+    every = kinds_by_name(plant, given)
+    return tuple(_join({name: (given[name], stencil) for name, stencil in kinds.items()}) for kinds in every)
 
 
 def relative_to_first(

@@ -24,7 +24,7 @@ from trackably.systems.disturbances import (
 )
 from trackably.systems.intervals import Interval, move_end
 from trackably.systems.linear import LinearSystem
-from trackably.systems.polytopes import Polytope, deepest, squares_in_widths, unit_scales
+from trackably.systems.polytopes import Polytope, deepest, unit_scales
 from trackably.systems.rationals import exact, float_above, float_below
 
 # How fast the error decays under a feedback, and how far disturbances take it, in float64.
@@ -151,8 +151,9 @@ def bound_widths(plant: ConstrainedSystem) -> Array:
 
 def set_weight(bounded: Polytope) -> Array:
     """Return the matrix (n, n) of Σ (row · e / width)², made definite by a small multiple of the scaled identity."""
-    weight = squares_in_widths(bounded) + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
-    return (weight + weight.T) / 2
+    rows = bounded.rows / bounded.widths[:, None]
+    weight = rows.T @ rows + _FREE * np.diag(1 / unit_scales(bounded) ** 2)
+    return np.asarray((weight + weight.T) / 2)
 
 
 # A robustly invariant set of the error: how far a disturbed system under feedback may be from its reference.

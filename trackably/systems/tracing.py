@@ -47,8 +47,8 @@ def refuse(why: str) -> NoReturn:
     raise Refusal(said)
 
 
-def as_formula(value: object) -> Formula | None:
-    """Return the formula of a symbol or a number; None for any other object. Refusal: the number is not a float64."""
+def as_formula(value: object) -> Formula:
+    """Return the formula of a symbol or a number. TypeError: it is neither. Refusal: the number is not a float64."""
     if isinstance(value, Symbol):
         return value.formula
     if isinstance(value, np.ndarray) and value.shape == ():
@@ -56,16 +56,10 @@ def as_formula(value: object) -> Formula | None:
     if isinstance(value, np.generic):
         value = value.item()
     if not isinstance(value, int | float) or isinstance(value, bool):
-        return None
+        raise TypeError(f"expected numbers and formulas, got {type(value).__name__}")
     if not is_float64(value):
         refuse(f"use numbers that are finite, and exact in float64, got {value!r}")
     return Number(float(value))
-
-
-def _operand(value: object) -> Formula:
-    if (found := as_formula(value)) is None:
-        raise TypeError(f"unsupported operand {value!r}")
-    return found
 
 
 def _refusal(what: str) -> Callable[..., Any]:
@@ -105,7 +99,7 @@ class Symbol(NDArrayOperatorsMixin):
             if name in _REFUSED:
                 _refusal(_REFUSED[name])()
             if name in _WRITTEN:
-                return Symbol(_WRITTEN[name](*map(_operand, given)))
+                return Symbol(_WRITTEN[name](*map(as_formula, given)))
         refuse(f"be written in {SUPPORTED}; it uses np.{name}")
 
 
@@ -199,7 +193,7 @@ def trace(f: Dynamics, states: tuple[str, ...], inputs: tuple[str, ...]) -> tupl
         if not isinstance(values, _Sequence) or len(values) != len(states):
             given = f"{len(values)} values" if isinstance(values, _Sequence) else type(values).__name__
             refuse(f"return a list of {len(states)} successors, got {given}")
-        return tuple(map(_formula_of, values))
+        return tuple(map(as_formula, values))
 
 
 def require_same_values(
@@ -267,7 +261,7 @@ def formulas_of(call: Callable[[], Any]) -> tuple[tuple[Formula, ...], tuple[For
         values = call()
         if not (isinstance(values, _Sequence) and len(values) == 2 and all(isinstance(v, _Sequence) for v in values)):
             refuse("return a list of states and a list of inputs")
-        states, inputs = (tuple(map(_formula_of, part)) for part in values)
+        states, inputs = (tuple(map(as_formula, part)) for part in values)
         return states, inputs
 
 
@@ -287,9 +281,3 @@ def _symbols_in(what: str) -> Iterator[None]:
         _REASONS.reset(token)
     if reasons:
         raise ValueError(f"{what} {reasons[0]}")
-
-
-def _formula_of(value: object) -> Formula:
-    if (found := as_formula(value)) is None:
-        refuse(f"return numbers and formulas, got {type(value).__name__}")
-    return found

@@ -47,7 +47,7 @@ def online(first) -> OnlineLoop:
 
 
 def test_the_loop_stays_feasible_over_every_change_of_reference(online):
-    assert online.loop.first_infeasible_step is None
+    assert not online.loop.infeasible
     moved = PLANT.system.successor(online.loop.states[:-1], online.loop.inputs)
     np.testing.assert_allclose(moved, online.loop.states[1:], atol=1e-12)
     assert len(moved) == 600
@@ -92,7 +92,7 @@ def test_a_loop_keeps_its_reference_where_another_one_is_out_of_reach(first, far
     assert update.widening > 0.1
     assert update.reason.startswith("at step 30 ")
     assert loop.reference is first.reference
-    assert loop.loop.first_infeasible_step is None
+    assert not loop.loop.infeasible
 
 
 def test_a_reference_within_the_controllers_tolerance_only_is_not_accepted(first):

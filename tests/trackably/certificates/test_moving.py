@@ -241,7 +241,7 @@ def test_what_is_learned_keeps_bounds_that_move_and_nearly_touches_them(claim) -
     margins = moving.margin(found.reference.signals, np.linspace(0, 4.8, 2001))
     assert 0 <= min(margins) < 1e-3
     assert any(bound.name == moving.name for bound in found.fit.active_bounds)
-    assert "polyline" in found._repr_html_()
+    assert "which moves in time" in found._repr_html_()
 
 
 def test_bounds_of_another_period_are_not_repeated() -> None:

@@ -14,6 +14,7 @@ from trackably import certify
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, simulate
+from trackably.control.stepping import Status
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Polytope
@@ -59,7 +60,8 @@ def test_on_a_trackable_reference_every_step_has_a_plan_bounds_are_kept_and_the_
     make, steps = LOOPS[name]
     case = make()
     loop, plant = simulate(case.controller, case.reference, case.start, steps), case.controller.plant
-    assert (len(loop.inputs), loop.without_plan, loop.widened) == (steps, (), 0)
+    assert (len(loop.inputs), loop.without_plan) == (steps, ())
+    assert not any(result.status is Status.WIDENED for result in loop.results)
     assert np.max(loop.cost_increases) <= 1e-11 * loop.costs[0]
     assert np.min(plant.input_set.margin(loop.inputs)) >= 0
     assert np.min(plant.state_set.margin(loop.states[1:])) >= -1e-12
@@ -81,7 +83,7 @@ def test_feasibility_ends_when_the_reference_leaves_the_state_set_within_the_hor
     states = case.reference.plant.state_set
     leaves = instances.first_outside(case.reference, states, case.reference.state)
     loop = simulate(case.controller, case.reference, case.start, 100)
-    assert loop.first_infeasible_step == leaves - HORIZON
+    assert loop.infeasible[0].k == leaves - HORIZON
     assert loop.infeasible[0].at_step == leaves
     excess = -states.margin(case.reference.state(leaves)) / np.ptp([-2.0, 0.05])
     assert loop.infeasible[0].widening == pytest.approx(excess, rel=1e-6)

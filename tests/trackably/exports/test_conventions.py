@@ -9,7 +9,7 @@ import pytest
 
 from tests.trackably.exports.references import EVERY, on_window, periodic
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably.exports.proved import html, margins_found
+from trackably.exports.proved import ends, html
 from trackably.reference.request import samples_by_name
 
 every = pytest.mark.parametrize("name", EVERY)
@@ -42,9 +42,9 @@ def test_times_that_are_not_proved_are_refused(t: object) -> None:
 def test_a_notebook_shows_the_least_margin_of_each_bound(name: str) -> None:
     reference = EVERY[name]()
     cells = ["".join(cell.itertext()) for cell in ElementTree.fromstring(reference._repr_html_()).iter("td")]
-    for quantity, found in zip(reference.reference.quantities, margins_found(reference), strict=True):
+    for quantity in reference.reference.quantities:
         least = float(cells[cells.index(quantity.name) + 4])
-        times = np.linspace(found.times[0], found.times[-1], 10_001)
+        times = np.linspace(*ends(reference), 10_001)
         finer = float(np.min(quantity.margin(reference.reference.signals, times)))
         assert least == pytest.approx(finer, rel=0.05, abs=1e-3 * quantity.bounds.width)
         assert least >= 0

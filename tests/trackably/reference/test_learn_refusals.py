@@ -85,7 +85,7 @@ REFUSALS = {
     "outside": ({"at": {0.0: {"velocity": 1.5}}}, "at: velocity must be inside [-1, 1] at 0 s, got 1.5"),
     "together outside": (
         {**ON_CART, "plant": SLOPING, "at": {0.0: {"a": 0.9, "b": 0.9}}},
-        "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : -1 ≤ x1+x2 ≤ 1",
+        "at: a = 0.9 ± 0.0002, b = 0.9 ± 0.0002 at 0 s lies outside of {x : x1+x2 in [-1, 1]",
     ),
 }
 

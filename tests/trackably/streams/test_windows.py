@@ -30,7 +30,7 @@ def test_without_bounds_windows_give_the_posterior_mean_of_all_samples(kernel, l
     """Of each flat output's own; one has none for longer than the kernel's memory."""
     seen, at = (TIMES < 4) | (TIMES > 12), np.linspace(0, 17, 400)
     free = ConstrainedSystem(CART.system, *(Polytope.box([-99, -99], [99, 99]),) * 2)
-    _, samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
+    samples = sampled_signals(free, {"a": SAMPLES, "b": Samples(TIMES[seen], VALUES[seen])})
     prior = JointPrior((Prior(kernel, 0.05, -0.4),) * 2, ("a", "b"))
     found = learn_proved(Stream(samples, prior, free, length, Window(0.0, 17.0)))
     assert isinstance(found, Certificate)
@@ -40,7 +40,7 @@ def test_without_bounds_windows_give_the_posterior_mean_of_all_samples(kernel, l
 
 def stream(length: float, claim: Claim, samples: Samples = SAMPLES) -> Stream:
     """Return samples of positions with tight bounds."""
-    _, seen = sampled_signals(TIGHT, {"position": samples})
+    seen = sampled_signals(TIGHT, {"position": samples})
     return Stream(seen, JointPrior((Prior(SMOOTH, 0.05, -0.4),), ("position",)), TIGHT, length, claim)
 
 

@@ -45,7 +45,7 @@ DISTURBED: dict[str, Disturbed] = {
     "triangle": Disturbed(CART, ConvexHull([[0.01, 0.0], [-0.01, 0.02], [0.0, -0.03]])),
     "cut corner": Disturbed(
         CART,
-        ConvexHull.halfspaces([[1, 0], [-1, 0], [0, 1], [0, -1], [1, 1]], [0.01, 0.01, 0.03, 0.03, 0.03]),
+        ConvexHull([[0.01, 0.02], [0.01, -0.03], [0.0, 0.03], [-0.01, 0.03], [-0.01, -0.03]]),
     ),
 }
 

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from pipeline.disturbed import scaled
 
 from tests.trackably.systems.disturbance.instances import CART, DISTURBED, OBLIQUE
 from tests.trackably.systems.nonlinear_instances import INSTANCES
@@ -20,9 +21,9 @@ def test_the_largest_fraction_is_the_largest(name, margin):
     given = DISTURBED[name]
     found = tightening(given.plant, given.disturbance, margin=margin)
     K, size = found.invariant.feedback, Fraction(found.largest_fraction)
-    less, more = (given.disturbance.scaled(size * Fraction(part)) for part in (0.95, 1.05))
-    kept, scaled = tightening(given.plant, less, K, margin).plant, found.plant_for(0.95 * found.largest_fraction)
-    for one, other in ((kept.state_set, scaled.state_set), (kept.input_set, scaled.input_set)):
+    less, more = (scaled(given.disturbance, size * Fraction(part)) for part in (0.95, 1.05))
+    kept, same = tightening(given.plant, less, K, margin).plant, found.plant_for(0.95 * found.largest_fraction)
+    for one, other in ((kept.state_set, same.state_set), (kept.input_set, same.input_set)):
         np.testing.assert_allclose([one.lower, one.upper], [other.lower, other.upper], rtol=1e-6)
     with pytest.raises(ValueError, match=r"with this feedback .* at most 0\.9\d* times this disturbance set is"):
         tightening(given.plant, more, K, margin)
