@@ -277,11 +277,7 @@ class Fit:
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
         """The residuals of the reference and of the fit without bounds, for the samples of each name."""
-        return self.misfits_to(self.samples)
-
-    def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
-        """Return the misfits to other `samples` of each flat output, for example to all that the centres represent."""
-        signals = samples, self.reference.kernel_sums, self.unconstrained.kernel_sums
+        signals = self.samples, self.reference.kernel_sums, self.unconstrained.kernel_sums
         every = zip(self.prior.names, self.prior.parts, self.unconstrained_prior.parts, *signals, strict=True)
         return tuple(
             Misfit(

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.checker.formulas import Formula, Function, Number, Operation, Power, names, parts, text
@@ -23,10 +23,10 @@ from trackably.systems.nonlinear import NonlinearSystem
 _OUTLYING = 1e3  # a sample is an outlier if its distance from the median exceeds this many times the others' spread
 _FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
 _FEWEST = 5  # with fewer samples, outliers cannot be told from the others
-_FEWEST_BESIDE = 10  # with fewer samples, the usual distance of neighbours is not known
-# A sample is also an outlier if its distance from its neighbours exceeds three limits: _TIMES_USUAL times the usual
-# distance, _TIMES_NOISE times the noise, and _TIMES_MOVES times the largest change between samples nearby.
-_TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0
+_FEWEST_BESIDE = 10  # with fewer samples, the usual distance from a polynomial through neighbours is not known
+# A sample is also an outlier if its distance from a cubic polynomial through its neighbours exceeds _TIMES_USUAL times
+# the usual distance and _TIMES_NOISE times the noise, and if the part _BESIDE of it is beyond the nearest neighbours.
+_TIMES_USUAL, _TIMES_NOISE, _BESIDE = 9.0, 5.0, 0.6
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
@@ -89,7 +89,7 @@ def doubts(
     bounds, noise_std, mean = {q.name: q.bounds for q in plant.quantities}, noise_std or {}, mean or {}
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name, plant.sampling_time)
-        yield from _of_outliers(name, of_name, noise_std.get(name), bounds.get(name))
+        yield from _of_outliers(name, of_name, noise_std.get(name, 0.0))
         yield from _of_turns(name, of_name)
         known = mean.get(name) if isinstance(claim, Window) and name not in learned else None
         yield from _of_units(name, of_name, bounds.get(name), noise_std.get(name), known)
@@ -243,66 +243,38 @@ def _of_times(claim: Claim, name: str, samples: Samples, sampling_time: float) -
         )
 
 
-def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: Interval | None) -> Iterator[str]:
+def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
     """Yield a warning's text about the sample that is farthest off, if only a few samples are far off.
 
-    Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
-    compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
-    fit without bounds shows outliers later); and the distance outside of the bounds, if both neighbours are inside.
+    A sample is far off by its distance from the median, compared with the spread of most samples, or by its distance
+    from its neighbours in time.
     """
     if len(samples) < _FEWEST:
         return
-    t, y = samples.times, samples.values
-    few, middle = max(1, int(_FEW * len(y))), float(np.median(y))
-    away = np.abs(y - middle)
-    spread = float(np.sort(away)[-few - 1])
-    beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
-    outside = _outside(samples, bounds) if bounds else np.zeros(len(y))
-    if bounds and np.count_nonzero(outside > bounds.width) <= few:
-        outside = _alone(outside)
-    for off, least, where in (
-        (
-            away,
-            _OUTLYING * spread or np.inf,
-            f"more than {_OUTLYING:g} times as far from the median as most others, which lie within {spread:.3g} of "
-            f"{middle:g}",
-        ),
-        (beside, 0.0, f"{np.max(beside):.3g} off those before and after it, with a noise of {noise_std or 0.0:g}"),
-        (outside, bounds.width if bounds else np.inf, f"{np.max(outside):.3g} outside of its bounds {bounds}"),
-    ):
-        far = np.flatnonzero(off > least)
-        if 0 < len(far) <= few:
-            i = int(far[np.argmax(off[far])])
-            yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, {where}: is it an outlier to be left out?"
-            return
+    t, y, few = samples.times, samples.values, max(1, int(_FEW * len(samples)))
+    away = np.abs(y - np.median(y))
+    is_far = away > (_OUTLYING * np.sort(away)[-few - 1] or np.inf)
+    if len(samples) >= _FEWEST_BESIDE:
+        is_far[2:-2] |= _is_off_neighbours(samples, noise_std)
+    if 0 < np.count_nonzero(is_far) <= few:
+        i = int(np.argmax(is_far * away))
+        beside = " and ".join(f"{value:.6g}" for value in (*y[max(i - 1, 0) : i], *y[i + 1 : i + 2]))
+        yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, beside {beside}: is it an outlier to be left out?"
 
 
-def _alone(outside: Array) -> Array:
-    """Return the distances `outside` of bounds (n,), set to 0 unless the samples before and after are inside."""
-    beside = np.pad(outside, 1)
-    return np.where((beside[:-2] <= 0) & (beside[2:] <= 0), outside, 0.0)
+def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
+    """Whether each sample but the first two and the last two is far off the cubic polynomial through four neighbours.
 
-
-def _off_neighbours(samples: Samples, noise_std: float) -> Array:
-    """Return how far each sample lies outside the range of the samples beside it, shape (n,); 0 if it is not far off.
-
-    A sample is far off if this distance exceeds the noise, the usual distance from the middle of its neighbours, and
-    the changes between samples nearby, each times a factor. The first and the last sample are never far off, because
-    the signal may have a step beside them.
+    This is so if the distance exceeds the noise and the usual distance, each times a factor, and if most of it lies
+    outside of the range of the samples before and after: at a jump of the signal, samples lie within this range.
     """
-    y, noise = samples.values, noise_std * samples.relative_noise[1:-1]
-    off, steps = beyond_neighbours(y)[1:-1], np.pad(np.abs(np.diff(y)), 2)
-    nearby = np.max([np.abs(y[2:] - y[:-2]), *(steps[k : k + len(off)] for k in (0, 1, 4, 5))], axis=0)
-    usual = float(np.median(np.abs(y[1:-1] - (y[:-2] + y[2:]) / 2))) / _NORMAL
+    y, noise = samples.values, noise_std * samples.relative_noise
+    off = np.abs(y[2:-2] - (4 * (y[1:-3] + y[3:-1]) - y[:-4] - y[4:]) / 6)
+    usual = float(np.median(off)) / _NORMAL
+    low, high = np.sort([y[1:-3], y[3:-1]], axis=0)
+    beyond = np.maximum(y[2:-2] - high, low - y[2:-2])
     # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.
-    least = np.maximum(_TIMES_NOISE * noise, _TIMES_USUAL * usual or np.inf)
-    return np.pad(np.where(off > np.maximum(least, _TIMES_MOVES * nearby), off, 0.0), 1)
-
-
-def beyond_neighbours(values: Array) -> Array:
-    """Return how far each value lies outside the range of the two beside it, negative inside: shape (n,)."""
-    beside = np.stack([np.insert(values[:-1], 0, values[1]), np.append(values[1:], values[-2])])
-    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))
+    return (off > np.maximum(_TIMES_USUAL * usual or np.inf, _TIMES_NOISE * noise[2:-2])) & (beyond > _BESIDE * off)
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:

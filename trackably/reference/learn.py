@@ -33,7 +33,7 @@ from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
 from trackably.reference.condensed import Centres
 from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
-from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions, outlying
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
@@ -268,8 +268,7 @@ def learn_reference(
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     about_noise = noise_questions(fit) if method == "joint" else ()
-    about_samples = outlying(fit.misfits_to(measured.all_signals))
-    warn_about((*narrow_limits(fit.edges), *about_noise, *about_samples), _CALLER)
+    warn_about((*narrow_limits(fit.edges), *about_noise), _CALLER)
     return learned
 
 

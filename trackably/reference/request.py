@@ -118,11 +118,6 @@ class Measurements:
         }
 
     @cached_property
-    def all_signals(self) -> tuple[Samples, ...]:
-        """All samples, joined for each flat output."""
-        return sampled_signals(self.plant, self.all)[1]
-
-    @cached_property
     def signals(self) -> tuple[Samples, ...]:
         """The samples to learn from, joined for each flat output."""
         return sampled_signals(self.plant, self.fewer)[1]

@@ -86,9 +86,9 @@ DOUBTFUL = {
     "a gap": (asked(times=TIMES + 5.0 * (TIMES > 1.3)), r"none of position for 5\.2 s after 1\.2 s, .* every 0\.2 s"),
     "radians": (asked(np.mod(4 * TIMES, 2 * np.pi), plant=WIDE), r"is it an angle\? np.unwrap\(values\) counts turns"),
     "degrees": (asked(np.mod(5 - 99 * TIMES, 360) - 180, plant=WIDE), r"np.unwrap\(values, period=360\) counts turns"),
-    "an outlier": (asked(np.where(FOURTH, 1e6, SAMPLES.values)), r"samples: position is 1e\+06 at 0\.6 s, more"),
-    "one sample off its neighbours": (asked(lost(19), OFTEN, noise_std=1e-3), r"at 0\.95 s, 0\.299 off those before"),
-    "far outside": (asked(np.where(OFTEN == 0, 2.0, 0.1), OFTEN), r"is 2 at 0 s, 1\.8 outside .*: is it an outlier"),
+    "an outlier": (asked(np.where(FOURTH, 1e6, SAMPLES.values)), r"position is 1e\+06 at 0\.6 s, beside -0\.8"),
+    "one sample off its neighbours": (asked(lost(19), OFTEN, noise_std=1e-3), r"at 0\.95 s, beside -0\.402\d+ and"),
+    "a sensor that starts late": (asked(np.where(OFTEN < 0.1, 2000.0, 0.1 * OFTEN), OFTEN), "2000 at 0 s, beside"),
     "noise in millimetres": (asked(lost(), OFTEN, noise_std=1.0), "noise_std: that of position is 1, but its samples"),
     "a mean in millimetres": (asked(claim=(0.0, 3.0), mean=-500.0), "mean: that of position is -500, far outside"),
 }  # fmt: skip
