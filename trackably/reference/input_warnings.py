@@ -9,16 +9,13 @@ import numpy as np
 from trackably.arrays import Array, Flags
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
-from trackably.checker.formulas import Formula, Function, Number, Operation, Power, names, parts, text
-from trackably.checker.intervals import is_multiplied
+from trackably.checker.formulas import Function, Number, Operation
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.formulas import evaluate_floats
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.nonlinear import NonlinearSystem
 
 _OUTLYING = 1e3  # a sample is an outlier if its distance from the median exceeds this many times the others' spread
 _FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
@@ -37,8 +34,6 @@ _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 1.0  # widths of the bounds: units are in doubt if most samples are further outside than this
 _FAR_BEYOND = 10.0  # the same for prior means and for the fit without bounds, to which noise may contribute
 _MOST = 0.5  # more than this part of the samples counts as most of them
-_INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
-_DEEPEST = 6  # levels of nesting to which a formula is written out in a message
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
 _LAST = 0.1  # this last part of the samples shows whether they still move at their end
 _FEWEST_LAST = 4  # at least this number of last samples, and at most half of all, shows whether samples still move
@@ -137,7 +132,7 @@ def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Yield a text if A is singular, a speed cannot reverse, or a formula has no derivative within the bounds.
+    """Yield a text if A is singular, or if a speed cannot reverse.
 
     In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
     equation in place of exp(A T_s), which is never singular.
@@ -156,38 +151,6 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
                     f"reference is proved that stops or reverses, though its bounds are {quantity.bounds}. Split "
                     "samples where they stop, and give a lower bound above zero"
                 )
-    if isinstance(system, NonlinearSystem) and (part := _part_without_slope(system, plant)) is not None:
-        yield (
-            f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it is "
-            "undefined or has no slope, and no reference is proved that comes there; np.abs and np.hypot are square "
-            "roots too. Can bounds exclude it, or another formula, such as np.sqrt(x**2 + 1e-6) in place of np.abs(x)?"
-        )
-
-
-def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
-    """Return a root or fractional power in f whose argument is zero or negative well within the bounds, or None.
-
-    Such a part is returned if its argument is zero or negative at a point whose coordinates are zero or near their
-    bounds. An argument that is zero only on the bounds is accepted: a tank may be empty, if the reference never comes
-    there. Arguments that depend on a state or input without bounds are not examined.
-    """
-    sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
-    extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
-    inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
-    at = {name: sorted({of.lower, of.upper, min(max(0.0, of.lower), of.upper)}) for name, of in inner.items()}
-    for part in (part for formula in system.f for part in parts(formula)):
-        match part:
-            case Function("sqrt" | "log", argument):
-                pass
-            case Power(argument, exponent) if not is_multiplied(exponent):
-                pass
-            case _:
-                continue
-        if at.keys() >= (used := names(argument)):
-            points = dict(zip(used, np.meshgrid(*(at[name] for name in used)), strict=True))
-            if np.any(evaluate_floats(argument, points) <= 0):
-                return part
-    return None
 
 
 def _of_window(claim: Claim, first: float, last: float) -> Iterator[str]:
@@ -274,7 +237,8 @@ def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
     low, high = np.sort([y[1:-3], y[3:-1]], axis=0)
     beyond = np.maximum(y[2:-2] - high, low - y[2:-2])
     # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.
-    return (off > np.maximum(_TIMES_USUAL * usual or np.inf, _TIMES_NOISE * noise[2:-2])) & (beyond > _BESIDE * off)
+    is_far = off > np.maximum(_TIMES_USUAL * usual or np.inf, _TIMES_NOISE * noise[2:-2])
+    return np.asarray(is_far & (beyond > _BESIDE * off))
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:

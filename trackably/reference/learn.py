@@ -194,9 +194,9 @@ def learn_reference(
     Warns
     -----
     DoubtfulInputWarning
-        If the input is accepted, but is probably a mistake: a singular A; a root whose argument may be zero; a window
-        far from all samples or far beyond them; if all times are claimed, samples before time zero or that still move
-        at their end; times since 1970; samples, noise or means in a wrong unit; an outlier. Also if a learned
+        If the input is accepted, but is probably a mistake: a singular A; a speed that cannot reverse; a window far
+        from all samples or far beyond them; if all times are claimed, samples before time zero or that still move at
+        their end; times since 1970; samples, noise or means in a wrong unit; an outlier. Also if a learned
         hyperparameter lies at an end of the interval that was given for it, and if noise learned with the bounds
         differs by more than a half from noise learned without them.
     IgnoresSamplesWarning
