@@ -20,7 +20,7 @@ _OF_NOISE = 0.5  # a question is asked if σ_n learned with bounds differs from 
 
 _LAST = 0.1  # this last part of the samples shows the level at which a motion ends
 _FEWEST_LAST = 3  # at least this number of last samples shows the level at which a motion ends
-_STAYS = 5.0  # samples stay at a level if they differ from it by at most this many times their noise
+_AWAY = 5.0  # the last samples are away from the mean if they differ from it by more than this many times their noise
 
 
 class IgnoresSamplesWarning(UserWarning):
@@ -95,23 +95,21 @@ def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior
 
 
 def leaves_last_samples(fit: Fit) -> Iterator[str]:
-    """Yield a sentence for each name whose last samples stay at a level that the reference leaves.
+    """Yield a sentence for each name whose last samples are not where the reference comes to rest.
 
-    A reference that is proved for all times comes to rest at its prior mean, which differs from this level. Only names
-    whose mean was learned are examined.
+    A reference that is proved for all times comes to rest at its prior mean. Only names whose mean was learned are
+    examined.
     """
     for name, samples, prior in zip(fit.prior.names, fit.samples, fit.prior.parts, strict=True):
-        if name not in fit.free:
-            continue
         of = samples.of_level
         last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
-        values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
-        level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0: no −0
+        noise = float(prior.noise_std) * float(np.max(of.relative_noise[last]))
+        level = round(float(np.median(of.values[last])), 1 - math.floor(math.log10(noise))) + 0.0  # + 0.0: no −0
         apart = abs(level - float(of.stencil.at_rest(prior.mean)))
-        if np.all(np.abs(values - level) <= _STAYS * noise) and apart > _STAYS * np.max(noise):
+        if name in fit.free and apart > _AWAY * noise:
             yield (
-                f"{name} comes to rest at its mean, {apart:.3g} away from its last samples, which stay at {level:.6g}: "
-                "give this as mean, if the system can rest there, or claim a window, which ends with the samples"
+                f"{name} comes to rest at its mean, {apart:.3g} away from its last samples, around {level:.6g}: give "
+                "this as mean, if the system can rest there, or claim a window, which ends with the samples"
             )
 
 

@@ -35,10 +35,6 @@ _BEYOND = 1.0  # widths of the bounds: units are in doubt if most samples are fu
 _FAR_BEYOND = 10.0  # the same for prior means and for the fit without bounds, to which noise may contribute
 _MOST = 0.5  # more than this part of the samples counts as most of them
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
-_LAST = 0.1  # this last part of the samples shows whether they still move at their end
-_FEWEST_LAST = 4  # at least this number of last samples, and at most half of all, shows whether samples still move
-_MOVED = 20.0  # last samples still move if a line through them rises by over this many times their distance from it
-_ROUNDING = 1e-9  # part of a rate by which rounding may change it
 
 
 def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
@@ -88,8 +84,6 @@ def doubts(
         yield from _of_turns(name, of_name)
         known = mean.get(name) if isinstance(claim, Window) and name not in learned else None
         yield from _of_units(name, of_name, bounds.get(name), noise_std.get(name), known)
-        if name in learned:
-            yield from _of_end(claim, name, of_name)
 
 
 def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampled: Collection[str]) -> Iterator[str]:
@@ -108,27 +102,6 @@ def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampl
                 f"samples: to follow most of them, {quantity.name} would have to be more than {off:.3g} outside of its "
                 f"bounds {quantity.bounds}: are samples, their times and bounds in the units of the system?"
             )
-
-
-def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
-    """Yield a warning's text if all times t ≥ 0 are claimed, but the samples still move at their end.
-
-    A line through the last samples then rises by far more than their distance from it, which may be noise, and no
-    slower than the mean rate: the range of the samples divided by their duration. A motion that ends is slower.
-    """
-    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
-    if not isinstance(claim, AllTimes) or len(samples) < 2 * last:
-        return
-    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
-    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
-    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
-    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
-    if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off:
-        yield (
-            f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
-            f"{samples.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
-            'Give the mean, or the claim "recorded", which ends with the samples'
-        )
 
 
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:

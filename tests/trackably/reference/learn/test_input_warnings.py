@@ -33,7 +33,6 @@ ROBOT = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-9] * 3, [9] * 3), Po
 OFTEN = np.arange(60) * 0.05
 FOURTH = np.arange(16) == 3
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
-PARABOLA = 0.1 * TIMES**2
 STEPS = np.repeat(np.sin(9.0 * np.arange(30) ** 2), 2)
 SINCE_1970 = TIMES + 1.7145648e9
 
@@ -47,10 +46,9 @@ def asked(
     name: str = "position",
     noise_std: float | None = None,
     mean: float | None = None,
-    is_learned: bool = False,
 ) -> list[str]:
     known = [{} if of is None else {name: of} for of in (noise_std, mean)]
-    return [*doubts(as_claim(claim), {name: Samples(times, values)}, plant, *known, [name] * is_learned)]
+    return [*doubts(as_claim(claim), {name: Samples(times, values)}, plant, *known)]
 
 
 def lost(*at: int) -> Array:
@@ -62,7 +60,6 @@ DOUBTFUL = {
     "a robot that reverses": (asked(plant=ROBOT, name="x"), r"has speed as a square root, .* bounds are \[-1, 1\]"),
     "a late window": (asked(claim=(1000.0, 1001.0)), "claim: the window from 1000 s to 1001 s is 997 s away"),
     "a window that ends long after": (asked(claim=(0.0, 100.0)), "reaches 97 s beyond the samples, which last 3 s"),
-    "a motion that does not end": (asked(PARABOLA, is_learned=True), r"still moves at its last sample, by 0\.\d+ per"),
     "before time zero": (asked(times=TIMES - 100), r"samples: all of position lie before t = 0, .*\(from -100 s to"),
     "since 1970": (asked(times=SINCE_1970), "begin 1714564800 s after t = 0, and last only 3 s: .* origin="),
     "milliseconds": (asked(TIMES, 1e-3 * TIMES), r"last 0\.003 s, less than one step of the system"),
@@ -100,10 +97,6 @@ ORDINARY = {
         *doubts(Window(0.0, 20.0), {"a": Samples(20 * TIMES / 3, TIMES), "b": Samples(TIMES / 3, TIMES)}, CART)
     ],
     "a window that ends after its samples": asked(claim=(0.0, 30.0)),
-    "a motion that does not end, in a window": asked(PARABOLA, claim=(0.0, 3.0), is_learned=True),
-    "noise at the end": asked(SOME_NOISE, OFTEN, is_learned=True),
-    "a motion that ends": asked(-np.exp(-2.0 * TIMES), is_learned=True),
-    "three samples": asked([0.0, 0.1, 0.2], [0.0, 0.1, 0.2], is_learned=True),
     "a mean outside, but near": asked(claim=(0.0, 3.0), mean=-5.0),
 }
 
