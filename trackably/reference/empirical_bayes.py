@@ -313,5 +313,7 @@ def _nearest(
         return sqp.Evaluation(float(by @ by) / 2, by, 0.5 - room - np.abs(off), slopes) if is_defined else None
 
     found = sqp.minimise(evaluate, start, start - inf, start + inf)
-    levels = moved(found.x) if found else means
+    if found is None or found.at.violation > 0:
+        return None
+    levels = moved(found.x)
     return levels if all(of.is_kept_at_rest(levels) for of in at_rest) else None
