@@ -29,7 +29,7 @@ class JointPrior(Parametrized):
     shared: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
-        if not self.parts or len(set(self.names)) != len(self.parts) or len(self.names) != len(self.parts):
+        if not 0 < len(self.parts) == len(self.names) == len({*self.names}):
             raise ValueError(
                 f"prior: every process needs a different name, got {self.names}; the number of processes is "
                 f"{len(self.parts)}"
