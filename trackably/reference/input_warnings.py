@@ -192,8 +192,9 @@ def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]
     is_far = away > (_OUTLYING * np.sort(away)[-few - 1] or np.inf)
     if len(samples) >= _FEWEST_BESIDE:
         is_far[2:-2] |= _is_off_neighbours(samples, noise_std)
-    if 0 < np.count_nonzero(is_far) <= few:
-        i = int(np.argmax(is_far * away))
+    far = np.flatnonzero(is_far)
+    if 0 < len(far) <= few:
+        i = int(far[np.argmax(away[far])])
         beside = " and ".join(f"{value:.6g}" for value in (*y[max(i - 1, 0) : i], *y[i + 1 : i + 2]))
         yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, beside {beside}: is it an outlier to be left out?"
 

@@ -74,6 +74,7 @@ DOUBTFUL = {
     "an outlier": (asked(np.where(FOURTH, 1e6, SAMPLES.values)), r"position is 1e\+06 at 0\.6 s, beside -0\.8"),
     "one sample off its neighbours": (asked(lost(19), OFTEN, noise_std=1e-3), r"at 0\.95 s, beside -0\.402\d+ and"),
     "a sensor that starts late": (asked(np.where(OFTEN < 0.1, 2000.0, 0.1 * OFTEN), OFTEN), "2000 at 0 s, beside"),
+    "a lost sample": (asked(np.sin(np.arange(-30, 31) / 7) * (np.arange(61) != 41), np.arange(61) / 9), "is 0 at 4.5"),
     "noise in millimetres": (asked(lost(), OFTEN, noise_std=1.0), "noise_std: that of position is 1, but its samples"),
     "a mean in millimetres": (asked(claim=(0.0, 3.0), mean=-500.0), "mean: that of position is -500, far outside"),
 }  # fmt: skip
