@@ -33,13 +33,13 @@ from pipeline.published.periodic import all_phases
 from pipeline.storage.archive import Conservatism, Draws, Fitted, Study, Tightness, read_samples, write_fit
 from pipeline.storage.results import ENVIRONMENT, Results, to_csv
 from trackably.arrays import Array, root_mean_square
-from trackably.errors import DoubtfulInputWarning, NoReferenceError
+from trackably.errors import NoReferenceError
 from trackably.files import write_json, write_text
 from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning.problem import NoSolution, Solution
 from trackably.progress import progress_bar
-from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, outlying
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
 from trackably.reference.fit import Fit as TrackableFit
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
@@ -178,17 +178,11 @@ def _fits(experiment: Experiment, task: Task) -> dict[str, Fit]:
 
 
 def _ask(experiment: Experiment, fits: Mapping[str, Fit]) -> None:
-    """Warn as `learn_reference` does: if the joint fit ignores its samples, and of outliers among the samples.
-
-    Outliers are looked for only in samples of which each is a centre: if fewer centres stand for many samples, single
-    samples are not known here.
-    """
+    """Warn as `learn_reference` does if the joint fit ignores its samples."""
     found, free = fits[JOINT.name].solution, fits[UNCONSTRAINED.name].solution.posterior
     of = TrackableFit.of(Reference(found.signals, experiment.plant), found, free, ())
     if sentence := ignores_samples(of):
         warnings.warn(f"experiment {experiment.name}: {sentence}", IgnoresSamplesWarning, stacklevel=3)
-    for question in outlying(misfit for misfit in of.misfits if not misfit.samples.scatter.count):
-        warnings.warn(f"experiment {experiment.name}: {question}", DoubtfulInputWarning, stacklevel=3)
 
 
 def _iterations(fits: Mapping[str, Fit]) -> Mapping[str, Array]:

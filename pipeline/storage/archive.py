@@ -242,8 +242,8 @@ def _curves(sampled: Sampled, learned: LearnedReference, times: Array) -> Series
     curves = {name: states[:, i] for i, name in enumerate(plant.system.states)}
     for name, state in zip(plant.system.states, plant.flatness.states, strict=True):
         if (functional := state.functional) is not None:  # nonlinear formulas have no posterior deviation
-            variance = posterior.variance_of(functional.rounded, times, plant.sampling_time)
-            curves[f"{name}_std"] = np.sqrt(variance)
+            own = (posterior.parts[c].variance_of(w, plant.sampling_time, times) for c, w in functional.rounded)
+            curves[f"{name}_std"] = np.sqrt(sum(own, np.zeros(times.shape)))
     curves |= {name: inputs[:, i] for i, name in enumerate(plant.system.inputs)}
     if is_scalar(plant):
         curves["successor_lower"], curves["successor_upper"] = reachable_tube(reference, times)

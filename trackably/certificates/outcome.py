@@ -57,7 +57,8 @@ class Counterexample:
 
 
 _ADVICE = {
-    "may not be positive": "a lower bound above zero of the states on which it depends would keep it positive",
+    "may not be positive": "a lower bound above zero of the states on which it depends would keep "
+    "it positive, and np.sqrt(x**2 + 1e-6) in place of np.abs(x) is smooth",
     "an angle that jumps at ±π": "a vehicle has a heading only while it moves: give its speed a lower bound above "
     "zero; a heading does not jump inside of bounds that are up to 6.1 rad wide, and without bounds it may turn freely",
 }

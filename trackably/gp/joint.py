@@ -29,7 +29,7 @@ class JointPrior(Parametrized):
     shared: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
-        if not self.parts or len(set(self.names)) != len(self.parts) or len(self.names) != len(self.parts):
+        if not 0 < len(self.parts) == len(self.names) == len({*self.names}):
             raise ValueError(
                 f"prior: every process needs a different name, got {self.names}; the number of processes is "
                 f"{len(self.parts)}"
@@ -163,13 +163,6 @@ class JointPosterior:
         factor = max(1.0, root_mean_square(np.concatenate([part.residuals_of(signal) for part, signal in pairs])))
         is_noise = np.array([name.endswith(NOISE) for name in self.prior.learned])
         return np.asarray(self.prior.log_hyperparameters + np.log(factor) * is_noise)
-
-    def variance_of(self, weights: Sequence[tuple[int, Array]], t: Array, step: float) -> Array:
-        """Return the variance of Σ_c Σ_j w_cj g_c(t + j step) at t [s]; the shape is that of t.
-
-        `weights` has pairs (c, w_c): the index of a process, and its weights w_c (J,).
-        """
-        return np.asarray(sum((self.parts[c].variance_of(w, step, t) for c, w in weights), np.zeros(())))
 
     def jets(self, process: int, t: Array, order: int) -> Array:
         """Return the mean of one process, then its ∂/∂ln θ_j of all p learned hyperparameters, at times t [s].

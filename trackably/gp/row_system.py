@@ -49,7 +49,7 @@ class RowSystem:
         Return None if the kernel is no sum of polynomials times e^(−λ|r|), or if it decays too fast within a row.
         """
         n, kernel, of_samples = len(part.samples), part.prior.kernel, terms_of(part.samples)
-        every, count = Terms.joined([of_samples, terms], [0, n]), n + count
+        every, count = Terms.joined([of_samples, terms.renumber(n + np.arange(count))]), n + count
         first = every.first_times(count)
         longest = float(np.max(every.times - first[every.of_row]))
         own = [decay.only(0) for decay in kernel.decays]

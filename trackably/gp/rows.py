@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property as cached
 from math import factorial
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +15,7 @@ from trackably.gp.kernels.base import Kernel, MomentSum
 from trackably.gp.signal import in_blocks
 
 
-@dataclass(frozen=True)
-class Terms:
+class Terms(NamedTuple):
     """The terms of some rows in one process g: row `of_row[p]` has the term `weights[p]` g(`times[p]`).
 
     All arrays have the shape (P,). Rows are numbered from zero, times are in seconds.
@@ -27,18 +26,10 @@ class Terms:
     of_row: npt.NDArray[np.intp]
 
     @classmethod
-    def joined(cls, parts: Sequence["Terms"], starts: Sequence[int] | None = None) -> Self:
-        """Return the terms of all parts.
-
-        The rows of part i are numbered from `starts[i]` on, or from zero on if `starts` is None.
-        """
-        shifts = [0] * len(parts) if starts is None else starts
-        rows = [part.of_row + start for part, start in zip(parts, shifts, strict=True)]
-        return cls(
-            np.concatenate([np.empty(0), *(part.times for part in parts)]),
-            np.concatenate([np.empty(0), *(part.weights for part in parts)]),
-            np.concatenate([np.empty(0, dtype=np.intp), *rows]),
-        )
+    def joined(cls, parts: Sequence["Terms"]) -> Self:
+        """Return the terms of all parts; equal numbers of rows in several parts mean the same row."""
+        none = np.empty(0), np.empty(0), np.empty(0, dtype=np.intp)
+        return cls(*map(np.concatenate, zip(none, *parts, strict=True)))
 
     def renumber(self, places: npt.NDArray[np.intp]) -> Self:
         """Return the terms with row a renumbered as `places`[a]; rows with a negative place are dropped."""

@@ -1,6 +1,6 @@
 """Stencils: how samples depend on the process. A sample is a weighted sum of its values at shifted times."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,16 +16,6 @@ _CANCELLED = 1e-9  # relative to the largest weight: smaller sums of weights cou
 
 Covariance = Callable[[Array], tuple[Array, Array]]
 """Returns k(r) of two samples r [s] apart, and ∂k/∂ln θ_j; shapes (*r.shape) and (p, *r.shape). k is even in r."""
-
-
-def weighted_sum(covariance: Covariance, parts: Iterable[tuple[Array | float, Array]]) -> tuple[Array, Array]:
-    """Return Σ ρ k(r) and its ∂/∂ln θ_j for the `covariance` k: a sum over pairs of weights ρ and times r [s]."""
-    terms = ([rho * each for each in covariance(r)] for rho, r in parts)
-    total, by_theta = next(terms)
-    for value, gradient in terms:
-        total += value
-        by_theta += gradient
-    return total, by_theta
 
 
 class _Instants:
@@ -71,7 +61,12 @@ class _Instants:
         w, count = self.weights, len(self.weights)
         lags = ((d, range(max(d, 0), min(count, count + d))) for d in range(1 - count, count))
         pairs = ((sum(np.multiply.outer(w[j], w[j - d]) for j in of), apart + d * self.step) for d, of in lags)
-        return weighted_sum(kernel.value_and_gradient, pairs)
+        parts = ([rho * each for each in kernel.value_and_gradient(r)] for rho, r in pairs)
+        value, gradient = next(parts)
+        for of_value, of_gradient in parts:
+            value += of_value
+            gradient += of_gradient
+        return value, gradient
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from trackably.arguments import is_number
 from trackably.arrays import Array
 from trackably.certificates.certified import Certified
 from trackably.certificates.judge import found_or_raise
-from trackably.gp.bounded import least_norm
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.matern import Matern52
@@ -21,6 +20,7 @@ from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import ResidualStatistics, Samples
+from trackably.learning import sqp
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -41,14 +41,12 @@ _ANYWHERE = (-inf, inf)
 _NO_EVIDENCE = 1.0  # if J exceeds the least −2 ln p without bounds by less than this, noise is not learned again
 _SEEN = 10.0  # a learned σ_n counts as noise, and is held, only above this many times the lower end of its interval
 _ROOM = 1e-2, 1e-4, 1e-6  # slacks of learned means at bounds, as parts of a width: tried in turn until one is possible
-_MOST_STEPS = 50  # most steps of the search for an admissible equilibrium; a linear system takes two
 _FAR_LIKELIER = 10.0  # another kernel is preferred if its −2 ln p is lower by more than this: odds of about 150 to 1
 # Samples count as noise alone if the kernel lowers −2 ln p by less than this: 2 for each of its two hyperparameters, as
 # in Akaike's criterion.
 _AS_LIKELY = 4.0
 _UNRELATED = 0.2  # neighbouring samples whose prior correlation is at most this count as unrelated
 _FEWEST = 10  # fewer samples than this are never taken for noise alone, as they may be waypoints
-_SAME = 1e-9  # the search for an equilibrium ends when two steps differ by less, relative to 1 + |step|
 
 
 @dataclass(frozen=True)
@@ -293,26 +291,29 @@ def _nearest(
     """Return means, near those given, with a slack of `room` at each bound, relative to its width.
 
     They minimise Σ (stiffness · change)², where stiffness² is the samples' information about a mean. Only the means
-    with indices in `moving` change, and quantities that do not depend on these means need no slack.
-    Nonlinear quantities are linearised again at the means of each step, until the steps converge. None if no such
+    with indices in `moving` change, and quantities that do not depend on these means need no slack. None if no such
     means are found.
     """
-    found, last = list(means), np.full(len(moving), inf)
-    for _ in range(_MOST_STEPS):
-        normals, offsets = [np.empty((0, len(moving)))], list[float]()
-        for quantity in at_rest:
-            rates = quantity.rates_at_rest(found)[moving] / stiffness
-            if (size := float(np.linalg.norm(rates))) > 0:
-                kept = quantity.bounds.rest.shrunk(room * quantity.bounds.width)
-                value = quantity.at_rest(found) - float(rates @ (np.subtract(found, means)[moving] * stiffness))
-                normals.append(np.array([rates, -rates]) / size)
-                offsets += [(value - kept.lower) / size, (kept.upper - value) / size]
-        change = least_norm(np.vstack(normals), np.array(offsets)) if np.isfinite(offsets).all() else None
-        if change is None:
-            return None
-        for c, by in zip(moving.tolist(), (change / stiffness).tolist(), strict=True):
-            found[c] = means[c] + by
-        if np.all(np.abs(change - last) <= _SAME * (1 + np.abs(change))):
-            break
-        last = change
-    return found if all(of.is_kept_at_rest(found) for of in at_rest) else None
+    bounded = [of for of in at_rest if of.rates_at_rest(means)[moving].any()]
+    ends = np.array([(of.bounds.rest.lower, of.bounds.rest.upper) for of in bounded]).reshape(-1, 2)
+    start, middle, width = np.zeros(len(moving)), ends.mean(axis=1), np.ptp(ends, axis=1)
+
+    def moved(by: Array) -> list[float]:
+        found = np.array(means)
+        found[moving] += by / stiffness
+        return [*found.tolist()]
+
+    def evaluate(by: Array) -> sqp.Evaluation | None:
+        """Return half the sum of squares, and the relative distance from the nearer bound; None if it is undefined."""
+        levels = moved(by)
+        off = (np.array([of.at_rest(levels) for of in bounded]) - middle) / width
+        rates = np.array([of.rates_at_rest(levels)[moving] for of in bounded]).reshape(-1, len(by)) / stiffness
+        slopes = -rates * (np.sign(off) / width)[:, None]
+        is_defined = np.isfinite(off).all() and np.isfinite(slopes).all()
+        return sqp.Evaluation(float(by @ by) / 2, by, 0.5 - room - np.abs(off), slopes) if is_defined else None
+
+    found = sqp.minimise(evaluate, start, start - inf, start + inf)
+    if found is None or found.at.violation > 0:
+        return None
+    levels = moved(found.x)
+    return levels if all(of.is_kept_at_rest(levels) for of in at_rest) else None

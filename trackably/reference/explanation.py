@@ -1,7 +1,7 @@
 """The explanation of a fit in plain sentences."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -10,8 +10,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.learning.problem import LEAST_GAP
-from trackably.reference.fit import Fit, Misfit
-from trackably.reference.input_warnings import beyond_neighbours
+from trackably.reference.fit import Fit
 from trackably.reference.waypoints import Waypoint
 from trackably.systems.tightening import Tightening
 
@@ -19,18 +18,9 @@ _DEAREST = 3  # most contacts (bounds that are active for some time) that a sent
 _SHOWN = 4  # number of times with given values that are named if others are left out
 _OF_NOISE = 0.5  # a question is asked if σ_n learned with bounds differs from σ_n without by more than this part
 
-# A sample is far off if its residual exceeds _TIMES_TYPICAL times the usual residual and _TIMES_NOISE times the noise.
-# An outlier is also beyond the values before and after it by _BEYOND times its residual: where a signal jumps, a smooth
-# fit is far off samples that lie between their neighbours. If more than the part _FEW is far off, none is an outlier.
-_TIMES_TYPICAL = 10.0
-_TIMES_NOISE = 3.0
-_BEYOND = 0.5
-_FEW = 0.1  # largest part of all samples that may be far off
-_FEWEST = 10  # with fewer samples, none is called an outlier
-_NORMAL = 0.6745  # the median of |x| of standard normal x
 _LAST = 0.1  # this last part of the samples shows the level at which a motion ends
 _FEWEST_LAST = 3  # at least this number of last samples shows the level at which a motion ends
-_STAYS = 5.0  # samples stay at a level if they differ from it by at most this many times their noise
+_AWAY = 5.0  # the last samples are away from the mean if they differ from it by more than this many times their noise
 
 
 class IgnoresSamplesWarning(UserWarning):
@@ -105,23 +95,21 @@ def means(prior: JointPrior, samples: tuple[Samples, ...], likeliest: JointPrior
 
 
 def leaves_last_samples(fit: Fit) -> Iterator[str]:
-    """Yield a sentence for each name whose last samples stay at a level that the reference leaves.
+    """Yield a sentence for each name whose last samples are not where the reference comes to rest.
 
-    A reference that is proved for all times comes to rest at its prior mean, which differs from this level. Only names
-    whose mean was learned are examined.
+    A reference that is proved for all times comes to rest at its prior mean. Only names whose mean was learned are
+    examined.
     """
     for name, samples, prior in zip(fit.prior.names, fit.samples, fit.prior.parts, strict=True):
-        if name not in fit.free:
-            continue
         of = samples.of_level
         last = slice(-max(_FEWEST_LAST, int(_LAST * len(of))), None)
-        values, noise = of.values[last], float(prior.noise_std) * of.relative_noise[last]
-        level = round(float(np.median(values)), 1 - math.floor(math.log10(np.max(noise)))) + 0.0  # + 0.0: no −0
+        noise = float(prior.noise_std) * float(np.max(of.relative_noise[last]))
+        level = round(float(np.median(of.values[last])), 1 - math.floor(math.log10(noise))) + 0.0  # + 0.0: no −0
         apart = abs(level - float(of.stencil.at_rest(prior.mean)))
-        if np.all(np.abs(values - level) <= _STAYS * noise) and apart > _STAYS * np.max(noise):
+        if name in fit.free and apart > _AWAY * noise:
             yield (
-                f"{name} comes to rest at its mean, {apart:.3g} away from its last samples, which stay at {level:.6g}: "
-                "give this as mean, if the system can rest there, or claim a window, which ends with the samples"
+                f"{name} comes to rest at its mean, {apart:.3g} away from its last samples, around {level:.6g}: give "
+                "this as mean, if the system can rest there, or claim a window, which ends with the samples"
             )
 
 
@@ -138,29 +126,6 @@ def noise_questions(fit: Fit) -> Iterator[str]:
             yield (
                 f"noise_std: that of {name} is {own.noise_std:.3g} as it is learned with the bounds, and "
                 f"{free.noise_std:.3g} without them: do the samples have this noise? If not, give a number{left_out}"
-            )
-
-
-def outlying(misfits: Iterable[Misfit]) -> Iterator[str]:
-    """Yield a warning's text for each name of which a few samples are far off the fit without bounds, but most near.
-
-    A single outlier is enough to raise the learned noise, and so to pull the reference away from all other samples.
-    """
-    for misfit in misfits:
-        if len(misfit.samples) < _FEWEST:
-            continue
-        samples, off = misfit.samples, np.abs(misfit.unconstrained) / misfit.samples.relative_noise
-        typical = float(np.median(off)) / _NORMAL
-        is_far = off > max(_TIMES_TYPICAL * typical, _TIMES_NOISE * misfit.noise_unconstrained)
-        far = np.flatnonzero(is_far & (beyond_neighbours(samples.values) > _BEYOND * np.abs(misfit.unconstrained)))
-        if typical and 0 < len(far) <= np.sum(is_far) <= _FEW * len(off):
-            i = int(far[np.argmax(off[far])])
-            others = f" (and {len(far) - 1} more are far off)" if len(far) > 1 else ""
-            harm = " It raises the noise that is learned" if misfit.is_learned else ""
-            yield (
-                f"samples: {misfit.name} is {samples.values[i]:.6g} at {samples.times[i]:.6g} s, "
-                f"{abs(misfit.unconstrained[i]):.3g} off the fit without bounds, {off[i] / typical:.3g} times as far "
-                f"as most{others}: is it an outlier to be left out?{harm}"
             )
 
 

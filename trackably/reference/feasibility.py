@@ -67,9 +67,8 @@ class Steps:
     @cached_property
     def ends(self) -> Array:
         """The lower and the upper bounds of all rows, at exact times start + k T_s: shape (2, r)."""
-        plant = a_plant(as_written(self.plant), "plant")
-        start, T = Fraction(self.start), Fraction(plant.system.sampling_time)
-        rows = (*plant.state_set.rows, *plant.input_set.rows)
+        start, T = Fraction(self.start), Fraction(self.plant.sampling_time)
+        rows = (*self.plant.state_set.checked.rows, *self.plant.input_set.checked.rows)
         found = [ends_at(row, start + k * T) for k in range(self.count) for row in rows]
         given = [(value.lower, value.upper) for value in self.values]
         return np.array([*found, *given], dtype=float).reshape(-1, 2).T

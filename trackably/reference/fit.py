@@ -27,7 +27,6 @@ from trackably.reference.condensed import Condensation
 from trackably.reference.waypoints import Waypoint
 from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Trajectory
 
 
 @dataclass(frozen=True)
@@ -278,11 +277,7 @@ class Fit:
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
         """The residuals of the reference and of the fit without bounds, for the samples of each name."""
-        return self.misfits_to(self.samples)
-
-    def misfits_to(self, samples: tuple[Samples, ...]) -> tuple[Misfit, ...]:
-        """Return the misfits to other `samples` of each flat output, for example to all that the centres represent."""
-        signals = samples, self.reference.kernel_sums, self.unconstrained.kernel_sums
+        signals = self.samples, self.reference.kernel_sums, self.unconstrained.kernel_sums
         every = zip(self.prior.names, self.prior.parts, self.unconstrained_prior.parts, *signals, strict=True)
         return tuple(
             Misfit(
@@ -302,24 +297,6 @@ class Fit:
     def unconstrained(self) -> Reference:
         """The posterior mean with the least l = −2 ln p(samples) found, as a reference; it may violate any bound."""
         return Reference(self.unconstrained_posterior.signals, self.reference.plant)
-
-    def std_of(self, coordinates: Iterable[Trajectory], t: Array) -> Array:
-        """Return the posterior standard deviations of q states or inputs at t [s], given the samples: (*t.shape, q)."""
-        variances = [self._variance(q, t) for q in coordinates]
-        return np.asarray(np.sqrt(np.stack(np.broadcast_arrays(*variances), axis=-1)))
-
-    def _variance(self, q: Trajectory, t: Array) -> Array:
-        """Return the posterior variance of a state or input q at each time [s]; an array of the same shape as t.
-
-        A nonlinear function of the flat outputs is linearised around the reference at each t.
-        """
-        if (linear := q.functional) is not None:
-            return self.posterior.variance_of(linear.rounded, t, q.sampling_time)
-        each = [
-            self.posterior.variance_of(q.weights_at(self.reference.kernel_sums, at), at, q.sampling_time)
-            for at in t.reshape(-1, 1)
-        ]
-        return np.array(each).reshape(t.shape)
 
     def _distance(self, bound: ActiveBound) -> float:
         """Return the slack of the reference at an active bound, in the quantity's unit."""

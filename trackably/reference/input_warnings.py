@@ -6,27 +6,24 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from trackably.arrays import Array
+from trackably.arrays import Array, Flags
 from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
-from trackably.checker.formulas import Formula, Function, Number, Operation, Power, names, parts, text
-from trackably.checker.intervals import is_multiplied
+from trackably.checker.formulas import Function, Number, Operation
 from trackably.errors import DoubtfulInputWarning
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.formulas import evaluate_floats
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
-from trackably.systems.nonlinear import NonlinearSystem
 
 _OUTLYING = 1e3  # a sample is an outlier if its distance from the median exceeds this many times the others' spread
 _FEW = 0.1  # if more than this part of the samples is far off, none is called an outlier
 _FEWEST = 5  # with fewer samples, outliers cannot be told from the others
-_FEWEST_BESIDE = 10  # with fewer samples, the usual distance of neighbours is not known
-# A sample is also an outlier if its distance from its neighbours exceeds three limits: _TIMES_USUAL times the usual
-# distance, _TIMES_NOISE times the noise, and _TIMES_MOVES times the largest change between samples nearby.
-_TIMES_USUAL, _TIMES_NOISE, _TIMES_MOVES = 20.0, 10.0, 5.0
+_FEWEST_BESIDE = 10  # with fewer samples, the usual distance from a polynomial through neighbours is not known
+# A sample is also an outlier if its distance from a cubic polynomial through its neighbours exceeds _TIMES_USUAL times
+# the usual distance and _TIMES_NOISE times the noise, and if the part _BESIDE of it is beyond the nearest neighbours.
+_TIMES_USUAL, _TIMES_NOISE, _BESIDE = 9.0, 5.0, 0.6
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
@@ -37,13 +34,7 @@ _OF_TURN, _LARGEST_MOVE = 0.02, 0.15
 _BEYOND = 1.0  # widths of the bounds: units are in doubt if most samples are further outside than this
 _FAR_BEYOND = 10.0  # the same for prior means and for the fit without bounds, to which noise may contribute
 _MOST = 0.5  # more than this part of the samples counts as most of them
-_INSIDE = 0.01  # part of a width: a value that is further than this from both bounds is well within them
-_DEEPEST = 6  # levels of nesting to which a formula is written out in a message
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
-_LAST = 0.1  # this last part of the samples shows whether they still move at their end
-_FEWEST_LAST = 4  # at least this number of last samples, and at most half of all, shows whether samples still move
-_MOVED = 20.0  # last samples still move if a line through them rises by over this many times their distance from it
-_ROUNDING = 1e-9  # part of a rate by which rounding may change it
 
 
 def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
@@ -89,12 +80,10 @@ def doubts(
     bounds, noise_std, mean = {q.name: q.bounds for q in plant.quantities}, noise_std or {}, mean or {}
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name, plant.sampling_time)
-        yield from _of_outliers(name, of_name, noise_std.get(name), bounds.get(name))
+        yield from _of_outliers(name, of_name, noise_std.get(name, 0.0))
         yield from _of_turns(name, of_name)
         known = mean.get(name) if isinstance(claim, Window) and name not in learned else None
         yield from _of_units(name, of_name, bounds.get(name), noise_std.get(name), known)
-        if name in learned:
-            yield from _of_end(claim, name, of_name)
 
 
 def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampled: Collection[str]) -> Iterator[str]:
@@ -115,29 +104,8 @@ def far_beyond(likeliest: JointPosterior | None, plant: ConstrainedSystem, sampl
             )
 
 
-def _of_end(claim: Claim, name: str, samples: Samples) -> Iterator[str]:
-    """Yield a warning's text if all times t ≥ 0 are claimed, but the samples still move at their end.
-
-    A line through the last samples then rises by far more than their distance from it, which may be noise, and no
-    slower than the mean rate: the range of the samples divided by their duration. A motion that ends is slower.
-    """
-    last = max(_FEWEST_LAST, int(_LAST * len(samples)))
-    if not isinstance(claim, AllTimes) or len(samples) < 2 * last:
-        return
-    t, y = samples.times[-last:] - samples.times[-1], samples.values[-last:]
-    level, rate = np.polynomial.polynomial.polyfit(t, y, 1).tolist()
-    off = float(np.sqrt(np.mean((y - level - rate * t) ** 2)))
-    mean_rate = np.ptp(samples.values) / (samples.times[-1] - samples.times[0])
-    if abs(rate) >= mean_rate * (1 - _ROUNDING) and abs(rate * t[0]) > _MOVED * off:
-        yield (
-            f"claim: all times are claimed, but {name} still moves at its last sample, by {rate:.3g} per second at "
-            f"{samples.times[-1]:g} s: after it, the reference comes to rest at a mean that is learned. Is that meant? "
-            'Give the mean, or the claim "recorded", which ends with the samples'
-        )
-
-
 def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
-    """Yield a text if A is singular, a speed cannot reverse, or a formula has no derivative within the bounds.
+    """Yield a text if A is singular, or if a speed cannot reverse.
 
     In discrete time, A is singular only for systems with delays. The user may have given the A of a differential
     equation in place of exp(A T_s), which is never singular.
@@ -156,38 +124,6 @@ def _of_system(plant: ConstrainedSystem) -> Iterator[str]:
                     f"reference is proved that stops or reverses, though its bounds are {quantity.bounds}. Split "
                     "samples where they stop, and give a lower bound above zero"
                 )
-    if isinstance(system, NonlinearSystem) and (part := _part_without_slope(system, plant)) is not None:
-        yield (
-            f"system: the argument of {text(part, _DEEPEST)} may be zero or less within the bounds: at zero it is "
-            "undefined or has no slope, and no reference is proved that comes there; np.abs and np.hypot are square "
-            "roots too. Can bounds exclude it, or another formula, such as np.sqrt(x**2 + 1e-6) in place of np.abs(x)?"
-        )
-
-
-def _part_without_slope(system: NonlinearSystem, plant: ConstrainedSystem) -> Formula | None:
-    """Return a root or fractional power in f whose argument is zero or negative well within the bounds, or None.
-
-    Such a part is returned if its argument is zero or negative at a point whose coordinates are zero or near their
-    bounds. An argument that is zero only on the bounds is accepted: a tank may be empty, if the reference never comes
-    there. Arguments that depend on a state or input without bounds are not examined.
-    """
-    sides = ((system.states, plant.state_set.hull), (system.inputs, plant.input_set.hull))
-    extents = {name: bounds.extent(i) for names, bounds in sides for i, name in enumerate(names)}
-    inner = {name: of.shrunk(_INSIDE * of.width) for name, of in extents.items() if of}
-    at = {name: sorted({of.lower, of.upper, min(max(0.0, of.lower), of.upper)}) for name, of in inner.items()}
-    for part in (part for formula in system.f for part in parts(formula)):
-        match part:
-            case Function("sqrt" | "log", argument):
-                pass
-            case Power(argument, exponent) if not is_multiplied(exponent):
-                pass
-            case _:
-                continue
-        if at.keys() >= (used := names(argument)):
-            points = dict(zip(used, np.meshgrid(*(at[name] for name in used)), strict=True))
-            if np.any(evaluate_floats(argument, points) <= 0):
-                return part
-    return None
 
 
 def _of_window(claim: Claim, first: float, last: float) -> Iterator[str]:
@@ -243,66 +179,40 @@ def _of_times(claim: Claim, name: str, samples: Samples, sampling_time: float) -
         )
 
 
-def _of_outliers(name: str, samples: Samples, noise_std: float | None, bounds: Interval | None) -> Iterator[str]:
+def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]:
     """Yield a warning's text about the sample that is farthest off, if only a few samples are far off.
 
-    Three measures are tried in turn, until a few samples are far off by one of them: the distance from the median,
-    compared with the spread of all samples; the distance from neighbours in time, if the noise is known (otherwise the
-    fit without bounds shows outliers later); and the distance outside of the bounds, if both neighbours are inside.
+    A sample is far off by its distance from the median, compared with the spread of most samples, or by its distance
+    from its neighbours in time.
     """
     if len(samples) < _FEWEST:
         return
-    t, y = samples.times, samples.values
-    few, middle = max(1, int(_FEW * len(y))), float(np.median(y))
-    away = np.abs(y - middle)
-    spread = float(np.sort(away)[-few - 1])
-    beside = _off_neighbours(samples, noise_std) if noise_std and len(y) >= _FEWEST_BESIDE else np.zeros(len(y))
-    outside = _outside(samples, bounds) if bounds else np.zeros(len(y))
-    if bounds and np.count_nonzero(outside > bounds.width) <= few:
-        outside = _alone(outside)
-    for off, least, where in (
-        (
-            away,
-            _OUTLYING * spread or np.inf,
-            f"more than {_OUTLYING:g} times as far from the median as most others, which lie within {spread:.3g} of "
-            f"{middle:g}",
-        ),
-        (beside, 0.0, f"{np.max(beside):.3g} off those before and after it, with a noise of {noise_std or 0.0:g}"),
-        (outside, bounds.width if bounds else np.inf, f"{np.max(outside):.3g} outside of its bounds {bounds}"),
-    ):
-        far = np.flatnonzero(off > least)
-        if 0 < len(far) <= few:
-            i = int(far[np.argmax(off[far])])
-            yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, {where}: is it an outlier to be left out?"
-            return
+    t, y, few = samples.times, samples.values, max(1, int(_FEW * len(samples)))
+    away = np.abs(y - np.median(y))
+    is_far = away > (_OUTLYING * np.sort(away)[-few - 1] or np.inf)
+    if len(samples) >= _FEWEST_BESIDE:
+        is_far[2:-2] |= _is_off_neighbours(samples, noise_std)
+    far = np.flatnonzero(is_far)
+    if 0 < len(far) <= few:
+        i = int(far[np.argmax(away[far])])
+        beside = " and ".join(f"{value:.6g}" for value in (*y[max(i - 1, 0) : i], *y[i + 1 : i + 2]))
+        yield f"samples: {name} is {y[i]:.6g} at {t[i]:.6g} s, beside {beside}: is it an outlier to be left out?"
 
 
-def _alone(outside: Array) -> Array:
-    """Return the distances `outside` of bounds (n,), set to 0 unless the samples before and after are inside."""
-    beside = np.pad(outside, 1)
-    return np.where((beside[:-2] <= 0) & (beside[2:] <= 0), outside, 0.0)
+def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
+    """Whether each sample but the first two and the last two is far off the cubic polynomial through four neighbours.
 
-
-def _off_neighbours(samples: Samples, noise_std: float) -> Array:
-    """Return how far each sample lies outside the range of the samples beside it, shape (n,); 0 if it is not far off.
-
-    A sample is far off if this distance exceeds the noise, the usual distance from the middle of its neighbours, and
-    the changes between samples nearby, each times a factor. The first and the last sample are never far off, because
-    the signal may have a step beside them.
+    This is so if the distance exceeds the noise and the usual distance, each times a factor, and if most of it lies
+    outside of the range of the samples before and after: at a jump of the signal, samples lie within this range.
     """
-    y, noise = samples.values, noise_std * samples.relative_noise[1:-1]
-    off, steps = beyond_neighbours(y)[1:-1], np.pad(np.abs(np.diff(y)), 2)
-    nearby = np.max([np.abs(y[2:] - y[:-2]), *(steps[k : k + len(off)] for k in (0, 1, 4, 5))], axis=0)
-    usual = float(np.median(np.abs(y[1:-1] - (y[:-2] + y[2:]) / 2))) / _NORMAL
+    y, noise = samples.values, noise_std * samples.relative_noise
+    off = np.abs(y[2:-2] - (4 * (y[1:-3] + y[3:-1]) - y[:-4] - y[4:]) / 6)
+    usual = float(np.median(off)) / _NORMAL
+    low, high = np.sort([y[1:-3], y[3:-1]], axis=0)
+    beyond = np.maximum(y[2:-2] - high, low - y[2:-2])
     # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.
-    least = np.maximum(_TIMES_NOISE * noise, _TIMES_USUAL * usual or np.inf)
-    return np.pad(np.where(off > np.maximum(least, _TIMES_MOVES * nearby), off, 0.0), 1)
-
-
-def beyond_neighbours(values: Array) -> Array:
-    """Return how far each value lies outside the range of the two beside it, negative inside: shape (n,)."""
-    beside = np.stack([np.insert(values[:-1], 0, values[1]), np.append(values[1:], values[-2])])
-    return np.asarray(np.maximum(values - beside.max(axis=0), beside.min(axis=0) - values))
+    is_far = off > np.maximum(_TIMES_USUAL * usual or np.inf, _TIMES_NOISE * noise[2:-2])
+    return np.asarray(is_far & (beyond > _BESIDE * off))
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:

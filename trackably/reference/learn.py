@@ -33,7 +33,7 @@ from trackably.learning.space import SearchSpace
 from trackably.progress import progress_bar
 from trackably.reference.condensed import Centres
 from trackably.reference.empirical_bayes import EmpiricalPrior, Mean, empirical_prior, levels, split_means
-from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions, outlying
+from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples, noise_questions
 from trackably.reference.feasibility import impossible
 from trackably.reference.fit import Fit, narrow_limits
 from trackably.reference.input_warnings import doubts, far_beyond, repeated, warn_about
@@ -52,7 +52,6 @@ Found = tuple[Fit, Certificate, tuple[Certificate, ...]]
 """What was learned, with the certificates of the reference and of its waypoints."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
-_FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
 _CALLER = 3  # stack frames from `warn_about` up to the user's line, including the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -91,8 +90,7 @@ def learn_reference(
         Samples by the name of the sampled state (or of a flat output, z1, z2, …). Each flat output of the system needs
         at least one name. Samples of several states that depend on the same flat output, such as position and velocity,
         are used together. "rate of x" is the velocity of a state x whose velocity is not a state: the change of x in
-        one step, per second. A system with one flat output takes samples of its first state without a name. A pandas
-        Series or DataFrame is accepted, with times in seconds as its index; NaN is no sample.
+        one step, per second. A system with one flat output takes samples of its first state without a name.
     kernel
         One kernel for all flat outputs, or one for each, by the name of its samples (by the first name, if several
         states depend on the flat output). Each hyperparameter is a number (known), a pair (learned in this interval),
@@ -195,11 +193,11 @@ def learn_reference(
     Warns
     -----
     DoubtfulInputWarning
-        If the input is accepted, but is probably a mistake: a singular A; a root whose argument may be zero; a window
-        far from all samples or far beyond them; if all times are claimed, samples before time zero or that still move
-        at their end; times since 1970; samples, noise or means in a wrong unit; an outlier. Also if a learned
-        hyperparameter lies at an end of the interval that was given for it, and if noise learned with the bounds
-        differs by more than a half from noise learned without them.
+        If the input is accepted, but is probably a mistake: a singular A; a speed that cannot reverse; a window far
+        from all samples or far beyond them; if all times are claimed, samples before time zero; times since 1970;
+        samples, noise or means in a wrong unit; an outlier. Also if a learned hyperparameter lies at an end of the
+        interval that was given for it, and if noise learned with the bounds differs by more than a half from noise
+        learned without them.
     IgnoresSamplesWarning
         If the reference keeps its bounds, but does not follow its samples: its distance from them is more than 3 times
         that of a fit without bounds, more than the noise, and more than a tenth of the samples' spread.
@@ -269,8 +267,7 @@ def learn_reference(
         sentence += ', or method="joint"' if method == "hyperparameters" else ""
         warnings.warn(sentence, IgnoresSamplesWarning, stacklevel=_CALLER)
     about_noise = noise_questions(fit) if method == "joint" else ()
-    about_samples = outlying(fit.misfits_to(measured.all_signals))
-    warn_about((*narrow_limits(fit.edges), *about_noise, *about_samples), _CALLER)
+    warn_about((*narrow_limits(fit.edges), *about_noise), _CALLER)
     return learned
 
 
@@ -343,17 +340,14 @@ class _Search:
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
         """Yield functions that prove a reference sooner than the whole search does, for likely hyperparameters.
 
-        If `first` has no likely hyperparameters, they are learned here without bounds, from the first samples of each
-        name.
+        If `first` has no likely hyperparameters, they are learned here without bounds.
         """
         likeliest = first.likeliest
         if likeliest is None:
-            few = self._first_samples(first.prior)
-            space = SearchSpace.around(few, first.prior, self.starts)
-            free = best_solution(ConstrainedProblem(few, first.prior, space))
+            free = best_solution(ConstrainedProblem(self.measured.signals, first.prior, self._space(first.prior)))
             if not isinstance(free, Solution):
                 return
-            likeliest = JointPosterior(free.posterior.prior, self.measured.signals)
+            likeliest = free.posterior
         held = replace(first, likeliest=likeliest, with_noise=None)
         if learner is HYPERPARAMETERS:
             yield partial(replace(self, starts=1).learn, held, learner)
@@ -365,12 +359,6 @@ class _Search:
             yield partial(self.learn, held, replace(FUNCTION, solve=here, extended=lambda _, problem: here(problem)))
             brief = replace(JOINT, solve=search, extended=lambda _, problem: search(problem), fallback=None)
             yield partial(self.learn, held, brief)
-
-    def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
-        """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
-        end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
-        few = {name: of.only(np.arange(len(of))[:end]) for name, of in self.measured.given.items()}
-        return replace(self.measured, given=few).signals
 
     def _space(self, prior: JointPrior) -> SearchSpace:
         return SearchSpace.around(self.measured.signals, prior, self.starts)

@@ -5,9 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self, overload
 
-import numpy as np
-
-from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Window
 from trackably.files import new_file, path_of
@@ -200,21 +197,6 @@ class TrackableReference(LearnedReference):
     def active_bounds(self) -> tuple[ActiveBound, ...]:
         """The bounds that the reference touches, with their times, multipliers and prices."""
         return self.fit.active_bounds
-
-    def state_std(self, k: Array | int) -> Array:
-        """Return the posterior standard deviation of the states at steps k, given the samples: shape (*k.shape, n)."""
-        return self.fit.std_of(self.reference.plant.flatness.states, self._times(k))
-
-    def input_std(self, k: Array | int) -> Array:
-        """Return the posterior standard deviation of the inputs at steps k, to first order if they are nonlinear.
-
-        Shape (*k.shape, m).
-        """
-        plant, t = self.reference.plant, self._times(k)
-        if plant.allocation is None:
-            return self.fit.std_of(plant.flatness.inputs, t)
-        each = [self.fit.std_of(self.reference.inputs_near(at), np.asarray(at)) for at in t.ravel().tolist()]
-        return np.array(each).reshape(*t.shape, len(plant.flatness.inputs))
 
     @property
     def unconstrained_misfit(self) -> dict[str, float]:

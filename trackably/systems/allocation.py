@@ -95,21 +95,14 @@ class Allocation:
         u must be orthogonal to the null space of B. If no input in the set has this effect, return the candidate of
         `laws` that violates the set least, relative to the widths of its rows.
         """
-        chosen = self._choice(u)
         gains, shifts = self.laws
+        flat = u.reshape(-1, u.shape[-1])
+        blocks = np.array_split(flat, 1 + flat.size * len(shifts) // _AT_ONCE)
+        chosen = np.concatenate([self._choice(block) for block in blocks]).reshape(u.shape[:-1])
         return np.asarray(np.einsum("...ij,...j->...i", gains[chosen], u) + shifts[chosen])
 
-    def slopes(self, u: Array) -> Array:
-        """Return the derivative of `smallest` with respect to u, at u (…, m); the result has shape (…, m, m)."""
-        return np.asarray(self.laws[0][self._choice(u)])
-
     def _choice(self, u: Array) -> Array:
-        """Return the index of the candidate in `laws` that is the smallest admissible input for u (…, m); shape (…)."""
-        flat = u.reshape(-1, u.shape[-1])
-        blocks = np.array_split(flat, 1 + flat.size * len(self.laws[1]) // _AT_ONCE)
-        return np.concatenate([self._choice_of(block) for block in blocks]).reshape(u.shape[:-1])
-
-    def _choice_of(self, u: Array) -> Array:
+        """Return the index of the smallest admissible input among `laws` for each u (k, m); shape (k,)."""
         choice = np.zeros(len(u), dtype=int)  # the first candidate is u itself
         outside = self.input_set.margin(u) < 0
         u = u[outside]

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache, cached_property
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ from trackably.gp.joint import common_period
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import DoubleDouble, PolynomialPieces, Signal, moved_back, two_product
-from trackably.systems.trajectories import Functional, Quantity, Trajectory, weighted_sum
+from trackably.systems.trajectories import Functional, Quantity, Trajectory
 
 # Weighted sums of polynomial pieces in twice the precision of float64: differences of large numbers lose no digits.
 
@@ -137,17 +136,6 @@ class Reference:
         Of redundant inputs it is the smallest in U.
         """
         return self._smallest(self._values("input", [np.asarray(t, dtype=float)]))
-
-    def inputs_near(self, t: float) -> tuple[Trajectory, ...]:
-        """Return functions of time that equal u_r near t [s], up to constants.
-
-        If inputs are redundant, u_r is piecewise affine in the flat outputs; its slope at t [s] is used.
-        """
-        inputs, allocation = self.plant.flatness.inputs, self.plant.allocation
-        if allocation is None:
-            return inputs
-        slopes = allocation.slopes(self._values("input", [np.asarray(t)]))
-        return tuple(weighted_sum([Fraction(s) for s in row], inputs) for row in slopes.tolist())
 
     def instants(self, steps: Array | int) -> Array:
         """Return the times k T_s [s] of steps k."""

@@ -30,12 +30,13 @@ def solve(problem: Problem, points: int = POINTS) -> Found:
     times = evenly(problem, points)
     grid = Grid.of(problem, times)
     posterior, seen = problem.likeliest.posterior, sample_rows(problem)
+    after = (n := len(seen)) + np.arange(len(grid.rows))
     rows = Rows(
         np.append(seen.offsets, grid.rows.offsets),
-        tuple(Terms.joined(pair, [0, len(seen)]) for pair in zip(seen.terms, grid.rows.terms, strict=True)),
+        tuple(Terms.joined([a, b.renumber(after)]) for a, b in zip(seen.terms, grid.rows.terms, strict=True)),
     )
     F = root(prior_covariance(posterior, rows))
-    n, r = len(seen), F.shape[1]
+    r = F.shape[1]
     levels = (part.mean for part in posterior.prior.parts)
     before = rows.values([lambda t, level=level: np.full(np.shape(t), level) for level in levels])
     parts = zip(posterior.prior.parts, posterior.samples, strict=True)

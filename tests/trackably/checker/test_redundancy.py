@@ -48,16 +48,6 @@ def test_the_checker_proves_that_inputs_exist():
     assert "u1+u2 in [-1.2, 1.2]" in learned().explanation
 
 
-def test_the_standard_deviation_is_that_of_the_inputs_that_are_left():
-    """Where the second input is at its bound, the first does everything; elsewhere both do half."""
-    found, k = learned(), STEPS[:80]
-    u, std = found.input(k), found.input_std(k)
-    at_bound = np.abs(u[:, 1]) > 0.2 - 1e-12
-    assert 10 < np.sum(at_bound) < 50
-    np.testing.assert_array_equal(std[at_bound, 1], 0)
-    np.testing.assert_allclose(std[~at_bound, 0], std[~at_bound, 1], rtol=1e-9)
-
-
 def nearly(seed: int) -> tuple[Reference, float]:
     """A random reference of a system with an input too many, and the part of U by which some need is kept or broken."""
     rng = np.random.default_rng(seed)

@@ -38,9 +38,8 @@ def test_the_rows_say_what_a_linear_program_says(case):
 
 
 @over(CASES, "case")
-def test_the_smallest_admissible_input_is_that_of_a_quadratic_program_and_has_its_slopes(case):
-    """With one step inside and the next outside, the law may change: slopes only of inputs well inside."""
-    (system, wanted), allocation, step = case, Allocation.of(*case), 1e-7
+def test_the_smallest_admissible_input_is_that_of_a_quadratic_program(case):
+    (system, wanted), allocation = case, Allocation.of(*case)
     inputs, off = drawn(*case)
     chosen = allocation.smallest(inputs)
     np.testing.assert_allclose(chosen @ system.B.T, inputs @ system.B.T, atol=1e-12)
@@ -52,9 +51,6 @@ def test_the_smallest_admissible_input_is_that_of_a_quadratic_program_and_has_it
         cp.Problem(cp.Minimize(cp.sum_squares(v)), kept).solve(solver=cp.CLARABEL)
         np.testing.assert_allclose(found, v.value, atol=1e-5)
         assert wanted.margin(found) > -1e-13
-        for direction in np.linalg.pinv(system.B).T:
-            ends = allocation.smallest(np.array([u + step * direction, u - step * direction]))
-            np.testing.assert_allclose(allocation.slopes(u) @ direction, (ends[0] - ends[1]) / (2 * step), atol=1e-6)
 
 
 @over(

@@ -65,14 +65,15 @@ def test_what_is_learned_is_what_is_learned_with_that_mean_given() -> None:
     assert found.price < zero.price
 
 
-def test_a_reference_that_leaves_a_new_setpoint_says_so_and_what_keeps_it() -> None:
+def test_a_reference_that_leaves_its_last_samples_says_so_and_what_keeps_them() -> None:
+    """Whether they stay at a new setpoint, or still move."""
     to = np.clip(T - 1, 0, 1)
-    changed = Samples(T, 1.5 * (3 * to**2 - 2 * to**3) + 1e-3 * NOISE[0])
-    learn = partial(learn_reference, changed, plant=integrator(-2, 2, 99.0), kernel=KNOWN, noise_std=1e-3)
-    found = learn(claim="all_times")
-    assert re.search(r"which stay at 1\.\d+: give this as mean", found.explanation)
-    for other in (learn(claim="all_times", mean=1.5), learn(claim=(0.0, 5.9))):
-        assert "comes to rest" not in other.explanation
+    for values in (1.5 * (3 * to**2 - 2 * to**3), 0.2 * T):
+        samples = Samples(T, values + 1e-3 * NOISE[0])
+        learn = partial(learn_reference, samples, plant=integrator(-2, 2, 99.0), kernel=KNOWN, noise_std=1e-3)
+        assert re.search(r"last samples, around 1\.\d+: give this as mean", learn(claim="all_times").explanation)
+        for other in (learn(claim="all_times", mean=float(values[-1])), learn(claim=(0.0, 5.9))):
+            assert "comes to rest" not in other.explanation
 
 
 def walled() -> ConstrainedSystem:
