@@ -339,11 +339,16 @@ class JointSearch:
 
         Bounds are tightened at first, and then less in each round, whose searches start from the functions of the round
         before. A round without a function is left out; the `problem` of this search keeps the last bounds for which a
-        function was found. None if no round finds one.
+        function was found. None if no round finds one, or if neither the first bounds nor the last lead to any
+        function, not even to one that violates them.
         """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
             ends = self._distinct(log_theta, paths, backoff) or ends
+            if self.closest is None:  # nothing can be computed: is this different without any tightening?
+                self._distinct(log_theta, paths, _BACKOFFS[-1])
+            if self.closest is None:
+                return None
             paths = [(end.function.places, end.function.mean.signals) for end, _ in ends] or paths
         if not ends:
             return None
@@ -504,6 +509,8 @@ def learn_jointly(
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
     for other in (*also, *free.others[:_OTHER_MINIMA]):
+        if search.closest is None and not is_linear(problem):
+            break  # for nonlinear plants, many programs without any solution have taken long enough
         if search.best is None or problem.nlml(other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))

@@ -22,7 +22,14 @@ from trackably import (
     learn_reference,
     mobile_robot,
 )
+from trackably.certificates.prove import prove
+from trackably.checker.certificate import Instants
+from trackably.gp.signal import KernelSum
+from trackably.learning.joint.dual import nonnegative_minimum
 from trackably.learning.problem import OutOfTime
+from trackably.learning.sqp import QuadraticProgram
+from trackably.systems.reference import Reference
+from trackably.work import BudgetEnded, until
 
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
 TIMES = np.linspace(0, 16, 40)
@@ -61,7 +68,7 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     best = task()
     assert "budget" not in best.explanation
     last, unfinished = np.inf, 0
-    for budget in (1, 300, 1e9):
+    for budget in (1, 600, 1e9):
         found = within(task, budget)
         if isinstance(found, OutOfTime):
             assert last == np.inf, "more time, and nothing any more"
@@ -75,6 +82,23 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     assert found.objective == pytest.approx(best.objective, rel=1e-5)
 
 
+SIGNAL, ONE = KernelSum(SquaredExponential(0.1, 0.5), 0.0, TIMES, TIMES), np.eye(1)
+PROGRAM = QuadraticProgram.of(ONE, ONE[0], ONE, -ONE[0], ONE[0], np.zeros((2, 4), bool))
+LONG = {
+    "values at many times": lambda: SIGNAL(np.zeros(9999)),
+    "a dual program": lambda: nonnegative_minimum(np.eye(2), np.ones(2)),
+    "a quadratic program": lambda: PROGRAM.solve(ONE[0], 1.0),
+    "the checker's arithmetic": lambda: prove(Reference((SIGNAL,), AXIS), Instants()),
+}
+
+
+@pytest.mark.parametrize("work", LONG.values(), ids=LONG)
+def test_a_budget_ends_long_work_within_it(work, monkeypatch):
+    monkeypatch.setattr("trackably.certificates.prove.judge", lambda outcome: outcome)
+    with until(0.0), pytest.raises(BudgetEnded):
+        work()
+
+
 @pytest.mark.usefixtures("counted")
 def test_a_robot_whose_likeliest_hyperparameters_break_its_bounds_has_a_good_reference_soon():
     t, noise = np.arange(24) / 2, 0.03 * np.random.default_rng(0).standard_normal((2, 24))
@@ -85,6 +109,6 @@ def test_a_robot_whose_likeliest_hyperparameters_break_its_bounds_has_a_good_ref
     inside = Polytope.box([-1.9, -1.1, -np.inf], [1.9, 1.1, np.inf])
     robot = ConstrainedSystem(mobile_robot(0.1), inside, Polytope.box([0.3, -1.6], [1.5, 1.6]))
     known = {"noise_std": 0.03, "mean": 0.0, "starts": 2}
-    found = within(partial(learn_reference, eight, robot, Periodic(period=12.0), "all_phases", **known), 600)
+    found = within(partial(learn_reference, eight, robot, Periodic(period=12.0), "all_phases", **known), 3000)
     assert isinstance(found, TrackableReference)
     assert found.objective < 200  # with the likeliest hyperparameters without bounds it is 1750
