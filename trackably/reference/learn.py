@@ -197,9 +197,9 @@ def learn_reference(
     DoubtfulInputWarning
         If the input is accepted, but is probably a mistake: a singular A; a root whose argument may be zero; a window
         far from all samples or far beyond them; if all times are claimed, samples before time zero or that still move
-        at their end; times since 1970; samples, noise or means in a wrong unit; an outlier. Also if a learned
-        hyperparameter lies at an end of the interval that was given for it, and if noise learned with the bounds
-        differs by more than a half from noise learned without them.
+        at their end; times since 1970; samples, noise, means or length scales in a wrong unit; an outlier. Also if a
+        learned hyperparameter lies at an end of the interval that was given for it, and if noise learned with the
+        bounds differs by more than a half from noise learned without them.
     IgnoresSamplesWarning
         If the reference keeps its bounds, but does not follow its samples: its distance from them is more than 3 times
         that of a fit without bounds, more than the noise, and more than a tenth of the samples' spread.
@@ -231,7 +231,7 @@ def learn_reference(
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)]
+    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between, prior), _CALLER)]
     plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = replace(measured, plant=plant)

@@ -27,6 +27,8 @@ from trackably import (
 from trackably.arrays import Array
 from trackably.certificates.claim import Written, as_claim
 from trackably.checker.certificate import Window
+from trackably.gp.joint import JointPrior
+from trackably.gp.prior import Prior
 from trackably.reference.input_warnings import doubts
 
 KNOWN = SquaredExponential(0.1, 0.5)
@@ -58,9 +60,11 @@ def asked(
     noise_std: float | None = None,
     mean: float | None = None,
     is_learned: bool = False,
+    lengthscale: float | None = None,
 ) -> list[str]:
     known = [{} if of is None else {name: of} for of in (noise_std, mean)]
-    return [*doubts(as_claim(claim), {name: Samples(times, values)}, plant, *known, [name] * is_learned)]
+    prior = JointPrior((Prior(SquaredExponential(lengthscale=lengthscale)),), (name,))
+    return [*doubts(as_claim(claim), {name: Samples(times, values)}, plant, *known, [name] * is_learned, prior)]
 
 
 def lost(*at: int) -> Array:
@@ -90,6 +94,8 @@ DOUBTFUL = {
     "one sample off its neighbours": (asked(lost(19), OFTEN, noise_std=1e-3), r"at 0\.95 s, 0\.299 off those before"),
     "far outside": (asked(np.where(OFTEN == 0, 2.0, 0.1), OFTEN), r"is 2 at 0 s, 1\.8 outside .*: is it an outlier"),
     "noise in millimetres": (asked(lost(), OFTEN, noise_std=1.0), "noise_std: that of position is 1, but its samples"),
+    "a length scale in milliseconds": (asked(lengthscale=500.0), "kernel: the lengthscale of position is 500, but its"),
+    "a length scale in minutes": (asked(lengthscale=0.01), r"is 0\.01, .* last 3 s, with one every 0\.2 s: is it in"),
     "a mean in millimetres": (asked(claim=(0.0, 3.0), mean=-500.0), "mean: that of position is -500, far outside"),
 }  # fmt: skip
 
@@ -118,6 +124,7 @@ ORDINARY = {
     "a motion that does not end, in a window": asked(PARABOLA, claim=(0.0, 3.0), is_learned=True),
     "noise at the end": asked(SOME_NOISE, OFTEN, is_learned=True),
     "a motion that ends": asked(-np.exp(-2.0 * TIMES), is_learned=True),
+    "a long length scale": asked(lengthscale=100.0),
     "three samples": asked([0.0, 0.1, 0.2], [0.0, 0.1, 0.2], is_learned=True),
     "a mean outside, but near": asked(claim=(0.0, 3.0), mean=-5.0),
 }
