@@ -32,16 +32,9 @@ from trackably.systems.reference import Reference
 from trackably.work import BudgetEnded, until
 
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
-TIMES = np.linspace(0, 16, 40)
-SWING = Samples(TIMES, -0.4 + 0.55 * np.sin(2 * np.pi * TIMES / 8) + 0.02 * np.random.default_rng(0).normal(size=40))
 pytestmark = pytest.mark.filterwarnings("ignore::trackably.IgnoresSamplesWarning")
 
-TASKS = {
-    "together": partial(learn_reference, SAMPLES, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, starts=2),
-    "periodic": partial(
-        learn_reference, SWING, AXIS, Periodic(period=8.0), "all_phases", noise_std=0.02, mean=-0.4, starts=2
-    ),
-}
+LEARN = partial(learn_reference, SAMPLES, SLOW, SquaredExponential(), (0.0, 3.0), noise_std=0.02, starts=2)
 
 
 @pytest.fixture
@@ -63,13 +56,12 @@ def within(task: partial[TrackableReference], budget: float) -> TrackableReferen
 
 
 @pytest.mark.usefixtures("counted")
-@pytest.mark.parametrize("task", TASKS.values(), ids=TASKS)
-def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(task):
-    best = task()
+def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said():
+    best = LEARN()
     assert "budget" not in best.explanation
     last, unfinished = np.inf, 0
     for budget in (1, 600, 1e9):
-        found = within(task, budget)
+        found = within(LEARN, budget)
         if isinstance(found, OutOfTime):
             assert last == np.inf, "more time, and nothing any more"
             continue
@@ -82,10 +74,10 @@ def test_what_is_handed_out_is_proved_and_not_farther_from_the_best_than_said(ta
     assert found.objective == pytest.approx(best.objective, rel=1e-5)
 
 
-SIGNAL, ONE = KernelSum(SquaredExponential(0.1, 0.5), 0.0, TIMES, TIMES), np.eye(1)
+SIGNAL, ONE = KernelSum(SquaredExponential(0.1, 0.5), 0.0, np.arange(9.0), np.ones(9)), np.eye(1)
 PROGRAM = QuadraticProgram.of(ONE, ONE[0], ONE, -ONE[0], ONE[0], np.zeros((2, 4), bool))
 LONG = {
-    "values at many times": lambda: SIGNAL(np.zeros(9999)),
+    "values at many times": lambda: SIGNAL(np.zeros(10**5)),
     "a dual program": lambda: nonnegative_minimum(np.eye(2), np.ones(2)),
     "a quadratic program": lambda: PROGRAM.solve(ONE[0], 1.0),
     "the checker's arithmetic": lambda: prove(Reference((SIGNAL,), AXIS), Instants()),

@@ -42,10 +42,6 @@ def test_a_jump_is_no_outlier():
     assert asked(np.sign(t) * np.exp(-np.abs(t)), 0.1, values) == []
 
 
-def test_without_it_nothing_is_asked():
-    LEARN(Samples(*noisy(61)))
-
-
 @pytest.mark.parametrize("n", [10, 1000])
 def test_noise_is_not_asked_about(n):
     """Normal, uniform, of two values, with tails, and quantised to a step that most samples share."""
