@@ -7,8 +7,14 @@ from math import inf
 from time import monotonic
 from typing import Literal
 
-Work = Literal["fit", "evaluation", "box"]
-"""A fit with its attempted proof; an evaluation of objective, function or margins; or a proved box of time."""
+from trackably.checker.watch import UndecidedError
+from trackably.checker.watch import watch as limit
+
+Work = Literal["fit", "evaluation", "box", "part"]
+"""A fit with its attempted proof; an evaluation of objective, function or margins; a proved box; or a part of those.
+
+Work that may take seconds reports its parts, so that it obeys a budget, and so that its progress is shown.
+"""
 
 _WATCHER: ContextVar[Callable[[Work], object] | None] = ContextVar("watcher", default=None)
 _END: ContextVar[float] = ContextVar("end", default=inf)
@@ -34,6 +40,21 @@ def until(end: float) -> Iterator[None]:
         yield
     finally:
         _END.reset(before)
+
+
+@contextmanager
+def checker_in_time() -> Iterator[None]:
+    """Within this context, raise BudgetEnded as soon as a function of the checker runs after the end of the budget."""
+    if (seconds := seconds_left()) is None:
+        yield
+        return
+    try:
+        with limit(seconds, None):
+            yield
+    except UndecidedError:
+        if seconds_left():  # another limit of the checker
+            raise
+        raise BudgetEnded from None
 
 
 @contextmanager

@@ -5,7 +5,6 @@ import re
 import sys
 
 import numpy as np
-import pytest
 
 from tests.trackably.plants import SCALAR
 from trackably import (
@@ -13,7 +12,6 @@ from trackably import (
     SquaredExponential,
     learn_reference,
 )
-from trackably.work import done, watch
 
 
 class Terminal(io.StringIO):
@@ -35,18 +33,3 @@ def test_a_terminal_shows_what_is_done_and_results_are_the_same(monkeypatch):
     alone = learned(progress=False)
     assert shown.getvalue() == before
     assert np.array_equal(watching.state(np.arange(50)), alone.state(np.arange(50)))
-
-
-def test_an_interrupt_ends_it_at_once():
-    heard = []
-
-    def interrupt(work):
-        heard.append(work)
-        if len(heard) == 5:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt), watch(interrupt):
-        learned()
-    assert len(heard) == 5
-    done("fit")
-    assert len(heard) == 5  # nobody watches any more

@@ -5,18 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.trackably.checker.changes import changed
 from tests.trackably.plants import SCALAR
 from trackably import (
-    Failed,
     PiecewisePolynomial2,
     PiecewisePolynomial3,
-    Proved,
     Samples,
-    check,
     learn_reference,
 )
-from trackably.certificates.form import encode_certificate
 
 TIMES = np.linspace(0, 0.6, 13)
 MOVED = np.where(TIMES < 0.4, -0.5 - 0.5 * np.cos(np.pi * TIMES / 0.4), 0.0)
@@ -46,13 +41,3 @@ def test_the_state_is_the_prior_mean_in_every_digit(family, mean):
     if mean == 0:
         assert not np.any(found.input(k))
     np.testing.assert_allclose(found.input(k), 0.2 * mean, rtol=1e-12)
-
-
-def test_the_checker_agrees_and_refuses_another_length_scale(family):
-    content = encode_certificate(learned(family, 0.0).certificate)
-    (kernel,) = (signal["kernel"] for signal in content["reference"]["signals"])
-    assert kernel["type"].startswith("piecewise_polynomial")
-    assert isinstance(check(content), Proved)
-    for factor in (0.5, 2.0):
-        other = changed(content, ("reference", "signals", 0, "kernel", "lengthscale"), factor * kernel["lengthscale"])
-        assert isinstance(check(other), Failed), factor

@@ -68,7 +68,11 @@ def cover(
         ends = np.array([*wanted]).T
         boxes = np.vstack([ends, discs(draft.subject, reference, draft.arguments, *ends)]).T.tolist()
         held = {Box(*box): of for box, of in zip(boxes, wanted.values(), strict=True)}
-        undecided = {box: left for box, left in FIRST_PASS.boxes(needs, draft.subject, TERMS, held) if left}
+        undecided = dict[Box, list[Quantity]]()
+        for box, left in FIRST_PASS.boxes(needs, draft.subject, TERMS, held):
+            done("part")
+            if left:
+                undecided[box] = left
         if (tightest := _tightest(draft, reference, undecided)) and (failure := failure_at(*tightest)):
             return failure
         refused = _refusals(draft, needs, undecided, halvings >= exact_from)

@@ -16,7 +16,7 @@ from trackably.checker import Failed, Proved, Refuted, Verdict
 from trackably.errors import NoReferenceError
 from trackably.files import ACCEPTED, from_json, save_accepted, to_json
 from trackably.learning.problem import NoSolution
-from trackably.work import BudgetEnded, seconds_left
+from trackably.work import BudgetEnded, done, seconds_left
 
 T = TypeVar("T")
 
@@ -56,7 +56,7 @@ def refusal_of(found: object, content: Callable[[], Mapping[str, object]], wante
     if ACCEPTED in vars(found):
         return None
     data = to_json(content())
-    verdict = checker.check(from_json(data), seconds_left())
+    verdict = checker.check(from_json(data), seconds_left(), lambda *_: done("part"))
     if isinstance(verdict, checker.Undecided) and seconds_left() == 0:
         raise BudgetEnded
     if not isinstance(verdict, wanted):

@@ -27,6 +27,7 @@ from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import require_bounds
 from trackably.systems.trajectories import Quantity
+from trackably.work import checker_in_time
 
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
@@ -48,6 +49,7 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
 
     All times are all phases of a period, or else all real t ≥ 0: boxes come first, then a decaying envelope that stays
     inside the bounds. ValueError: nothing is bounded, or a signal has no centres.
+    BudgetEnded: the time given to `until` has passed.
     """
     require_bounds(reference.plant)
     for i, signal in enumerate(reference.signals):
@@ -57,7 +59,8 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
                 "centre, of weight 0, to prove its bounds"
             )
     repeat = [signal.beyond == "period" for signal in reference.pieces] or [reference.period is not None]
-    return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
+    with checker_in_time():
+        return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
 
 
 def _earliest(origin: float, step: float, near: float, holds: Callable[[float], bool]) -> float | None:

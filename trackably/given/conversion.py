@@ -168,5 +168,8 @@ def interpolate(times: Array, values: Array, how: Interpolation | None, beyond: 
     }
     try:
         return makers[how](times, values)
-    except ValueError as error:  # an error of SciPy, for example if the ends of a periodic curve differ
-        raise ValueError(f"interpolation: {how} of {len(values)} samples: {error}") from error
+    except ValueError:  # the only reason that is left
+        raise ValueError(
+            f"interpolation: {how} of a periodic curve needs the first value, {values[0]:.10g} at {times[0]:.10g} s, "
+            f"again at the end of the period, got {values[-1]:.10g} at {times[-1]:.10g} s"
+        ) from None

@@ -9,6 +9,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.kernels.base import Kernel, MomentSum
+from trackably.work import done
 
 _ROUNDING = 2  # spacings of float64: centres that differ by no more than this count as equal
 _LONG = 200  # centres: for fewer, the plain sum over all of them is fastest
@@ -30,7 +31,11 @@ def in_blocks(function: Callable[[Array], Array], t: Array, width: int) -> Array
     if t.size * width <= _WHOLE:
         return function(t)
     flat, height = t.reshape(-1), max(1, _BLOCK // width)
-    joined = np.concatenate([function(flat[i : i + height]) for i in range(0, flat.size, height)], axis=-1)
+    blocks = list[Array]()
+    for i in range(0, flat.size, height):
+        blocks.append(function(flat[i : i + height]))
+        done("part")
+    joined = np.concatenate(blocks, axis=-1)
     return joined.reshape((*joined.shape[:-1], *t.shape))
 
 

@@ -208,9 +208,10 @@ def stretch_joints(
 _NO_STRETCH = "no slower motion mends that, while `repair_joints` looks for the nearest one that keeps its limits"
 
 
-def make_unproved(given: JointTrajectory, joints: Joints, reason: str) -> Unproved:
-    """Return Unproved with a `reason`; its quantity and bounds are those of the first limited derivative."""
-    r, j = np.argwhere(np.isfinite(joints.limits[:, :, 0]))[0].tolist()
+def make_unproved(given: JointTrajectory, joints: Joints, reason: str, joint: int | None = None) -> Unproved:
+    """Return Unproved with a `reason`; its quantity is the first limited derivative, of a `joint` if one is given."""
+    limited = np.argwhere(np.isfinite(joints.limits[:, :, 0])).tolist()
+    r, j = next((at for at in limited if at[1] == joint), limited[0])
     bounds = Interval(*joints.limits[r, j].tolist())
     return Unproved(f"{ORDERS[r]} of {joints.names[j]}", bounds, given.span, 0.0, reason)
 

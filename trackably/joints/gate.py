@@ -76,8 +76,8 @@ class Gate:
         ValueError: a position is outside its limits, or the shape does not fit.
         """
         q, t = array("gate: positions", positions, len(self.joints.names)), real("gate: now", now)
-        if reason := beyond_limits(self.joints, q[None], excess=0.0):
-            raise ValueError(f"gate: no motion can begin here: {reason}")
+        if beyond := beyond_limits(self.joints, q[None], excess=0.0):
+            raise ValueError(f"gate: no motion can begin here: {beyond[1]}")
         return self._prove(JointTrajectory(self.joints.names, [t, t + 1.0], q[:, None, None]))
 
     def __call__(self, chunk: Any, running: CertifiedTrajectory, now: float) -> GateAnswer:

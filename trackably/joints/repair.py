@@ -80,15 +80,16 @@ def repair_joints(
     if start is None or np.all(np.abs(given.state(given.span[0], len(held)) - held) <= tolerance):
         with suppress(NotAcceptedError):
             return CertifiedTrajectory(given, joints, tolerance)
-    if reason := beyond_limits(joints, held):
-        return make_unproved(given, joints, f"{reason}; `start` gives the state to begin with")
+    if beyond := beyond_limits(joints, held):
+        joint, reason = beyond
+        return make_unproved(given, joints, f"{reason}; `start` gives the state to begin with", joint)
     splines = HeldSplines.of(given, joints.order)
     for backoff in _BACKOFFS:
         columns = list(_solve(splines, given, joints, held, backoff, until))
         if len(columns) < len(joints.names):
             within = f"{seconds:g} s" if perf_counter() > until else "the given duration within its limits"
             reason = f"no spline of {joints.names[len(columns)]} was found in {within}"
-            break
+            return make_unproved(given, joints, reason, len(columns))
         spline = BSpline(splines.padded, np.column_stack(columns), _DEGREE)
         found = JointTrajectory.of(spline, given.names, given.rests)
         try:
@@ -108,8 +109,8 @@ def _start_values(given: JointTrajectory, joints: Joints, start: Any) -> Array:
     return np.vstack([held[:R], np.zeros((max(R - len(held), 0), held.shape[1]))])
 
 
-def beyond_limits(joints: Joints, held: Array, excess: float = _ROUNDING) -> str:
-    """Return a sentence about the first value of a start that is outside of its limits; "" if there is none.
+def beyond_limits(joints: Joints, held: Array, excess: float = _ROUNDING) -> tuple[int, str] | None:
+    """Return the joint whose start is the first value outside of its limits, with a sentence; None if there is none.
 
     The start `held` has positions and their derivatives, shape (orders, J). An `excess` of up to this part of the
     limits' widths does not count; by default, it is one that may be due to rounding.
@@ -117,8 +118,8 @@ def beyond_limits(joints: Joints, held: Array, excess: float = _ROUNDING) -> str
     lower, upper = np.moveaxis(joints.widened(excess).limits[: len(held)], 2, 0)
     for r, j in np.argwhere((held < lower) | (held > upper)).tolist():
         low, high = joints.limits[r, j]
-        return f"the {ORDERS[r]} of {joints.names[j]} starts at {held[r, j]:.10g}, outside of [{low:g}, {high:g}]"
-    return ""
+        return j, f"the {ORDERS[r]} of {joints.names[j]} starts at {held[r, j]:.10g}, outside of [{low:g}, {high:g}]"
+    return None
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,7 @@ import numpy as np
 import scipy
 
 from trackably.arrays import Array, Flags
+from trackably.work import done
 
 FEASIBLE = 1e-12  # violations up to this count as none
 _AT_ONCE = 20  # most violated rows that join a program at once: of all violated rows, few are active in the end
@@ -76,6 +77,7 @@ class QuadraticProgram(NamedTuple):
         chosen, multipliers = active.copy(), np.zeros(len(limits))
         chosen[0] = True
         while True:
+            done("part")
             held = chosen.nonzero()[0]
             has_s, normals = held < count, self.inverse.dot(self.rows[held].T)
             offsets = has_s - limits[held] + self.shift.dot(normals)

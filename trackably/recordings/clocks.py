@@ -300,7 +300,10 @@ def clock_named(clock: object) -> Clock:
     if isinstance(clock, Clock):
         return clock
     if not isinstance(clock, str) or clock not in CLOCKS:
-        raise ValueError(f"expected a time unit, one of {', '.join(CLOCKS)}, got {clock!r}")
+        raise ValueError(
+            f"expected a time unit, one of {', '.join(CLOCKS)}, or DateTimes(format) of trackably.recordings, got "
+            f"{clock!r}"
+        )
     return CLOCKS[clock]
 
 

@@ -132,12 +132,12 @@ def noise_questions(fit: Fit) -> Iterator[str]:
 def costs(fit: Fit) -> str:
     """Return sentences on the cost of the bounds, and on which bounds are active when."""
     of = "bounds and given values" if fit.pinned else "bounds"
+    of += " and limits of length scales" if fit.limited else ""
     said = [f"the {of} cost {fit.price:.3g} in −2 ln p"]
-    if not fit.contacts and fit.price > LEAST_GAP:
+    if not fit.active_bounds and fit.price > LEAST_GAP:
         said = [f"no bound is active; −2 ln p is {fit.price:.3g} less for other hyperparameters, found without bounds"]
-    dearest = [str(contact) for contact in fit.contacts[:_DEAREST] if contact.price > 0]
-    if dearest:
-        said.append(", ".join(dearest))
+    if fit.contacts:
+        said.append(", ".join(map(str, fit.contacts[:_DEAREST])))
     if fit.duality_gap > 0:
         is_convex = all(quantity.functional is not None for quantity in fit.reference.quantities)
         of = "" if is_convex else ", with formulas linearised at this one,"

@@ -188,6 +188,12 @@ class Fit:
     free: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
     backoff: float = field(default=0.0, metadata={LEFT_OUT: True})
 
+    def __post_init__(self) -> None:
+        known = [quantity.name for quantity in self.reference.quantities]
+        for i, bound in enumerate(self.active_bounds):
+            if bound.side != "equal" and bound.name not in known:
+                raise ValueError(f"active_bounds[{i}].name: expected one of {', '.join(known)}, got {bound.name!r}")
+
     @classmethod
     def of(
         cls,
@@ -262,7 +268,7 @@ class Fit:
     def contacts(self) -> tuple[Contact, ...]:
         """The active bounds, joined if they are less than a correlation time apart; the most expensive come first.
 
-        Only bounds of the same quantity and side are joined, and no given values.
+        Only bounds of the same quantity and side are joined, and no given values. Those that cost nothing are left out.
         """
         apart = min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
         found: list[Contact] = []
@@ -272,7 +278,7 @@ class Fit:
                 found[-1] = replace(last, end=bound.time, price=last.price + bound.price)
             else:
                 found.append(Contact(bound.name, bound.side, bound.time, bound.time, bound.price))
-        return tuple(sorted(found, key=lambda contact: -contact.price))
+        return tuple(sorted((of for of in found if of.price > 0), key=lambda contact: -contact.price))
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:

@@ -11,7 +11,9 @@ from trackably.certificates.judge import NotTrackableError
 from trackably.checker.certificate import AllTimes, Claim, Window
 from trackably.checker.formulas import Function, Number, Operation
 from trackably.errors import DoubtfulInputWarning
-from trackably.gp.joint import JointPosterior
+from trackably.gp.hyperparameter import Learned
+from trackably.gp.joint import JointPosterior, JointPrior
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples, recorded_span
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
@@ -35,6 +37,7 @@ _BEYOND = 1.0  # widths of the bounds: units are in doubt if most samples are fu
 _FAR_BEYOND = 10.0  # the same for prior means and for the fit without bounds, to which noise may contribute
 _MOST = 0.5  # more than this part of the samples counts as most of them
 _FAR = 10.0  # a window reaches far beyond the samples if it does so by more than this many times their span
+_LONGEST, _SHORTEST = 50.0, 0.1  # a length scale is at most this many spans of the samples, and this part of a step
 
 
 def warn_about(questions: Iterable[str], frames: int) -> tuple[str, ...]:
@@ -69,6 +72,7 @@ def doubts(
     noise_std: Mapping[str, float] | None = None,
     mean: Mapping[str, float] | None = None,
     learned: Collection[str] = (),
+    prior: JointPrior | None = None,
 ) -> Iterator[str]:
     """Yield a sentence for each property of the input that is probably a mistake.
 
@@ -77,6 +81,9 @@ def doubts(
     """
     yield from _of_system(plant)
     yield from _of_window(claim, *recorded_span(samples.values()))
+    if prior:
+        for name, part in zip(prior.names, prior.parts, strict=True):
+            yield from _of_lengthscale(name, part.kernel, samples[name].times)
     bounds, noise_std, mean = {q.name: q.bounds for q in plant.quantities}, noise_std or {}, mean or {}
     for name, of_name in samples.items():
         yield from _of_times(claim, name, of_name, plant.sampling_time)
@@ -135,6 +142,22 @@ def _of_window(claim: Claim, first: float, last: float) -> Iterator[str]:
                 f"which last {last - first:g} s: is it in seconds? What is learned there follows from kernel, mean and "
                 "bounds alone"
             )
+
+
+def _of_lengthscale(name: str, kernel: Kernel, times: Array) -> Iterator[str]:
+    """Yield a warning's text if the known length scale of a single kernel does not fit the samples' times [s].
+
+    Sums and products of kernels are not examined, as one of them may be meant for a trend.
+    """
+    lengthscale, span = vars(kernel).get("lengthscale"), float(np.ptp(times))
+    if lengthscale is None or isinstance(lengthscale, Learned) or kernel.period is not None or not span:
+        return
+    usual = float(np.median(np.diff(times)))
+    if not _SHORTEST * usual <= lengthscale <= _LONGEST * span:
+        yield (
+            f"kernel: the lengthscale of {name} is {lengthscale:g}, but its samples last {span:.4g} s, with one every "
+            f"{usual:.4g} s: is it in seconds?"
+        )
 
 
 def _of_times(claim: Claim, name: str, samples: Samples, sampling_time: float) -> Iterator[str]:

@@ -52,6 +52,7 @@ Found = tuple[Fit, Certificate, tuple[Certificate, ...]]
 """What was learned, with the certificates of the reference and of its waypoints."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
+_FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
 _CALLER = 3  # stack frames from `warn_about` up to the user's line, including the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -196,9 +197,9 @@ def learn_reference(
     DoubtfulInputWarning
         If the input is accepted, but is probably a mistake: a singular A; a speed that cannot reverse; a window far
         from all samples or far beyond them; if all times are claimed, samples before time zero; times since 1970;
-        samples, noise or means in a wrong unit; an outlier. Also if a learned hyperparameter lies at an end of the
-        interval that was given for it, and if noise learned with the bounds differs by more than a half from noise
-        learned without them.
+        samples, noise, means or length scales in a wrong unit; an outlier. Also if a learned hyperparameter lies at an
+        end of the interval that was given for it, and if noise learned with the bounds differs by more than a half from
+        noise learned without them.
     IgnoresSamplesWarning
         If the reference keeps its bounds, but does not follow its samples: its distance from them is more than 3 times
         that of a fit without bounds, more than the noise, and more than a tenth of the samples' spread.
@@ -230,7 +231,7 @@ def learn_reference(
     level, between = split_means(mean, measured.names, measured.given)
     shared = frozenset({"period"}) if isinstance(claim, AllPhases) and len(measured.names) > 1 else frozenset[str]()
     prior = prior_for(plant, measured.priors(kernel, level), shared)
-    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)]
+    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between, prior), _CALLER)]
     plant, signals = true_signals(truth, tolerance, measured.given, plant, claim)
     plant, tightening = tighten_plant(plant, disturbance, feedback, margin, measurement_noise, model_error)
     measured = replace(measured, plant=plant)
@@ -341,14 +342,17 @@ class _Search:
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
         """Yield functions that prove a reference sooner than the whole search does, for likely hyperparameters.
 
-        If `first` has no likely hyperparameters, they are learned here without bounds.
+        If `first` has no likely hyperparameters, they are learned here without bounds, from the first samples of each
+        name.
         """
         likeliest = first.likeliest
         if likeliest is None:
-            free = best_solution(ConstrainedProblem(self.measured.signals, first.prior, self._space(first.prior)))
+            few = self._first_samples(first.prior)
+            space = SearchSpace.around(few, first.prior, self.starts)
+            free = best_solution(ConstrainedProblem(few, first.prior, space))
             if not isinstance(free, Solution):
                 return
-            likeliest = free.posterior
+            likeliest = JointPosterior(free.posterior.prior, self.measured.signals)
         held = replace(first, likeliest=likeliest, with_noise=None)
         if learner is HYPERPARAMETERS:
             yield partial(replace(self, starts=1).learn, held, learner)
@@ -360,6 +364,12 @@ class _Search:
             yield partial(self.learn, held, replace(FUNCTION, solve=here, extended=lambda _, problem: here(problem)))
             brief = replace(JOINT, solve=search, extended=lambda _, problem: search(problem), fallback=None)
             yield partial(self.learn, held, brief)
+
+    def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
+        """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
+        end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
+        few = {name: of.only(np.arange(len(of))[:end]) for name, of in self.measured.given.items()}
+        return replace(self.measured, given=few).signals
 
     def _space(self, prior: JointPrior) -> SearchSpace:
         return SearchSpace.around(self.measured.signals, prior, self.starts)

@@ -117,7 +117,7 @@ def learn_stream(
         raise ValueError(
             "kernel: expected one that decays, because each window of a stream ends at rest, got a kernel with a period"
         )
-    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between), _CALLER)]
+    asked = [*warn_about(doubts(claim, measured.given, plant, measured.known_noise, level, between, prior), _CALLER)]
     _, signals = true_signals(truth, None, measured.given, plant, claim)
     pinned = waypoints(at or {}, at_tolerance, plant, claim, tightening)
     found_or_raise(impossible(plant, claim, pinned, [part.mean for part in prior.parts], tightening))

@@ -124,6 +124,7 @@ def test_a_signal_that_jumps_is_proved_next_to_its_bounds():
     [
         (CURVES["cubic"], (0.0, 4.0), None, "all curves are given, from 0 s to 3 s"),
         (np.zeros(9), None, "nearest", "samples need one of linear.*got 'nearest'"),
+        (np.arange(9.0), "all_phases", "cubic", "first value, 0 at 0 s, again .* period, got 8 at 0.4 s"),
         ({"pos": CURVES["cubic"]}, None, None, "^trajectory: pos is neither a state"),
         (CubicSpline(X, np.zeros((4, 2))), None, None, "one number at each time"),
     ],

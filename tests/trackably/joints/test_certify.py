@@ -91,11 +91,16 @@ def test_a_repair_keeps_limits_and_begins_where_it_has_to(seed):
 
 
 def test_a_repair_that_cannot_be_is_unproved():
-    given = JointTrajectory.through([0.0, 0.1], [[0.0], [1.0]])
-    joints = Joints(velocity=1.0, acceleration=1.0, names=given.names)
-    beyond = repair_joints(given, joints, start=[[0.0], [2.0]])
-    assert isinstance(beyond, Unproved)
-    assert f"the velocity of {given.names[0]} starts at 2, outside of [-1, 1]; `start` " in beyond.explanation
+    given = JointTrajectory.through([0.0, 0.1], [[0.0, 0.0], [1.0, 1.0]], names=["a", "b"])
+    joints = Joints(position={"a": (-9, 9), "b": (-0.01, 0.01)}, velocity=1.0, acceleration=1.0, names=given.names)
+    for speed, reason in (
+        (2.0, "the velocity of b starts at 2, outside of [-1, 1]; `start` "),
+        (0.9, "no spline of b was found in the given duration"),
+    ):
+        found = repair_joints(given, joints, start=[[0.0, 0.0], [0.0, speed]])
+        assert isinstance(found, Unproved)
+        assert reason in found.explanation
+        assert found.quantity == "position of b"
     assert isinstance(repair_joints(given, joints, seconds=0.0), Unproved)
 
 

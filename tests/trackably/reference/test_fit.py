@@ -9,6 +9,7 @@ from tests.pipeline.published import example1
 from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import IgnoresSamplesWarning, Polytope, Samples, SquaredExponential, learn_reference
 from trackably.gp.joint import JointPosterior
+from trackably.reference.explanation import costs
 from trackably.reference.fit import Misfit
 
 SLOW = replace(AXIS, state_set=Polytope.box([-1.1, -0.9], [0.2, 0.9]))
@@ -37,6 +38,9 @@ def test_the_price_is_what_the_objective_exceeds_the_least_likelihood_by(joint, 
         assert found.price == pytest.approx(found.objective - least(found), rel=1e-9)
         assert least(found) <= nlml <= found.objective
     assert 0 < joint.price < alone.price
+    free = tuple(replace(bound, price=-0.03) for bound in joint.active_bounds)
+    limited = costs(replace(joint.fit, limited=("lengthscale",), active_bounds=free))
+    assert limited.startswith(f"the bounds and limits of length scales cost {joint.price:.3g} in −2 ln p; for these")
     assert least(joint) == pytest.approx(least(alone), rel=1e-6)
 
 

@@ -51,7 +51,6 @@ REFUSALS = {
         {"claim": "ever"},
         "expected 'recorded', 'all_times', 'all_phases' or (start, end) in seconds, got 'ever'",
     ),
-    "the wrong way": ({"claim": (3.0, 1.0)}, "claim: a window needs start < end, got [3.0, 1.0]"),
     "no method": ({"method": "mean"}, "method: expected 'joint' or 'hyperparameters', got 'mean'"),
     "noise": ({"noise_std": (2, 1)}, "noise_std must be a positive number (known) or [lower, upper] with 0 <"),
     "tolerance for ever": (

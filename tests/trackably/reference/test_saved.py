@@ -43,10 +43,10 @@ def put(value, *path):
 
 DAMAGES = {
     "empty": ("plain", lambda _: b"", "expected JSON: "),
-    "no samples": (
+    "an active bound": (
         "plain",
-        lambda content: content.replace(b'"samples"', b'"sample"'),
-        r"\$\.fit must be an object with the fields reference, samples, ",
+        put([{"name": "sped", "side": "upper", "time": 1.0, "multiplier": 1.0, "price": 1.0}], "fit", "active_bounds"),
+        r"\$\.fit: active_bounds\[0\]\.name: expected one of position, velocity, force, got 'sped'",
     ),
     "a reversed set": (
         "plain",

@@ -138,7 +138,6 @@ def test_a_nonlinear_plant_is_followed_by_its_inputs():
 
 HARM = {
     "other bounds": ("tightening.margin", 0.01, CodecError, "other bounds than those of the saved reference"),
-    "no samples": ("samples", [], CodecError, "for each flat output"),
     "a reference that breaks its bounds": ("learned.signals.0.weights.50", 99.0, NotTrackableError, "position"),
 }
 

@@ -16,6 +16,7 @@ import scipy
 
 from trackably.arrays import Array, Flags
 from trackably.gp.row_system import RowSystem
+from trackably.work import done
 
 _MOST_EXCHANGES, _MOST_STEPS = 60, 30  # most exchanges of blocks; most steps with single variables per variable
 _PATIENCE = 3  # block exchanges allowed without a decrease of the number of variables with x < 0 or y < 0
@@ -91,6 +92,7 @@ def _pivot(
     positive = np.zeros(len(b), dtype=bool) if likely is None else likely
     fewest, patience = len(b) + 1, _PATIENCE
     for _ in range(most):
+        done("part")
         x, y = np.zeros(len(b)), -b
         if positive.any():
             x[positive] = solve(positive)

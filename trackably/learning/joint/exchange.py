@@ -20,7 +20,8 @@ from trackably.learning.problem import MANY_CONTACTS, ConstrainedProblem, gap_al
 from trackably.systems.trajectories import Signals
 
 # Limits of an exchange. A back-off tightens the bounds: a later, larger one removes small violations that are left.
-MAX_ROUNDS = 40  # most programs in an exchange
+# Most programs in an exchange, for linear plants and for nonlinear ones: there, one is usual, and each takes long.
+MAX_ROUNDS, _MOST_WITH_FORMULAS = 40, 10
 # Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
 # large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 ALMOST = 3e-3
@@ -73,7 +74,7 @@ def exchange_bounds(
     - the price D (cost of the bounds) exceeds the `ceiling`, as more places would only raise it,
     - a round adds no place, or hardly raises D,
     - a bound on a nonlinear formula is violated by more than a tenth of its width for the second time, or
-    - the number of `rounds` is reached.
+    - the number of `rounds` is reached, or with nonlinear formulas 10 if this is less.
 
     None if not even the first program has a solution, which may happen with nonlinear formulas. Raises IllConditioned
     if K + σ_n² I has no Cholesky factor.
@@ -87,7 +88,7 @@ def exchange_bounds(
     if not is_convex:  # times of bounds, found for other hyperparameters, may be too far apart: add regular ones
         places = with_regular(problem, posterior, places)
     kept = places if is_rough else None
-    for _ in range(rounds):
+    for _ in range(rounds if is_convex else min(rounds, _MOST_WITH_FORMULAS)):
         bent = constrained_mean(problem, posterior, places, near, kept)
         if bent is None:
             return best

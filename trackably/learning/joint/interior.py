@@ -13,6 +13,7 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.row_system import RowSystem
+from trackably.work import done
 
 _MOST_STEPS = 60
 _SMALL = 1e-13  # the method ends when residuals are small and μ is at most this part of its first value
@@ -37,6 +38,7 @@ def interior_multipliers(system: RowSystem, demand: Array) -> Array | None:
     multipliers = slacks = np.full(len(d), size)
     applied = system.product(multipliers / scale) / scale
     for _ in range(_MOST_STEPS):
+        done("part")
         missed, mu = applied - d - slacks, float(multipliers @ slacks) / len(d)
         if mu <= _SMALL * size**2 and np.max(np.abs(missed)) <= _EXACT * size:
             return np.where(multipliers > slacks, multipliers, 0.0) / scale

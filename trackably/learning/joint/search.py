@@ -60,7 +60,8 @@ _NEARBY = 0.1  # in each ln θ: the largest first step in a relaxation, and from
 # a descent ends when steps are limited to less than _SHORTEST.
 _FIRST, _FIRST_OF_FORMULAS, _SHORTER, _SHORTEST = 2.0, 0.5, 4.0, 1e-3
 _ROUGH = 1e-6  # part of a width: after a larger violation no fine descent follows, as it would impose too many bounds
-_MOST_GIVEN_UP = 3  # for linear plants: most steps of a descent that lead to no function; a shorter step follows each
+# Most steps of a descent that lead to no function, for linear and nonlinear plants; a shorter step follows each.
+_MOST_GIVEN_UP, _MOST_OF_FORMULAS = 3, 6
 _BACKOFFS = 0.1, 0.03, 0.01, 0.0  # bounds on nonlinear formulas are first tightened by these parts of a width, in turn
 # The coarse and the fine descent end when the next step can lower J by no more than this, relative to 1 + |J|.
 _COARSE_GAIN, _FINE_GAIN = 1e-4, 1e-9
@@ -339,11 +340,16 @@ class JointSearch:
 
         Bounds are tightened at first, and then less in each round, whose searches start from the functions of the round
         before. A round without a function is left out; the `problem` of this search keeps the last bounds for which a
-        function was found. None if no round finds one.
+        function was found. None if no round finds one, or if neither the first bounds nor the last lead to any
+        function, not even to one that violates them.
         """
         paths, ends = [(no_places(self.problem), start) for start in starts], list[tuple[Point, ConstrainedProblem]]()
         for backoff in _BACKOFFS:
             ends = self._distinct(log_theta, paths, backoff) or ends
+            if self.closest is None:  # nothing can be computed: is this different without any tightening?
+                self._distinct(log_theta, paths, _BACKOFFS[-1])
+            if self.closest is None:
+                return None
             paths = [(end.function.places, end.function.mean.signals) for end, _ in ends] or paths
         if not ends:
             return None
@@ -406,7 +412,8 @@ class JointSearch:
             there = self.at(found.x, program.met, signals, tolerance, point.ceiling)
             if there is None or there.is_unfinished(point.ceiling):
                 given_up += 1
-                if not point.is_solution or (is_linear(self.problem) and given_up > _MOST_GIVEN_UP):
+                most = _MOST_GIVEN_UP if is_linear(self.problem) else _MOST_OF_FORMULAS
+                if not point.is_solution or given_up > most:
                     break
                 there = None  # reject this step: a shorter one may lead to a function
             if there is not None and there.is_solution and there.objective < point.ceiling:
@@ -504,6 +511,8 @@ def learn_jointly(
     if isinstance(alone, Solution):
         search.follow(alone.posterior.prior.log_hyperparameters)
     for other in (*also, *free.others[:_OTHER_MINIMA]):
+        if search.closest is None and not is_linear(problem):
+            break  # for nonlinear plants, many programs without any solution have taken long enough
         if search.best is None or problem.nlml(other) < search.best.objective:
             search.follow(other)
     fits = search.fits + sum(found.fits for found in (free, alone) if isinstance(found, Solution))

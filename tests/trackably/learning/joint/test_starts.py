@@ -66,3 +66,10 @@ def test_bounds_are_widened_further_after_a_step_without_a_function(monkeypatch)
     find, every = JointSearch._distinct, JointSearch(there_and_back()).begin(NO_THETA)
     monkeypatch.setattr(JointSearch, "_distinct", lambda *of: [] if of[-1] == 0.03 else find(*of))
     assert JointSearch(there_and_back()).begin(NO_THETA).objective == pytest.approx(every.objective, abs=0.1)
+
+
+def test_if_nothing_can_be_computed_the_first_and_the_last_bounds_are_tried_and_no_other_start(monkeypatch):
+    tried = []
+    monkeypatch.setattr(search, "exchange_bounds", lambda problem, *_: tried.append(problem.constraints[0].backoff))
+    search.learn_jointly(there_and_back(), also=[NO_THETA])
+    assert tried == 2 * (3 * [0.1] + 3 * [1e-6])

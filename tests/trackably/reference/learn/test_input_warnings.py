@@ -23,6 +23,8 @@ from trackably import (
 from trackably.arrays import Array
 from trackably.certificates.claim import Written, as_claim
 from trackably.checker.certificate import Window
+from trackably.gp.joint import JointPrior
+from trackably.gp.prior import Prior
 from trackably.reference.input_warnings import doubts
 
 KNOWN = SquaredExponential(0.1, 0.5)
@@ -46,9 +48,11 @@ def asked(
     name: str = "position",
     noise_std: float | None = None,
     mean: float | None = None,
+    lengthscale: float | None = None,
 ) -> list[str]:
     known = [{} if of is None else {name: of} for of in (noise_std, mean)]
-    return [*doubts(as_claim(claim), {name: Samples(times, values)}, plant, *known)]
+    prior = JointPrior((Prior(SquaredExponential(lengthscale=lengthscale)),), (name,))
+    return [*doubts(as_claim(claim), {name: Samples(times, values)}, plant, *known, prior=prior)]
 
 
 def lost(*at: int) -> Array:
@@ -76,6 +80,8 @@ DOUBTFUL = {
     "a sensor that starts late": (asked(np.where(OFTEN < 0.1, 2000.0, 0.1 * OFTEN), OFTEN), "2000 at 0 s, beside"),
     "a lost sample": (asked(np.sin(np.arange(-30, 31) / 7) * (np.arange(61) != 41), np.arange(61) / 9), "is 0 at 4.5"),
     "noise in millimetres": (asked(lost(), OFTEN, noise_std=1.0), "noise_std: that of position is 1, but its samples"),
+    "a length scale in milliseconds": (asked(lengthscale=500.0), "kernel: the lengthscale of position is 500, but its"),
+    "a length scale in minutes": (asked(lengthscale=0.01), r"is 0\.01, .* last 3 s, with one every 0\.2 s: is it in"),
     "a mean in millimetres": (asked(claim=(0.0, 3.0), mean=-500.0), "mean: that of position is -500, far outside"),
 }  # fmt: skip
 
@@ -98,6 +104,7 @@ ORDINARY = {
         *doubts(Window(0.0, 20.0), {"a": Samples(20 * TIMES / 3, TIMES), "b": Samples(TIMES / 3, TIMES)}, CART)
     ],
     "a window that ends after its samples": asked(claim=(0.0, 30.0)),
+    "a long length scale": asked(lengthscale=100.0),
     "a mean outside, but near": asked(claim=(0.0, 3.0), mean=-5.0),
 }
 

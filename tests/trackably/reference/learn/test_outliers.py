@@ -37,12 +37,6 @@ def test_a_jump_is_no_outlier():
     assert asked(np.sign(t) + 0.001 * np.random.default_rng(0).standard_normal(40)) == []
 
 
-def test_without_it_nothing_is_asked():
-    for count in (61, 601):
-        times, values = noisy(count)
-        assert asked(values, times) == []
-
-
 @pytest.mark.parametrize("n", [10, 1000])
 def test_noise_is_not_asked_about(n):
     """Normal, uniform, of two values, with tails, and quantised to a step that most samples share."""

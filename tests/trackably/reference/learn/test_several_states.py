@@ -1,12 +1,9 @@
 """Samples of several states that show one flat output are learned from together."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from tests.trackably.plants import AXIS, SAMPLES, TIMES
-from tests.trackably.saved import assert_comes_back
 from trackably import (
     Samples,
     SquaredExponential,
@@ -51,10 +48,6 @@ def test_each_kind_has_its_own_misfit_in_its_own_unit(both) -> None:
 def test_velocities_help(both) -> None:
     alone = learned({"position": FEW}, 0.02)
     assert velocity_error(both) < 0.7 * velocity_error(alone)
-
-
-def test_what_is_saved_comes_back(both, tmp_path: Path) -> None:
-    assert_comes_back(both, tmp_path)
 
 
 def test_one_noise_stands_for_all_where_samples_have_their_own(both) -> None:
