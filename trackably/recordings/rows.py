@@ -172,12 +172,12 @@ def sort_rows(rows: Rows) -> Repaired:
 
 def keep_first_of_repeated(rows: Rows) -> Repaired:
     """Keep the first of several values of a signal at one time. InputError: a row without a time."""
-    return _merge(rows, lambda column, _: float(column[0]), "time repeated, first kept")
+    return _merge(rows, slice(1), "time repeated, first kept")
 
 
 def keep_last_of_repeated(rows: Rows) -> Repaired:
     """Keep the last of several values of a signal at one time. InputError: a row without a time."""
-    return _merge(rows, lambda column, _: float(column[-1]), "time repeated, last kept")
+    return _merge(rows, slice(-1, None), "time repeated, last kept")
 
 
 def average_repeated(rows: Rows) -> Repaired:
@@ -185,7 +185,7 @@ def average_repeated(rows: Rows) -> Repaired:
 
     Its standard deviation is that of the mean of independent samples. InputError: a row has no time.
     """
-    return _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
+    return _merge(rows, slice(None), "time repeated, averaged")
 
 
 REPAIRS: Mapping[str, Repair] = {
@@ -221,28 +221,26 @@ def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]
     return (Finding(what, len(found), rows.places[min(found)]),) if found else ()
 
 
-def _merge(rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str) -> Repaired:
-    """Merge several values of a signal at one time into the first of their rows; other signals are kept in their rows.
+def _merge(rows: Rows, part: slice, what: str) -> Repaired:
+    """Replace several values of a signal at one time by the mean of a `part` of them, in the first of their rows.
 
-    `merged` returns one number for several values, or for their standard deviations. It receives these, and a function
-    that combines them: the sum for values, the root of the sum of squares for standard deviations.
+    Other signals are kept in their rows. The standard deviation is that of a mean of independent samples, or NaN if one
+    of them is not positive: the mean would hide it, but NaN is refused later.
     """
     values = {name: column.copy() for name, column in rows.values.items()}
     noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
     others: set[int] = set()
-    for name in rows.values:
-        for first, *rest in rows.repeats(name):
-            for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
-                if name in columns:
-                    columns[name][first] = merged(columns[name][[first, *rest]], summary)
-                    columns[name][rest] = np.nan
+    for name, column in values.items():
+        for together in rows.repeats(name):
+            first, *rest = together
+            column[first] = math.fsum(column[together][part]) / len(column[together][part])
+            column[rest] = np.nan
+            if name in noise_std:
+                deviations = noise_std[name][together][part]
+                is_known = np.all(deviations > 0)
+                noise_std[name][first] = math.hypot(*deviations) / len(deviations) if is_known else np.nan
             others.update(rest)
     return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
-
-
-def _root_of_squares(deviations: Array) -> float:
-    """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, but NaN is refused later."""
-    return math.hypot(*deviations) if np.all(deviations > 0) else math.nan
 
 
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
