@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import pairwise
 from typing import Any
@@ -23,17 +23,16 @@ from trackably.recordings.recording import Cleaning, Finding, Recording
 class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
-    by signal, NaN if missing. `noise_std` has such arrays of standard deviations, for the signals that have them.
-    `dates` are the stamps as they are written, if they are dates or times of day. The rows `as_utc`, to be reported
-    before any repair, have dates that name no zone and are taken as UTC.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays by
+    signal: (n, 1), NaN if missing, or (n, 2) if each value has a standard deviation beside it. `dates` are the stamps
+    as they are written, if they are dates or times of day. The rows `as_utc`, to be reported before any repair, have
+    dates that name no zone and are taken as UTC.
     """
 
     source: str
     places: Sequence[str]
     stamps: Sequence[Decimal | None]
     values: Mapping[str, Array]
-    noise_std: Mapping[str, Array] = field(default_factory=dict)
     dates: Sequence[str | None] = ()
     as_utc: Sequence[int] = ()
 
@@ -60,7 +59,7 @@ class Rows:
 
     def present(self, signal: str) -> npt.NDArray[np.bool_]:
         """Return a mask (n,) of the rows that have a value of the signal."""
-        return ~np.isnan(self.values[signal])
+        return ~np.isnan(self.values[signal][:, 0])
 
     def only(self, rows: Sequence[int]) -> "Rows":
         """Return these rows, in this order."""
@@ -69,15 +68,14 @@ class Rows:
             self,
             places=[self.places[row] for row in rows],
             stamps=[self.stamps[row] for row in rows],
-            values={name: column[chosen] for name, column in self.values.items()},
-            noise_std={name: column[chosen] for name, column in self.noise_std.items()},
+            values={name: of[chosen] for name, of in self.values.items()},
             dates=[self.dates[row] for row in rows if self.dates],
             as_utc=(),
         )
 
     def all_zero(self) -> list[int]:
         """Return the rows in which every signal is zero."""
-        return np.flatnonzero(np.all([column == 0 for column in self.values.values()], axis=0)).tolist()
+        return np.flatnonzero(np.all([of[:, 0] == 0 for of in self.values.values()], axis=0)).tolist()
 
     def repeats(self, signal: str) -> list[list[int]]:
         """Return each group of two or more rows that have a value of the signal at the same time.
@@ -227,20 +225,15 @@ def _merge(rows: Rows, part: slice, what: str) -> Repaired:
     Other signals are kept in their rows. The standard deviation is that of a mean of independent samples, or NaN if one
     of them is not positive: the mean would hide it, but NaN is refused later.
     """
-    values = {name: column.copy() for name, column in rows.values.items()}
-    noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
-    others: set[int] = set()
-    for name, column in values.items():
+    values = {name: of.copy() for name, of in rows.values.items()}
+    repeated: set[int] = set()
+    for name, of in values.items():
         for together in rows.repeats(name):
-            first, *rest = together
-            column[first] = math.fsum(column[together][part]) / len(column[together][part])
-            column[rest] = np.nan
-            if name in noise_std:
-                deviations = noise_std[name][together][part]
-                is_known = np.all(deviations > 0)
-                noise_std[name][first] = math.hypot(*deviations) / len(deviations) if is_known else np.nan
-            others.update(rest)
-    return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
+            column, *deviations = of[together][part].T
+            std = [math.hypot(*each) / len(each) if np.all(each > 0) else np.nan for each in deviations]
+            of[together], of[together[0]] = np.nan, [math.fsum(column) / len(column), *std]
+            repeated.update(together[1:])
+    return replace(rows, values=values), _finding(rows, sorted(repeated), what)
 
 
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
@@ -308,10 +301,10 @@ def _rows(count: int) -> str:
 
 
 def _refuse_noise(rows: Rows) -> None:
-    for name, deviations in rows.noise_std.items():
-        if bad := np.flatnonzero(rows.present(name) & ~(deviations > 0)).tolist():
-            got = "none" if np.isnan(deviations[bad[0]]) else f"{deviations[bad[0]]:g}"
-            raise InputError(f"{rows.where(bad[0])}: expected a positive standard deviation of {name!r}, got {got}")
+    for name, of in rows.values.items():
+        for row in np.flatnonzero(rows.present(name) & ~np.all(of[:, 1:] > 0, axis=1)).tolist():
+            got = "none" if np.isnan(of[row, 1]) else f"{of[row, 1]:g}"
+            raise InputError(f"{rows.where(row)}: expected a positive standard deviation of {name!r}, got {got}")
 
 
 def _first(rows: Rows) -> Decimal:
@@ -334,4 +327,4 @@ def _samples(rows: Rows, name: str, origin: int) -> Samples:
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
             f"float64, {times[bad[0]]:g} s after the origin {origin} ns; give an origin near the samples"
         )
-    return Samples(times, rows.values[name][at], rows.noise_std.get(name, np.ones(len(rows)))[at])
+    return Samples(times, *rows.values[name][at].T)
