@@ -1,13 +1,11 @@
-"""Convert curves to polynomial pieces: splines of SciPy, interpolated samples, trajectories of python-control."""
+"""Convert curves to polynomial pieces: splines of SciPy, and interpolated samples."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from reprlib import repr as short
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.polynomial.polynomial import polyfit, polyval
 from scipy.interpolate import (
     Akima1DInterpolator,
     BSpline,
@@ -24,59 +22,6 @@ from trackably.checker.subject import Beyond
 from trackably.given.table import Table
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import PolynomialPieces, is_spline
-
-_DEFAULT_END = 1.0  # s: T of a basis of python-control, if none is given
-_MISSED = 1e-9  # states count as polynomials if a fit misses their values by at most this part of the largest value
-
-
-def is_flat_trajectory(given: Any) -> bool:
-    """Return whether an object has the attributes of a `control.flatsys.SystemTrajectory`."""
-    return all(hasattr(given, name) for name in ("basis", "coeffs", "flaglen", "eval"))
-
-
-def states_as_pieces(given: Any, span: tuple[float, float] | None) -> list[PolynomialPieces]:
-    """Return all states of a flat trajectory of python-control as pieces, from the start to the end of its basis.
-
-    A basis begins at its first breakpoint, or at 0. If it has no breakpoints, and T is the default, 1 s, the end of the
-    trajectory is unknown, and the polynomials are used on the claimed `span` [s].
-
-    ValueError: states are no polynomials, because the system is not linear, or a span is needed but missing.
-    """
-    ends = np.unique(_ends(given.basis, span))
-    nodes = np.cos(np.pi * np.arange(2 * given.basis.N + 1) / (2 * given.basis.N))[::-1] / 2 + 0.5
-    rows = [_fit_pieces(given, start, end, nodes) for start, end in pairwise(ends.tolist())]
-    return [PolynomialPieces(ends, [row[i] for row in rows], "end") for i in range(given.nstates)]
-
-
-def _ends(basis: Any, span: tuple[float, float] | None) -> Sequence[float]:
-    """Return the breakpoints of a basis; if it has none, the first and the last time [s]."""
-    if hasattr(basis, "breakpoints"):
-        return list(basis.breakpoints)
-    end = float(getattr(basis, "T", _DEFAULT_END))
-    if end != _DEFAULT_END:
-        return 0.0, end
-    if span is None:
-        raise ValueError(
-            "trajectory: python-control keeps no times, and the T of this basis is the default, 1 s; give a claim from "
-            "start to end, as (0.0, 3.0), or make the trajectory with its last time, as PolyFamily(6, T=3.0)"
-        )
-    return span
-
-
-def _fit_pieces(given: Any, start: float, end: float, nodes: Array) -> Array:
-    """Fit polynomials to the states at `nodes` in [0, 1] from start to end; return coefficients (n, degree + 1)."""
-    width, inside = end - start, 1e-9  # times stay inside, as the last point of a piece belongs to the next one
-    x = nodes * (1 - inside)
-    values = np.asarray(given.eval(start + width * x)[0], dtype=float)
-    degree = int(np.max(getattr(given.basis, "degree", given.basis.N - 1)))
-    found = polyfit(x, values.T, degree)
-    missed, size = np.max(np.abs(polyval(x, found) - values)), np.max(np.abs(values))
-    if not missed <= _MISSED * max(float(size), 1e-30):
-        raise ValueError(
-            f"trajectory: expected states that are polynomials of degree {degree}, as those of a linear system, but "
-            f"they differ from such polynomials by {missed:.3g}"
-        )
-    return np.asarray(found.T / width ** np.arange(degree + 1))
 
 
 def shift(c: Array, by: Array | float) -> Array:
@@ -95,7 +40,7 @@ _FREE_QUINTIC = 6  # fewest samples without conditions at the ends, as a polynom
 
 _ACCEPTED = (
     "a spline of SciPy (PPoly, CubicSpline, Akima1DInterpolator, PchipInterpolator, BSpline, BPoly, UnivariateSpline), "
-    "PolynomialPieces, a flat trajectory of python-control, or samples with interpolation="
+    "PolynomialPieces, or samples with interpolation="
 )
 
 
