@@ -36,9 +36,6 @@ def save_accepted(what: str, found: object, path: Path | str) -> Path:
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
 
-LEFT_OUT = "left out by default"
-"""Metadata of a dataclass field that is left out of files if it has its default value."""
-
 
 def path_of(what: str, given: object) -> Path:
     """Return a path from a Path or str. TypeError: `given` is anything else."""
