@@ -26,7 +26,7 @@ code is the largest of their codes: 0 only if all are proved.
 _ANSWERS = """Exit codes: 0 proved; 1 refuted: the time, the bound and the amount are printed; 2 a file cannot be
 used, or does not fit; 3 neither proved nor refuted: what a proof lacks is printed; 130 interrupted.
 """
-_INTERPOLATIONS = ("linear", "cubic", "quintic", "pchip", "akima")
+_INTERPOLATIONS = ("linear", "cubic", "quintic")
 
 
 def main(arguments: list[str]) -> int:
@@ -94,7 +94,7 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--interpolation",
         choices=_INTERPOLATIONS,
-        help="join the rows by curves, and prove all times between them; by default, the rows alone are proved, as "
+        help="join the rows by splines, and prove all times between them; by default, the rows alone are proved, as "
         "states and inputs at the steps",
     )
     parser.add_argument(

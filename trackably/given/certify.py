@@ -23,7 +23,7 @@ from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Beyond, Functional
 from trackably.given.accepted import RepairDistance
-from trackably.given.conversion import Interpolation, as_pieces, repeats, shift
+from trackably.given.conversion import as_pieces, repeats, shift
 from trackably.gp.stencil import Stencil
 from trackably.reference.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
@@ -132,7 +132,7 @@ class CertifiedReference(ProvedReference):
 
 
 def certify(
-    trajectory: Any, plant: ConstrainedSystem, claim: Written | None = None, interpolation: Interpolation | None = None
+    trajectory: Any, plant: ConstrainedSystem, claim: Written | None = None
 ) -> CertifiedReference | Counterexample | Unproved:
     """Prove that a linear `plant` can follow a trajectory within its bounds at all times, or refute it.
 
@@ -141,16 +141,13 @@ def certify(
     trajectory
         Curves by the name of a state, or of a flat output (z1, z2, …): one for each flat output of the plant. If the
         plant has only one, a curve without a name is that of the first state that determines it. Curves are splines of
-        SciPy, PolynomialPieces, or samples with the name of an interpolation: Samples, or an array with one value for
-        each step, from step 0 on.
+        SciPy, or PolynomialPieces. Points are joined by a spline, as CubicSpline(times, values).
     plant
         The system with its sets.
     claim
         "all_times": all t ≥ 0, curves are at rest after their last piece; "all_phases": all t, curves are periodic; or
         the window from start to end [s]; "recorded": the window from the latest first time to the earliest last time of
         the curves. By default, all phases if all curves are marked as periodic, and otherwise "recorded".
-    interpolation
-        How samples are joined: "linear", "cubic", "quintic", "pchip", "akima".
 
     Notes
     -----
@@ -178,7 +175,7 @@ def certify(
         If a curve is none of those above.
 
     """
-    given = Given.of(trajectory, plant, claim, interpolation)
+    given = Given.of(trajectory, plant, claim)
     outcome = given.prove(given.reference)
     if not isinstance(outcome, Certificate):
         return outcome
@@ -202,9 +199,7 @@ class Given:
     span: tuple[float, float]
 
     @classmethod
-    def of(
-        cls, trajectory: Any, plant: ConstrainedSystem, claim: Written | None, interpolation: Interpolation | None
-    ) -> Given:
+    def of(cls, trajectory: Any, plant: ConstrainedSystem, claim: Written | None) -> Given:
         instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
         if not isinstance(plant.system, LinearSystem):
             raise ValueError(
@@ -221,7 +216,7 @@ class Given:
             beyond = "period"
         with _as_trajectory():
             stencils = stencils_by_name(plant, named)
-        curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
+        curves = {name: as_pieces(curve, beyond) for name, curve in named.items()}
         span = _span(wanted, curves, beyond, plant.sampling_time)
         return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, span)
 

@@ -8,7 +8,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -27,6 +27,8 @@ from trackably.systems.sampling import sampled_names
 from trackably.systems.written import fields_of, read_part, set_of, system_of
 
 if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
     from trackably.given.certify import CertifiedReference
 
 PROVED, REFUTED, UNDECIDED = 0, 1, 3
@@ -60,12 +62,14 @@ def _answer(given: Namespace, plant: ConstrainedSystem) -> Answer:
     cells = replace(cells, advice="")  # it advises changes of a `CsvLayout`
     with errors_of(given.table):
         times = times_of_rows(cells, plant.sampling_time, given.time)
-        wanted = samples_of(cells, times, plant) if given.interpolation else table_of(cells, times, plant)
-    if isinstance(wanted, Table):
-        return certify_table(wanted, plant, given.tolerance)
+        if not given.interpolation:
+            return certify_table(table_of(cells, times, plant), plant, given.tolerance)
+        samples = samples_of(cells, times, plant)
     from trackably.given.certify import certify  # noqa: PLC0415  takes longer to load than all that was read so far
 
-    return certify(wanted, plant, given.claim, given.interpolation)
+    with errors_of(given.table):
+        curves = {name: spline_through(of, DEGREES[given.interpolation], given.claim) for name, of in samples.items()}
+    return certify(curves, plant, given.claim)
 
 
 def _code_and_save(answer: Answer) -> tuple[int, Callable[[Path], object]]:
@@ -108,6 +112,9 @@ def _content(path: Path) -> object:
     except ValueError as error:
         raise ValueError(f"{error}; YAML is read from files named .yaml or .yml") from error
 
+
+DEGREES = {"linear": 1, "cubic": 3, "quintic": 5}
+"""Degrees of the splines that join rows, by the names of interpolations."""
 
 _TIMES, _STEPS = ("t", "time"), ("k", "step")
 _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
@@ -161,6 +168,18 @@ def samples_of(cells: tables.Table, times: Array, plant: ConstrainedSystem) -> d
         wanted = " or ".join(name for names in shown for name in names)
         raise ValueError(f"no column has values of a flat output; expected {wanted}{_columns(cells)}")
     return {name: Samples(times, cells.numbers(name)) for name in found}
+
+
+def spline_through(samples: Samples, degree: int, claim: str | None) -> "BSpline":
+    """Return a spline through samples: at rest at both ends or periodic, as the claim needs it, or not-a-knot.
+
+    ValueError: there are too few samples, or those of a periodic curve begin and end at different values.
+    """
+    from scipy.interpolate import make_interp_spline  # noqa: PLC0415  loaded for curves only
+
+    still: Any = [(order, 0.0) for order in range(1, degree // 2 + 1)]
+    ends: Any = {"all_times": (still, still), "all_phases": "periodic", None: None}[claim]
+    return make_interp_spline(samples.times, samples.values, degree, bc_type=ends if degree > 1 else None)
 
 
 def _columns(cells: tables.Table) -> str:

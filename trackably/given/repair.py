@@ -19,7 +19,7 @@ from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.control.programs import Program
 from trackably.given.accepted import RepairDistance
 from trackably.given.certify import CertifiedReference, Given
-from trackably.given.conversion import Interpolation, as_pieces
+from trackably.given.conversion import as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import slacks
@@ -194,7 +194,6 @@ def repair(
     trajectory: Any,
     plant: ConstrainedSystem,
     claim: Written | None = None,
-    interpolation: Interpolation | None = None,
     start: Start = "given",
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
@@ -215,7 +214,7 @@ def repair(
     """
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
-    given = Given.of(trajectory, plant, claim, interpolation)
+    given = Given.of(trajectory, plant, claim)
     outcome = given.prove(given.reference)
     if isinstance(outcome, Certificate):
         nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}

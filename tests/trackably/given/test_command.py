@@ -64,6 +64,7 @@ ANSWERS = {
     "refuted": (BUMPED, [], 1, "at step 32 (t = 1.6 s) the system leads to another position"),
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
+    "no period": (table(), [*CUBIC, "--claim", "all_phases"], 2, "First and last points does not match while periodic"),
     "times": (positions("time,position,note"), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
     "times by a heading": (GERMAN, [*LINEAR, "--time", "Zeit [s]"], 0, "proved for all real t from 0 s to 1.45 s"),
     "times are missed first": (GERMAN, [], 2, "named t or time or k or step (--time names another one); the columns"),
