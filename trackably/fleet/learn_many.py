@@ -312,7 +312,7 @@ def learn_many(
     ----------
     recordings
         By name: Samples, samples by name, or a Recording whose signals have the names of states. Or sources that are
-        read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`, `topics_of`.
+        read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`.
     plant, kernel, claim
         As of `learn_reference`.
     folder
