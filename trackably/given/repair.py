@@ -255,5 +255,5 @@ def _distances(given: Given, certificate: Certificate) -> dict[str, RepairDistan
     times, found = np.linspace(*given.span, 20_001), {}
     for (name, most), signal in zip(given.off(certificate).items(), certificate.reference.pieces, strict=True):
         apart = given.stencils[name].measured(signal, times) - given.curves[name](times)
-        found[name] = RepairDistance(most, float(np.sqrt(np.mean(apart**2))))
+        found[name] = RepairDistance.of(apart, most)
     return found
