@@ -27,7 +27,7 @@ from trackably.systems.reference import Reference
 from trackably.systems.trajectories import Functional
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4  # intervals between knots: least and most number, and number in each piece
-_INSTANTS = 12  # times in each interval between knots at which bounds are imposed
+_INSTANTS = 24  # times in each interval between knots at which bounds are imposed
 
 
 Side = tuple[Any, Array]
@@ -97,7 +97,7 @@ class Nearest:
 
     @cached_property
     def instants(self) -> Array:
-        """Times [s] at which programs impose bounds, about twelve between two knots.
+        """Times [s] at which programs impose bounds, about 24 between two knots.
 
         Times before the first knot are included if they are claimed and inputs at them depend on the motion.
         """
@@ -183,7 +183,7 @@ def _requirement(functional: Functional | None) -> Functional:
 Start = Literal["given", "free"]
 """Whether a repaired trajectory has to begin with the given states, or may begin with others."""
 
-_BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+_BACKOFFS = (1e-7, 1e-5, 1e-4, 3e-4, 1e-3, 2e-3, 4e-3, 1e-2)
 """Back-offs (tightenings of the bounds, relative to their widths), tried in turn.
 
 They leave room for the solver's tolerance, and for the times between those at which bounds are imposed.
