@@ -23,8 +23,8 @@ CALLED = {  # names of distributions, where modules are called otherwise
     "ruamel": "ruamel.yaml",
 }
 PARTS = {"docutils": "sphinx", "pydantic_core": "pydantic", "traitlets": "nbclient"}  # of a package that is named
-# Jupyter is a command, Sphinx's configuration names its extensions and theme, and Dask is a part of distributed.
-BY_NAME_ONLY = {"jupyter", "myst-nb", "furo", "dask"}
+# Jupyter is a command, and Sphinx's configuration names its extensions and theme.
+BY_NAME_ONLY = {"jupyter", "myst-nb", "furo"}
 OPTIONAL = {CALLED.get(name, name).replace("_", "-"): extra for name, extra in EXTRA_OF.items()} | {
     "ruamel.yaml": "pipeline"  # files in YAML are read where it is installed
 }

@@ -27,7 +27,6 @@ from trackably.fleet.sources import Source as Source
 from trackably.fleet.sources import parts_of_csv as parts_of_csv
 from trackably.fleet.sources import parts_of_parquet as parts_of_parquet
 from trackably.fleet.sources import recordings_in as recordings_in
-from trackably.fleet.sources import topics_of as topics_of
 from trackably.given.certify import CertifiedReference as CertifiedReference
 from trackably.given.certify import certify as certify
 from trackably.given.repair import repair as repair

@@ -26,7 +26,7 @@ code is the largest of their codes: 0 only if all are proved.
 _ANSWERS = """Exit codes: 0 proved; 1 refuted: the time, the bound and the amount are printed; 2 a file cannot be
 used, or does not fit; 3 neither proved nor refuted: what a proof lacks is printed; 130 interrupted.
 """
-_INTERPOLATIONS = ("linear", "cubic", "quintic", "pchip", "akima")
+_INTERPOLATIONS = ("linear", "cubic", "quintic")
 
 
 def main(arguments: list[str]) -> int:
@@ -87,14 +87,14 @@ def _refuse(error: Exception) -> int:
 
 def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments of the command `certify`."""
-    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: steps or times, states and inputs by name")
+    parser.add_argument("table", type=Path, metavar="TABLE", help="CSV: steps or times [s], states and inputs by name")
     parser.add_argument(
         "--system", type=Path, metavar="FILE", required=True, help="YAML or JSON: system, state_set, input_set"
     )
     parser.add_argument(
         "--interpolation",
         choices=_INTERPOLATIONS,
-        help="join the rows by curves, and prove all times between them; by default, the rows alone are proved, as "
+        help="join the rows by splines, and prove all times between them; by default, the rows alone are proved, as "
         "states and inputs at the steps",
     )
     parser.add_argument(
@@ -112,14 +112,7 @@ def _certify_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--decimal", choices=(".", ","), default=".", metavar="MARK", help="the decimal mark in TABLE: . or , (a point)"
     )
-    parser.add_argument("--time", metavar="NAME", help="the column of times in TABLE, if not k, step, t or time")
-    parser.add_argument(
-        "--scale",
-        action="append",
-        default=[],
-        metavar="NAME=FACTOR",
-        help="multiply the numbers of a state or an input in TABLE: position=1e-3 converts mm to m; once for each name",
-    )
+    parser.add_argument("--time", metavar="NAME", help="the column of times [s] in TABLE, if not k, step, t or time")
     parser.add_argument("--save", type=Path, metavar="OUT", help="write certificate or counterexample, for `check`")
 
 

@@ -30,7 +30,7 @@ from trackably.checker.form import (
     record,
 )
 from trackably.checker.formulas import Formula
-from trackably.files import LEFT_OUT, from_json, to_json
+from trackably.files import from_json, to_json
 from trackably.gp.hyperparameter import Hyperparameter, Learned
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.kernels.registry import KERNELS, name_of
@@ -38,7 +38,11 @@ from trackably.systems.formulas import is_float64, to_lists
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 
-_MAY_BE_MISSING = {"flat", "angles", "positive", "scatters", "noise", "model_error"}  # if they have their default
+_LEFT_OUT = {
+    *("flat", "angles", "positive", "scatters", "noise", "model_error", "tightening", "truth"),
+    *("condensed", "pinned", "limited", "budget", "spread", "free", "backoff"),
+}
+"""Names of fields that are left out of files if they have their default value."""
 
 T = TypeVar("T")
 
@@ -240,4 +244,4 @@ def _hints(wanted: Any) -> dict[str, Any]:
 
 def _is_left_out(field: Field[Any]) -> bool:
     """Whether a field is left out of the JSON if it has its default value."""
-    return bool(field.metadata.get(LEFT_OUT)) or (field.name in _MAY_BE_MISSING and field.default is not MISSING)
+    return field.name in _LEFT_OUT and field.default is not MISSING

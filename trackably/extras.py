@@ -14,7 +14,6 @@ EXTRA_OF = {
     "mcap_ros2": "recordings",
     "pyarrow": "recordings",
     "zstandard": "recordings",
-    "distributed": "fleet",
     "joblib": "fleet",
 }
 """The extra that installs each optional package, by the name under which it is imported."""

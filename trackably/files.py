@@ -36,9 +36,6 @@ def save_accepted(what: str, found: object, path: Path | str) -> Path:
 from_json = form.from_json
 """Parse JSON as strictly as the checker parses certificates."""
 
-LEFT_OUT = "left out by default"
-"""Metadata of a dataclass field that is left out of files if it has its default value."""
-
 
 def path_of(what: str, given: object) -> Path:
     """Return a path from a Path or str. TypeError: `given` is anything else."""
@@ -66,10 +63,6 @@ def write_atomically(path: Path, data: bytes) -> None:
     that file; a killed process leaves it behind, and `path` as it was. A symbolic link at `path` is replaced, not
     followed, so that a file shared by a cache is never overwritten. Raises OSError, with the path that was given.
     """
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "expected the name of a file, got a folder", str(path))
-    if path.parent.exists() and not path.parent.is_dir():
-        raise NotADirectoryError(errno.ENOTDIR, "expected a folder, got a file", str(path.parent))
     path.parent.mkdir(parents=True, exist_ok=True)
     neighbour = path.with_name(f".{path.name}.{os.urandom(4).hex()}.tmp")
     try:

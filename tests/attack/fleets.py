@@ -17,6 +17,7 @@ from trackably import Fleet, SquaredExponential, learn_many, learn_reference
 from trackably.checker import Proved
 from trackably.errors import InputError
 from trackably.files import read_json
+from trackably.fleet.folder import printable
 
 _GIVEN = {"noise_std": 0.01, "method": "hyperparameters"}
 _KERNEL = SquaredExponential(signal_std=1.0, lengthscale=0.3)
@@ -97,7 +98,7 @@ def _judge_table(family: Counts, fleet: Fleet, names: list[str]) -> None:
     csv.field_size_limit(2**31 - 1)  # a name that is repeated a hundred times, three times over, is longer than usual
     with fleet.table.open(encoding="utf-8", newline="") as file:
         cells = [row[0] for row in csv.reader(file)][1:]
-    told = [name.encode(errors="backslashreplace").decode() for name in names]
+    told = [*map(printable, names)]
     is_text = not any(_FORMULA.match(cell) for cell in cells)
     if not is_text or [cell.removeprefix("'") for cell in cells] != told:
         family.false.append(f"{names!a}: the table has {cells!a}")

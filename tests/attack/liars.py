@@ -100,7 +100,7 @@ def of_tables(rng: np.random.Generator) -> Found:
     tolerance = defect * float(1 + rng.choice([-1, 1]) * 10 ** rng.uniform(-9, -0.1))
     found = certify_table(Table([[0.0, 0.0], [0.0, defect]], [[0.0]]), AXIS, tolerance)
     is_kept, why = defect <= tolerance, None
-    if isinstance(found, CertifiedTable) and not (is_kept and found.defect >= defect):
+    if isinstance(found, CertifiedTable) and not (is_kept and tolerance >= found.tolerance >= defect):
         why = f"{defect} is said to be within {tolerance}"
     if isinstance(found, RefutedTable) and (is_kept or found.violation > defect - tolerance):
         why = f"{defect} is said to be beyond {tolerance} by {found.violation}"

@@ -4,11 +4,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, PPoly, make_interp_spline
+from scipy.interpolate import (
+    Akima1DInterpolator,
+    BSpline,
+    CubicSpline,
+    PchipInterpolator,
+    PPoly,
+    make_interp_spline,
+)
 
 from trackably.checker.subject import Beyond
 from trackably.given.conversion import as_pieces as from_scipy
-from trackably.given.conversion import interpolate
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
@@ -66,12 +72,19 @@ def _signal(rng: np.random.Generator, family: str, beyond: Beyond, last: float) 
     return from_scipy(_spline(rng, family, beyond, x, y), beyond)
 
 
+def cubic(x: Any, y: Any, beyond: Beyond) -> CubicSpline:
+    ends = {"rest": "clamped", "period": "periodic", "end": "not-a-knot"}
+    return CubicSpline(x, y, bc_type=ends[beyond])
+
+
 def _spline(rng: np.random.Generator, family: str, beyond: Beyond, x: Any, y: Any) -> Any:
     match family:
-        case "cubic" | "linear" | "pchip" | "akima":
-            return interpolate(x, y, family, beyond)
-        case "quintic":
-            return make_interp_spline(x, y, k=5)
+        case "cubic":
+            return cubic(x, y, beyond)
+        case "pchip" | "akima":
+            return {"pchip": PchipInterpolator, "akima": Akima1DInterpolator}[family](x, y)
+        case "linear" | "quintic":
+            return make_interp_spline(x, y, k=1 if family == "linear" else 5)
         case "steps":
             return PPoly(rng.standard_normal((int(rng.integers(1, 4)), len(x) - 1)), x)
     knots = np.concatenate([[x[0]] * 3, x, [x[-1]] * 3])

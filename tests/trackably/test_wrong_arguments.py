@@ -41,7 +41,7 @@ learn = partial(
 hull = partial(ModelError.intervals, AXIS.system)
 A, B, INF, NAN = np.array([[0.0, 1.0], [-2.0, -3.0]]), np.array([[0.0], [1.0]]), np.inf, np.nan
 
-RESTING = certify(np.zeros(30), AXIS, interpolation="linear")
+RESTING = certify(PolynomialPieces([0.0, 1.45], [[0.0]]), AXIS)
 JOINT = Joints(position=[(-1, 1)], names=["a"])
 PUSH = Zonotope.box([-1e-3, -1e-3], [1e-3, 1e-3])
 MOVING = Polytope.box([0.0], [PolynomialPieces.steps({0.0: 1.0, 2.0: 0.5, 4.0: 1.0})])

@@ -94,7 +94,6 @@ from trackably import (
     repair_joints,
     simulate,
     stretch_joints,
-    topics_of,
     two_tanks,
     worst_plant,
     write_joint_trajectory,
@@ -152,7 +151,6 @@ assert_type(fleet.reference("axis"), TrackableReference)
 assert_type(learn_many(several, plant, kernel, "recorded", folder="l", learn=learn_stream).stream("a"), StreamReference)
 for parts_of in (parts_of_csv, parts_of_parquet):
     assert_type(parts_of("all.parquet", "name", "t", "s", {"position": "y"}), tuple[Source, ...])
-assert_type(topics_of("all.mcap", {"position": Field("/{name}/pose", "y")}), tuple[Source, ...])
 read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")})
 curve = PolynomialPieces([0, 1, 2], [[0, 0.1], [0.1, 0]], "rest")
 certified = certify({"position": curve}, plant, "all_times")

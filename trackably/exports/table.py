@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -40,12 +40,16 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
 def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
     """Write a table as CSV (RFC 4180 with line feeds), with the shortest numbers that give the same float64 again."""
     table = columns(proved, first, count, units)
-    content = StringIO()
-    writer = csv.writer(content, lineterminator="\n")
-    writer.writerow(table)
-    writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
-    write_text(file := new_file("to_csv", path), content.getvalue())
+    rows = zip(*(column.tolist() for column in table.values()), strict=True)
+    write_text(file := new_file("to_csv", path), csv_text([table, *rows]))
     return file
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Return rows of cells as CSV."""
+    content = StringIO()
+    csv.writer(content, lineterminator="\n").writerows(rows)
+    return content.getvalue()
 
 
 def write_parquet(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:

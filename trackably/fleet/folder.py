@@ -1,8 +1,9 @@
 """The folder of a fleet: for each recording its own folder with files and a row, and one table."""
 
+import errno
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -11,7 +12,8 @@ from trackably.certificates.judge import NotTrackableError
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.codec import dumps, loads
 from trackably.errors import InputError
-from trackably.files import read_bytes, write_atomically
+from trackably.exports.table import csv_text
+from trackably.files import read_bytes, write_atomically, write_text
 
 Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
 """The result for a recording.
@@ -19,8 +21,6 @@ Outcome = Literal["proved", "infeasible", "unproved", "refuted", "unusable"]
 "proved": its reference is trackable. "infeasible": no reference was found. "unproved": one was found, but not proved.
 "refuted": it certainly breaks a bound. "unusable": the recording cannot be read, or does not fit the plant.
 """
-
-STREAM = "stream"
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ class Row:
             "unconstrained misfit": self.unconstrained_misfit,
         }
         return {
-            "name": _utf8(self.name),
+            "name": printable(self.name),
             "outcome": self.outcome,
-            "sentence": _utf8(self.sentence),
+            "sentence": printable(self.sentence),
             "samples": self.sample_count,
             "method": self.method,
             "objective": self.objective,
@@ -69,8 +69,9 @@ class Row:
         }
 
 
-def _utf8(text: str) -> str:
-    return text.encode(errors="backslashreplace").decode()
+def printable(text: str) -> str:
+    """Return a text in one line: characters that cannot be printed or encoded are written as escape sequences."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def outcome_of(failure: NotTrackableError) -> Outcome:
@@ -85,18 +86,16 @@ def outcome_of(failure: NotTrackableError) -> Outcome:
 
 ROW, TABLE = "row.json", "fleet.csv"
 
-_UNSAFE = rb"[^A-Za-z0-9_.~ -]|\A\.|[. ]\Z"
-"""Bytes that some file system refuses, hides, drops at the end, or encodes in two ways (such as those of \u00e4)."""
+_FILES = ("certificate*.json", "counterexample.json", "reference.json", ROW)
+"""The files in a recording's folder."""
 
-_TAKEN = re.compile(
-    r"(con|prn|aux|nul|(com|lpt)[0-9]) *(\..*)?"
-    r"|(row|reference|certificate(\.at[0-9]+)?|counterexample)\.json|fleet\.csv",
-    re.IGNORECASE | re.DOTALL,
-)
-"""Names of devices on Windows, and of files that a fleet writes."""
+_PLAIN = re.compile(r"(?!(con|prn|aux|nul|(com|lpt)[0-9])\Z)[a-z0-9_-]+( [a-z0-9_-]+)*")
+"""Texts that every file system takes as they are, and keeps apart; some are names of devices on Windows."""
 
-_RUN_BY_SPREADSHEETS = re.compile(r"['=+\-@\t\r\n\uff0b\uff0d\uff1d\uff20]")
+_RUN_BY_SPREADSHEETS = re.compile(r"['=+\-@\uff0b\uff0d\uff1d\uff20]")
 """First characters of a formula in a spreadsheet, and the apostrophe that marks a text."""
+
+_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # from a bad name; others end the run
 
 
 @dataclass(frozen=True)
@@ -111,9 +110,8 @@ class FleetFolder:
     def of(self, name: str) -> Path:
         """Return the folder of a recording, in which no other recording has files, on any file system.
 
-        A slash in the name separates folders. In the name of each, unsafe bytes are written as %XX, and an empty name
-        as %. For file systems that ignore case, a name with capital letters ends with ^ and a hexadecimal number; its
-        bit i is 1 if character i, from 0, is a capital.
+        A slash in the name separates folders. A part that is not in lower case, or has characters that some file
+        system refuses, is shortened to readable letters, with a hash of the part behind them.
         """
         return self.path.joinpath(*map(_part, name.split("/")))
 
@@ -127,45 +125,58 @@ class FleetFolder:
             return None
         return row if whole and row.name == name else None
 
-    def write(self, row: Row, files: Mapping[str, bytes]) -> Row:
-        """Write the files of a recording, then its row, and return the row with their digests. Raises OSError."""
+    def write(self, row: Row, **saves: Callable[[Path], object]) -> Row:
+        """Call each function with the path KEYWORD.json in the recording's folder, write the row, and return it.
+
+        Files of an earlier answer are removed. If no folder can have this name, return a row that says so, and write
+        nothing. Raises other errors of writing (OSError).
+        """
         folder = self.of(row.name)
-        (folder / ROW).unlink(missing_ok=True)
-        for file, content in files.items():
-            write_atomically(folder / file, content)
-        row = replace(row, files={file: digest(content) for file, content in files.items()})
-        write_atomically(folder / ROW, dumps(row))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for old in _files(folder):
+                old.unlink()
+            for name, save in saves.items():
+                save(folder / f"{name}.json")
+            row = replace(row, files={path.name: digest(path.read_bytes()) for path in _files(folder)})
+            write_atomically(folder / ROW, dumps(row))
+        except OSError as error:
+            if error.errno not in _OF_ONE_NAME:
+                raise
+            why = f"give it another name: its folder cannot be written ({error.strerror})"
+            return Row(row.name, "unusable", why, row.request)
         return row
 
     def write_table(self, rows: Sequence[Row]) -> Path:
         """Write one line for each recording as CSV. Raises OSError."""
         table = columns(rows)
-        lines = [",".join(map(_cell, cells)) + "\n" for cells in (table, *zip(*table.values(), strict=True))]
-        write_atomically(path := self.path / TABLE, "".join(lines).encode())
+        cells = (map(_cell, row) for row in zip(*table.values(), strict=True))
+        write_text(path := self.path / TABLE, csv_text([table, *cells]))
         return path
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(path for pattern in _FILES for path in folder.glob(pattern))
 
 
 def _part(text: str) -> str:
     """Return the folder name for a text between slashes of a recording's name; different texts never share one."""
-    unsafe = rb"\A.|" + _UNSAFE if _TAKEN.fullmatch(text) else _UNSAFE
-    escaped = re.sub(unsafe, lambda byte: b"%%%02X" % byte[0][0], text.encode("utf-8", "surrogatepass")).decode()
-    capitals = sum(1 << i for i, letter in enumerate(text) if "A" <= letter <= "Z")
-    return (escaped or "%") + (f"^{capitals:x}" if capitals else "")
+    if _PLAIN.fullmatch(text):
+        return text
+    readable = re.sub(r"[^a-z0-9]+", "-", text.lower())[:40]
+    return f"{readable}~{digest(text.encode(errors='surrogatepass'))[:16]}"
 
 
-def _cell(value: str | float | None) -> str:
-    """Return a cell of CSV; an apostrophe is put before a text that begins like a formula, or with an apostrophe."""
-    text = "" if value is None else str(value)
-    if isinstance(value, str) and _RUN_BY_SPREADSHEETS.match(text):
-        text = f"'{text}"
-    return '"' + text.replace('"', '""') + '"' if re.search('[",\r\n]', text) else text
+def _cell(value: str | float | None) -> str | float | None:
+    """Return a cell of the table; an apostrophe is put before a text that begins like a formula, or with one."""
+    return f"'{value}" if isinstance(value, str) and _RUN_BY_SPREADSHEETS.match(value) else value
 
 
 def columns(rows: Sequence[Row]) -> dict[str, list[str | float | int | None]]:
     """Return the table by columns, None if a row has no value.
 
     The order is that of the row with most columns; columns such as `misfit [NAME]` that only others have come last.
-    Characters of a name that UTF-8 cannot encode are written as escape sequences.
+    Characters that cannot be printed are written as escape sequences.
     """
     cells = [row.columns() for row in rows]
     names = dict.fromkeys(name for row in (max(cells, key=len), *cells) for name in row)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import errno
 import inspect
 import json
 import os
@@ -11,19 +10,18 @@ import signal
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from reprlib import repr as short
-from tempfile import TemporaryDirectory
 from threading import Thread
 from typing import Any, TypeVar
 
 import numpy as np
 
-from trackably.arguments import instance, text, whole
+from trackably.arguments import instance, whole
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import NotTrackableError
 from trackably.certificates.outcome import Counterexample
@@ -32,7 +30,7 @@ from trackably.errors import DoubtfulInputWarning, InputError
 from trackably.exports.table import put_parquet
 from trackably.extras import optional
 from trackably.files import path_of, read_bytes
-from trackably.fleet.folder import STREAM, TABLE, FleetFolder, Row, columns, digest, outcome_of
+from trackably.fleet.folder import TABLE, FleetFolder, Row, columns, digest, outcome_of, printable
 from trackably.fleet.sources import Measured, Source, sources_of
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.samples import Samples
@@ -109,53 +107,49 @@ def _as_number(value: object) -> Any:
 _UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 
-@dataclass(frozen=True)
-class Answer:
-    """A recording's row, and the contents of its `files` by name; None if row and files already exist on the disk."""
+def answer(source: Source, request: Request, where: FleetFolder) -> Row:
+    """Learn from one recording, write its files, and return its row.
 
-    row: Row
-    files: Mapping[str, bytes] | None
-
-
-def answer(source: Source, request: Request, kept: Row | None) -> Answer:
-    """Learn from one recording; if the row `kept` already answers the same request for it, return that row.
-
-    Errors caused by the recording become a row. TypeError: an argument that all recordings share is wrong.
+    If an existing row answers the same request, return that row. Errors caused by the recording become a row.
+    TypeError: an argument that all recordings share is wrong. Raises OSError.
     """
+    kept = where.read_row(source.name)
     try:
         samples = _samples(source.read())
     except (InputError, ValueError, TypeError, OSError) as error:
         row = Row(source.name, "unusable", str(error), _UNREAD)
-        return Answer(row, None if row == kept else {})
+        return row if row == kept else where.write(row)
     fingerprint = request.fingerprint(samples)
     if kept is not None and kept.request == fingerprint:
-        return Answer(kept, None)
-    with _questions() as questions:
+        return kept
+    with warnings.catch_warnings(record=True) as asked:
+        warnings.simplefilter("ignore")
+        for ours in (DoubtfulInputWarning, IgnoresSamplesWarning):
+            warnings.simplefilter("always", ours)
         try:
             reference = request.learn_from(samples)
         except NotTrackableError as failure:
+            row = Row(source.name, outcome_of(failure), str(failure), fingerprint)
             is_refuted = isinstance(failure.outcome, Counterexample)
-            files = _file_contents(counterexample=failure.save_counterexample) if is_refuted else {}
-            return Answer(Row(source.name, outcome_of(failure), str(failure), fingerprint), files)
+            return where.write(row, **({"counterexample": failure.save_counterexample} if is_refuted else {}))
         except (ValueError, ArithmeticError) as error:
-            return Answer(Row(source.name, "unusable", str(error), fingerprint), {})
-    files = _file_contents(certificate=reference.save_certificate, reference=reference.save)
+            return where.write(Row(source.name, "unusable", str(error), fingerprint))
     row = Row(
         source.name,
         "proved",
         reference.certificate.explanation,
         fingerprint,
         sum(map(len, reference.samples)),
-        STREAM,
+        "stream",
         misfit=reference.misfit,
         hyperparameters=reference.hyperparameters,
         fingerprint=reference.fingerprint,
-        questions=tuple(questions),
+        questions=tuple(str(each.message) for each in asked),
     )
     if isinstance(reference, TrackableReference):
         of_function = ("method", "objective", "price", "unconstrained_misfit")
         row = dataclasses.replace(row, **{name: getattr(reference, name) for name in of_function})
-    return Answer(row, files)
+    return where.write(row, certificate=reference.save_certificate, reference=reference.save)
 
 
 def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
@@ -164,63 +158,38 @@ def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
     return found
 
 
-@contextmanager
-def _questions() -> Iterator[list[str]]:
-    """Collect the texts of the library's own warnings in the yielded list; issue other warnings at the end."""
-    asked: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
-        for ours in _OURS:
-            warnings.simplefilter("always", ours)
-        yield asked
-        asked += [str(each.message) for each in caught if isinstance(each.message, _OURS)]
-    for each in caught:
-        if not isinstance(each.message, _OURS):
-            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
-
-
-_OURS = (DoubtfulInputWarning, IgnoresSamplesWarning)
-
-
-def _file_contents(**saves: Callable[[Path], object]) -> dict[str, bytes]:
-    """Call each function with the path KEYWORD.json in an empty folder; return all files that they write, by name."""
-    with TemporaryDirectory() as folder:
-        for name, save in saves.items():
-            save(Path(folder) / f"{name}.json")
-        return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
-
-
 _LOOKED_EVERY = 0.5  # seconds between a worker's checks that its parent process runs
 
 
 def answers(
-    asked: Iterable[tuple[Source, Row | None]], request: Request, workers: int, cluster: str | None
-) -> Generator[Answer, None, None]:
-    """Yield answers as they are ready, in any order. MissingExtra: joblib or distributed is not installed.
+    sources: Iterable[Source], request: Request, where: FleetFolder, workers: int
+) -> Generator[Row, None, None]:
+    """Yield rows as they are ready, in any order. MissingExtra: joblib is not installed.
 
-    When the iterator is closed, remaining work is cancelled. An answer does not depend on the worker that computes it.
+    When the iterator is closed, remaining work is cancelled. A row does not depend on the worker that computes it.
     """
-    if cluster is None and workers == 1:
-        yield from (answer(source, request, kept) for source, kept in asked)
+    if workers == 1:
+        yield from (answer(source, request, where) for source in sources)
         return
     with optional("workers"):
         from joblib import Parallel, delayed  # noqa: PLC0415
 
-    here: dict[str, Any] = {"backend": "loky", "initializer": _begin_worker, "initargs": (os.getpid(),)}
-    with _on(cluster):
-        pool = Parallel(
-            n_jobs=-1 if cluster else workers,
-            return_as="generator_unordered",
-            batch_size=1,
-            **({} if cluster else here),
-        )
-        found = pool(delayed(answer)(source, request, kept) for source, kept in asked)
-        try:
-            for each in found:  # noqa: UP028  `yield from` would close `found` before the next lines
-                yield each
-        finally:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # joblib warns of tasks that are cancelled
-                found.close()
+    pool = Parallel(
+        n_jobs=workers,
+        backend="loky",
+        initializer=_begin_worker,
+        initargs=(os.getpid(),),
+        return_as="generator_unordered",
+        batch_size=1,
+    )
+    found = pool(delayed(answer)(source, request, where) for source in sources)
+    try:
+        for each in found:  # noqa: UP028  `yield from` would close `found` before the next lines
+            yield each
+    finally:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # joblib warns of tasks that are cancelled
+            found.close()
 
 
 def _begin_worker(parent: int) -> None:
@@ -235,24 +204,8 @@ def _begin_worker(parent: int) -> None:
     Thread(target=watch, daemon=True).start()
 
 
-@contextmanager
-def _on(cluster: str | None) -> Iterator[None]:
-    """Send joblib's tasks in this context to a Dask cluster, if one is given."""
-    if cluster is None:
-        yield
-        return
-    with optional("cluster"):
-        from distributed import Client  # noqa: PLC0415
-        from joblib import parallel_config  # noqa: PLC0415
-
-    client = Client(cluster)  # type: ignore[no-untyped-call]
-    with client, parallel_config(backend="dask"):
-        yield
-
-
 _COUNTED = "{desc}: {n_fmt} of {total_fmt} recordings"
 _MOST_SHOWN = 5  # most failures, and most recordings with questions, that are printed
-_OF_ONE_NAME = {errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST}  # from a bad name; others end the run
 
 L = TypeVar("L", TrackableReference, StreamReference)
 
@@ -263,9 +216,9 @@ class Fleet:
 
     A recording NAME has folder/NAME/reference.json, folder/NAME/certificate.json (or counterexample.json) and row.json.
     Certificates of waypoints are in the same folder: certificate.at1.json, certificate.at2.json, …
-    In NAME, bytes that some file systems refuse are written as %XX, and an empty part between slashes as %. A part with
-    capital letters ends with ^ and a number that gives their positions: "/Monday" is folder/%/Monday^1. Files that
-    earlier versions wrote under other names are neither read nor removed.
+    A part of NAME, between slashes, that is not in lower case, or has characters that some file system refuses, is
+    shortened to readable letters, with a hash behind them: "Monday" is folder/monday~HASH. Files that earlier versions
+    wrote under other names are neither read nor removed.
     """
 
     folder: Path
@@ -288,25 +241,22 @@ class Fleet:
     def reference(self, name: str) -> TrackableReference:
         """Return the reference of a recording, after proving it again.
 
-        InputError: it has none, or the file has changed.
+        InputError: it has none, `learn_stream` learned it, or the file has changed.
         """
-        return self._load(name, TrackableReference, "reference")
+        return self._load(name, TrackableReference)
 
     def stream(self, name: str) -> StreamReference:
         """Return the reference of a recording that was learned by `learn_stream`. InputError as for `reference`."""
-        return self._load(name, StreamReference, STREAM)
+        return self._load(name, StreamReference)
 
-    def _load(self, name: str, kind: type[L], of: str) -> L:
+    def _load(self, name: str, kind: type[L]) -> L:
         row = next((row for row in self.rows if row.name == name), None)
         if row is None:
             raise InputError(f"there is no recording {name!r} in {self.folder}")
         if row.outcome != "proved":
             raise InputError(f"{name} is {row.outcome}: {row.sentence}")
-        if of != (method := STREAM if row.method == STREAM else "reference"):
-            raise InputError(f"{name} was learned by learn_{method}: call fleet.{method}({name!r})")
         path = FleetFolder(self.folder).of(name) / "reference.json"
-        is_same = digest(read_bytes(path)) == row.files.get(path.name)
-        found = kind.load(path) if is_same else None
+        found = kind.load(path) if digest(read_bytes(path)) == row.files.get(path.name) else None
         if found is None or found.fingerprint != row.fingerprint:
             raise InputError(f"{path}: was changed since the row of {name!r} was written; call learn_many again")
         return found
@@ -335,7 +285,7 @@ class Fleet:
 
 def _first(lines: list[str]) -> list[str]:
     """Return the first lines, and a line on how many more there are; unprintable characters are escaped."""
-    shown = ["".join(c if c.isprintable() else ascii(c)[1:-1] for c in line) for line in lines[:_MOST_SHOWN]]
+    shown = [*map(printable, lines[:_MOST_SHOWN])]
     return [*shown, f"… and {len(lines) - _MOST_SHOWN} more"] if len(lines) > _MOST_SHOWN else shown
 
 
@@ -348,7 +298,6 @@ def learn_many(
     folder: Path | str,
     learn: Learn = learn_reference,
     workers: int = 1,
-    cluster: str | None = None,
     progress: bool = True,
     **options: Any,
 ) -> Fleet:
@@ -363,7 +312,7 @@ def learn_many(
     ----------
     recordings
         By name: Samples, samples by name, or a Recording whose signals have the names of states. Or sources that are
-        read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`, `topics_of`.
+        read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`.
     plant, kernel, claim
         As of `learn_reference`.
     folder
@@ -371,9 +320,8 @@ def learn_many(
     learn
         `learn_reference`, or `learn_stream` for long recordings, which needs the option `window`.
     workers
-        The number of processes on this machine.
-    cluster
-        The address of a Dask scheduler, as "tcp://10.0.0.1:8786": its workers learn, and files are written here.
+        The number of processes on this machine. Several machines can answer parts of the recordings in one folder; a
+        call with all recordings then finds these answers, and writes the table.
     progress
         Whether a line on a terminal counts recordings. Elsewhere, the logger "trackably" says it every 10 s (INFO).
     options
@@ -384,7 +332,7 @@ def learn_many(
     TypeError, ValueError
         If an argument that all recordings share is wrong.
     InputError
-        If packages for a cluster are not installed.
+        If joblib is not installed, which several workers need.
     OSError
         If a file cannot be written for another reason than the name of its recording.
     KeyboardInterrupt
@@ -398,17 +346,15 @@ def learn_many(
         as_claim(claim)  # a wrong claim is refused here, and not by each worker
     request = Request(plant, kernel, claim, options, learn)
     processes = whole("workers", workers, least=1)
-    address = None if cluster is None else text("cluster", cluster)
-    asked = [(source, where.read_row(source.name)) for source in sources]
     found: dict[str, Row] = {}
     where.path.mkdir(parents=True, exist_ok=True)
     try:
         with (
             line_of(_COUNTED, "learn references", len(sources), shown=progress) as line,
-            closing(answers(asked, request, processes, address)) as answered,
+            closing(answers(sources, request, where, processes)) as answered,
         ):
-            for each in answered:
-                found[each.row.name] = _write_answer(where, each)
+            for row in answered:
+                found[row.name] = row
                 line.update()
     except KeyboardInterrupt:
         kept = f"{len(found)} of {len(sources)} recordings are answered and kept in {where.path}"
@@ -416,19 +362,3 @@ def learn_many(
     rows = tuple(found[source.name] for source in sources)
     where.write_table(rows)
     return Fleet(where.path, rows)
-
-
-def _write_answer(where: FleetFolder, answer: Answer) -> Row:
-    """Write an answer, unless it exists, and return its row.
-
-    If its folder cannot have this name, return a row that says so.
-    """
-    if answer.files is None:
-        return answer.row
-    try:
-        return where.write(answer.row, answer.files)
-    except OSError as error:
-        if error.errno not in _OF_ONE_NAME:
-            raise
-        why = f"give it another name: its folder cannot be written ({error.strerror})"
-        return Row(answer.row.name, "unusable", why, answer.row.request)

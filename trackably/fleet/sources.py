@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from glob import glob
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from trackably.arguments import instance, text
 from trackably.errors import InputError
-from trackably.extras import optional
 from trackably.files import path_of
 from trackably.gp.samples import Samples
 from trackably.recordings.clocks import Clock, Origin
@@ -23,9 +20,6 @@ from trackably.recordings.parquet_file import parquet_table
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import Column, Reading, Table, recording_of
-
-if TYPE_CHECKING:
-    from trackably.recordings.mcap_file import Field
 
 Measured = Samples | Mapping[str, Samples] | Recording
 """Measured data: samples, samples by name, or a recording whose signals have the names of states."""
@@ -88,9 +82,6 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
     return found
 
 
-_NAME = "{name}"
-
-
 def parts_of_csv(
     path: str | Path,
     by: str,
@@ -125,41 +116,6 @@ def parts_of_parquet(
     """
     reading = Reading(time, time_unit, signals, repairs, origin)
     return _parts(reading, by, partial(parquet_table, path))
-
-
-def topics_of(
-    path: str | Path, signals: Mapping[str, Field], repairs: Sequence[Repair | str] = (), origin: Origin = None
-) -> tuple[Source, ...]:
-    """Return a source for each name that can replace {name} in the topics of an MCAP file.
-
-    `signals` are those of `read_mcap`, with {name} in each topic: {"position": Field("/{name}/pose", "x")} finds
-    /left/pose and /right/pose as "left" and "right". A name needs the topics of all signals. Workers read the messages.
-    InputError: the file is unreadable, or has no such topics. MissingExtra: MCAP's packages are not installed.
-    """
-    with optional("topics_of"):
-        from trackably.recordings.mcap_file import read_mcap, topics_in  # noqa: PLC0415
-    path = path_of("path", path)
-    if without := [field.topic for field in signals.values() if field.topic.count(_NAME) != 1]:
-        raise InputError(f"topics_of: expected {_NAME} once in each topic, got {without[0]!r}")
-    topics = topics_in(path)
-    found = [_names(field.topic, topics) for field in signals.values()]
-    names = sorted(set.intersection(*map(set, found))) if found else []
-    if not names:
-        wanted = " and ".join(field.topic for field in signals.values())
-        raise InputError(
-            f"{path}: expected topics {wanted}, with the same {_NAME} in all of them, got {', '.join(topics)}"
-        )
-
-    def fields(name: str) -> dict[str, Field]:
-        return {signal: replace(field, topic=field.topic.replace(_NAME, name)) for signal, field in signals.items()}
-
-    return tuple(Source(name, partial(read_mcap, path, fields(name), tuple(repairs), origin)) for name in names)
-
-
-def _names(pattern: str, topics: Sequence[str]) -> list[str]:
-    before, after = map(re.escape, pattern.split(_NAME))
-    matches = (re.fullmatch(f"{before}(.+){after}", topic) for topic in topics)
-    return [match[1] for match in matches if match]
 
 
 def _parts(reading: Reading, by: str, read: Callable[[Sequence[str]], Table]) -> tuple[Source, ...]:

@@ -4,8 +4,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
+import numpy as np
+
+from trackably.arrays import Array, root_mean_square
 from trackably.certificates.judge import refusal_of
 from trackably.checker import Proved, Refuted, Verdict
 from trackably.files import save_accepted
@@ -22,6 +25,12 @@ class RepairDistance:
     most: float
     rms: float
     is_proved: bool = True
+
+    @classmethod
+    def of(cls, apart: Array, most: float | None = None) -> Self:
+        """Return the distance, given differences at many times; `most` is a proved bound of it, if there is one."""
+        seen = float(np.max(np.abs(apart)))
+        return cls(seen if most is None else most, root_mean_square(apart), most is not None)
 
     def __str__(self) -> str:
         if self.is_proved:

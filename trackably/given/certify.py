@@ -23,7 +23,7 @@ from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.checker.piecewise import keeps
 from trackably.checker.subject import Beyond, Functional
 from trackably.given.accepted import RepairDistance
-from trackably.given.conversion import Interpolation, as_pieces, is_flat_trajectory, repeats, shift, states_as_pieces
+from trackably.given.conversion import as_pieces, repeats, shift
 from trackably.gp.stencil import Stencil
 from trackably.reference.proved import ProvedReference
 from trackably.systems.constrained import ConstrainedSystem
@@ -31,7 +31,7 @@ from trackably.systems.intervals import rounded_text
 from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
-from trackably.systems.sampling import default_sample, sampled_names, stencils_by_name
+from trackably.systems.sampling import default_sample, stencils_by_name
 
 # Compute flat outputs of a sampled system from curves of states, and the distance of its states from the curves.
 
@@ -132,7 +132,7 @@ class CertifiedReference(ProvedReference):
 
 
 def certify(
-    trajectory: Any, plant: ConstrainedSystem, claim: Written | None = None, interpolation: Interpolation | None = None
+    trajectory: Any, plant: ConstrainedSystem, claim: Written | None = None
 ) -> CertifiedReference | Counterexample | Unproved:
     """Prove that a linear `plant` can follow a trajectory within its bounds at all times, or refute it.
 
@@ -141,17 +141,13 @@ def certify(
     trajectory
         Curves by the name of a state, or of a flat output (z1, z2, …): one for each flat output of the plant. If the
         plant has only one, a curve without a name is that of the first state that determines it. Curves are splines of
-        SciPy, PolynomialPieces, or samples with the name of an interpolation: Samples, or an array with one value for
-        each step, from step 0 on. A flat trajectory of python-control gives all states; if its basis does not say when
-        it ends (T is left out), give a claim from start to end.
+        SciPy, or PolynomialPieces. Points are joined by a spline, as CubicSpline(times, values).
     plant
         The system with its sets.
     claim
         "all_times": all t ≥ 0, curves are at rest after their last piece; "all_phases": all t, curves are periodic; or
         the window from start to end [s]; "recorded": the window from the latest first time to the earliest last time of
         the curves. By default, all phases if all curves are marked as periodic, and otherwise "recorded".
-    interpolation
-        How samples are joined: "linear", "cubic", "quintic", "pchip", "akima".
 
     Notes
     -----
@@ -179,7 +175,7 @@ def certify(
         If a curve is none of those above.
 
     """
-    given = Given.of(trajectory, plant, claim, interpolation)
+    given = Given.of(trajectory, plant, claim)
     outcome = given.prove(given.reference)
     if not isinstance(outcome, Certificate):
         return outcome
@@ -203,9 +199,7 @@ class Given:
     span: tuple[float, float]
 
     @classmethod
-    def of(
-        cls, trajectory: Any, plant: ConstrainedSystem, claim: Written | None, interpolation: Interpolation | None
-    ) -> Given:
+    def of(cls, trajectory: Any, plant: ConstrainedSystem, claim: Written | None) -> Given:
         instance("certify: plant", plant, ConstrainedSystem, "a ConstrainedSystem")
         if not isinstance(plant.system, LinearSystem):
             raise ValueError(
@@ -214,7 +208,7 @@ class Given:
                 "is proved at all times"
             )
         wanted = None if claim in (None, "recorded") else as_claim(claim)
-        named = _by_name(trajectory, plant, wanted.span if isinstance(wanted, Window) else None)
+        named = _by_name(trajectory, plant)
         if all(map(repeats, named.values())) and claim != "recorded" and not isinstance(wanted, Window):
             wanted = AllPhases()
         beyond: Beyond = "end" if wanted is None or isinstance(wanted, Window) else "rest"
@@ -222,7 +216,7 @@ class Given:
             beyond = "period"
         with _as_trajectory():
             stencils = stencils_by_name(plant, named)
-        curves = {name: as_pieces(curve, beyond, interpolation, plant.sampling_time) for name, curve in named.items()}
+        curves = {name: as_pieces(curve, beyond) for name, curve in named.items()}
         span = _span(wanted, curves, beyond, plant.sampling_time)
         return cls({name: curves[name] for name in stencils}, stencils, plant, beyond, span)
 
@@ -254,11 +248,7 @@ class Given:
         }
 
 
-def _by_name(trajectory: Any, plant: ConstrainedSystem, span: tuple[float, float] | None) -> dict[str, Any]:
-    if is_flat_trajectory(trajectory):
-        states = dict(zip(plant.system.states, states_as_pieces(trajectory, span), strict=True))
-        first = [sampled_names(plant, signal)[0] for signal in range(plant.signal_count)]
-        return {name: states[name] for name in first if name in states}
+def _by_name(trajectory: Any, plant: ConstrainedSystem) -> dict[str, Any]:
     if isinstance(trajectory, Mapping):
         return dict(trajectory)
     with _as_trajectory():

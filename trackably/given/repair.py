@@ -12,22 +12,22 @@ import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
 
-from trackably.arrays import Array, subdivide
+from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import Written
 from trackably.certificates.outcome import Counterexample, Unproved
 from trackably.control.programs import Program
 from trackably.given.accepted import RepairDistance
 from trackably.given.certify import CertifiedReference, Given
-from trackably.given.conversion import Interpolation, as_pieces
+from trackably.given.conversion import as_pieces
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import slacks
 from trackably.systems.reference import Reference
-from trackably.systems.trajectories import Functional, Quantities
+from trackably.systems.trajectories import Functional
 
 _FEWEST, _MOST, _PER_PIECE = 64, 400, 4  # intervals between knots: least and most number, and number in each piece
-_INSTANTS = 6  # times in each interval between knots at which bounds are imposed first
+_INSTANTS = 24  # times in each interval between knots at which bounds are imposed
 
 
 Side = tuple[Any, Array]
@@ -97,7 +97,7 @@ class Nearest:
 
     @cached_property
     def instants(self) -> Array:
-        """Times [s] at which the first program imposes bounds, about six between two knots; later programs add times.
+        """Times [s] at which programs impose bounds, about 24 between two knots.
 
         Times before the first knot are included if they are claimed and inputs at them depend on the motion.
         """
@@ -125,12 +125,12 @@ class Nearest:
         ]
         return sparse.csr_array(sparse.hstack(blocks))
 
-    def solve(self, times: Array, backoff: float) -> Array | None:
-        """Return the coefficients nearest to the curves that keep the tightened bounds at some times [s].
+    def solve(self, backoff: float) -> Array | None:
+        """Return the coefficients nearest to the curves that keep the tightened bounds at `instants`.
 
         The bounds are tightened by `backoff`, relative to their widths. None if no coefficients keep them.
         """
-        equal, aims, at_most = self._begun, self._aims, list[Side]()
+        equal, aims, at_most, times = self._begun, self._aims, list[Side](), self.instants
         for q in self.given.plant.quantities:
             functional, width = _requirement(q.functional), q.bounds.width
             row = self.rows(functional.weights, times) / width
@@ -162,18 +162,6 @@ class Nearest:
             found.append((shown / scale, (values - stencil.offset) / scale))
         return found
 
-    def broken_between(self, coefficients: Array, times: Array, room: float) -> Array:
-        """Return the times at which the margin of a bound, relative to its width, has a local minimum below `room`.
-
-        The margins are examined on a grid that is finer than `times`.
-        """
-        fine, bounded = subdivide(times, _FINER), self.given.plant.quantities
-        every = Quantities(bounded, self.signals(coefficients))
-        margins = every.margins(fine) / np.array([[q.bounds.width] for q in bounded])
-        beside = np.pad(margins, ((0, 0), (1, 1)), constant_values=np.inf)
-        lowest = (margins <= beside[:, :-2]) & (margins <= beside[:, 2:]) & (margins < room)
-        return np.asarray(fine[lowest.any(axis=0)])
-
 
 def nearest(aim: Side, equal: Sequence[Side], at_most: Sequence[Side]) -> Array | None:
     """Minimise |M x − y|² with (M, y) = `aim`, under the conditions `equal` and `at_most`; None without a solution."""
@@ -195,20 +183,17 @@ def _requirement(functional: Functional | None) -> Functional:
 Start = Literal["given", "free"]
 """Whether a repaired trajectory has to begin with the given states, or may begin with others."""
 
-_BACKOFFS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+_BACKOFFS = (1e-7, 1e-5, 1e-4, 3e-4, 1e-3, 2e-3, 4e-3, 1e-2)
 """Back-offs (tightenings of the bounds, relative to their widths), tried in turn.
 
 They leave room for the solver's tolerance, and for the times between those at which bounds are imposed.
 """
-
-_FINER, _EXCHANGES = 8, 3  # parts of each interval at whose ends margins are examined; programs for each back-off
 
 
 def repair(
     trajectory: Any,
     plant: ConstrainedSystem,
     claim: Written | None = None,
-    interpolation: Interpolation | None = None,
     start: Start = "given",
 ) -> CertifiedReference | Counterexample | Unproved:
     """Return the trajectory itself if it is proved, and otherwise the nearest spline that is proved.
@@ -229,36 +214,20 @@ def repair(
     """
     if start not in get_args(Start):
         raise ValueError(f"repair: start must be one of {', '.join(get_args(Start))}, got {start!r}")
-    given = Given.of(trajectory, plant, claim, interpolation)
+    given = Given.of(trajectory, plant, claim)
     outcome = given.prove(given.reference)
     if isinstance(outcome, Certificate):
         nowhere = {name: RepairDistance(0.0, 0.0) for name in given.curves}
         return CertifiedReference(outcome, given.off(outcome), nowhere)
     near = Nearest.of(given, _start_states(given) if start == "given" else None)
-    times = near.instants
     for backoff in _BACKOFFS:
-        coefficients, times = _solve(near, times, backoff)
+        coefficients = near.solve(backoff)
         if coefficients is None:
             return outcome if isinstance(outcome, Unproved) else _not_found(outcome, backoff, near)
         outcome = given.prove(Reference(near.signals(coefficients), plant))
         if isinstance(outcome, Certificate):
             return CertifiedReference(outcome, {}, _distances(given, outcome))
     return outcome
-
-
-def _solve(near: Nearest, times: Array, backoff: float) -> tuple[Array | None, Array]:
-    """Return coefficients that keep the bounds at many times [s], and nearly between them; also return these times.
-
-    The times are the given ones, and those between them at which a margin was too small. Coefficients are None if no
-    spline keeps the bounds.
-    """
-    found = None
-    for _ in range(_EXCHANGES):
-        found = near.solve(times, backoff)
-        if found is None or not (overlooked := near.broken_between(found, times, backoff / 2)).size:
-            break
-        times = np.union1d(times, overlooked)
-    return found, times
 
 
 def _start_states(given: Given) -> Array | None:
@@ -286,5 +255,5 @@ def _distances(given: Given, certificate: Certificate) -> dict[str, RepairDistan
     times, found = np.linspace(*given.span, 20_001), {}
     for (name, most), signal in zip(given.off(certificate).items(), certificate.reference.pieces, strict=True):
         apart = given.stencils[name].measured(signal, times) - given.curves[name](times)
-        found[name] = RepairDistance(most, float(np.sqrt(np.mean(apart**2))))
+        found[name] = RepairDistance.of(apart, most)
     return found

@@ -57,13 +57,12 @@ class Table:
 class CertifiedTable(AcceptedProof):
     """A table that keeps its bounds at its steps, with |x(k + 1) − f(x(k), u(k))| ≤ `tolerance` for each state.
 
-    `defect` is no less than the largest of these differences. Nothing is claimed about times between the steps.
+    Nothing is claimed about times between the steps.
     """
 
     table: Table
     plant: ConstrainedSystem
     tolerance: float
-    defect: float
 
     @property
     def explanation(self) -> str:
@@ -71,8 +70,8 @@ class CertifiedTable(AcceptedProof):
         kept = bounds_text(self.plant.given_constraints)
         return (
             f"proved for the steps {self.table.first_step} to {self.table.last_step}, and for no time between them: "
-            f"{kept}; each state is within {rounded_text(self.tolerance, 'up', 6)} of the state to which the "
-            f"system leads from the step before (the largest difference is {rounded_text(self.defect, 'up')} at most)"
+            f"{kept}; each state is within {rounded_text(self.tolerance, 'up')} of the state to which the "
+            "system leads from the step before"
         )
 
     @property
@@ -122,15 +121,16 @@ def _content(form: str, table: Table, plant: ConstrainedSystem, tolerance: float
 _PARTS = (1 - 1e-15, 1 - 1e-9, 0.999, 0.5)
 """A violation found in float64 is multiplied by each of these factors, until the checker accepts the product."""
 
-_ROUNDING = 1e-15  # part of the largest state by which the largest difference is increased, so that it can be proved
+_ROUNDING = 1e-15  # part of the largest state that is added to the largest difference, so that it can be proved
 
 
 def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> CertifiedTable | RefutedTable | Unproved:
     """Prove that a table keeps the plant's bounds at its steps, and its dynamics within a tolerance; or refute it.
 
-    The tolerance applies to each state, in its unit. Of several violations, the one is reported that is largest
-    relative to the width of its bound or to the tolerance. It is found in float64; the checker decides. Returns
-    Unproved if neither is proved, for example because a formula may be undefined at a step.
+    The tolerance applies to each state, in its unit. If the table keeps the dynamics within less, this less is proved.
+    Of several violations, the one is reported that is largest relative to the width of its bound or to the tolerance.
+    It is found in float64; the checker decides. Returns Unproved if neither is proved, for example because a formula
+    may be undefined at a step.
 
     ValueError: the table does not fit the plant, or the tolerance is not positive.
     """
@@ -143,15 +143,15 @@ def certify_table(table: Table, plant: ConstrainedSystem, tolerance: float) -> C
         for violation in (factor * most for factor in _PARTS if most > 0):
             with suppress(NotAcceptedError):
                 return RefutedTable(step, step * T, what, violation, part, index, table, plant, tolerance)
-    defect = min(float(np.max(off) + _ROUNDING * (np.max(np.abs(table.states)) or 1.0)), tolerance)
-    try:
-        with suppress(NotAcceptedError):  # report the defect if the checker accepts it as a tolerance
-            return CertifiedTable(table, plant, tolerance, CertifiedTable(table, plant, defect, defect).defect)
-        return CertifiedTable(table, plant, tolerance, tolerance)
-    except NotAcceptedError as refused:
-        at, bounds = (table.first_step * T, table.last_step * T), Interval(-tolerance, tolerance)
-        short = max(0.0, float(np.max(off)) - tolerance)
-        return Unproved("difference to the next state", bounds, at, short, str(refused))
+    defect = float(np.max(off) + _ROUNDING * (np.max(np.abs(table.states)) or 1.0))
+    for proposed in (min(defect, tolerance), tolerance):
+        try:
+            return CertifiedTable(table, plant, proposed)
+        except NotAcceptedError as refused:
+            reason = str(refused)
+    at, bounds = (table.first_step * T, table.last_step * T), Interval(-tolerance, tolerance)
+    short = max(0.0, float(np.max(off)) - tolerance)
+    return Unproved("difference to the next state", bounds, at, short, reason)
 
 
 def _check(table: Table, plant: ConstrainedSystem, tolerance: float) -> float:

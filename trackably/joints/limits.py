@@ -112,7 +112,7 @@ class Joints:
         states, inputs = [name for of in called for name in of[:-1]], [of[-1] for of in called]
         require_names([*states, *inputs])
         system = LinearSystem.discretised(A, B, sampling_time, states=states, inputs=inputs)
-        lower, upper = np.moveaxis(self.limits[: n + 1].swapaxes(0, 1), 2, 0)
+        lower, upper = self.limits[: n + 1].transpose(2, 1, 0)
         sets = (Polytope.box(lower[:, part].ravel(), upper[:, part].ravel()) for part in (slice(n), slice(n, n + 1)))
         return ConstrainedSystem(system, *sets)
 

@@ -197,11 +197,7 @@ def _solve(
 
 
 def _distances(given: JointTrajectory, found: JointTrajectory) -> dict[str, RepairDistance]:
-    """Return how far joints were moved: the largest and the root mean square distance at many times."""
+    """Return how far joints were moved, as seen at many times."""
     times = np.linspace(*given.span, _TIMES)
-    apart = np.abs(found(times) - given(times))
-    most, rms = np.max(apart, axis=0), np.sqrt(np.mean(apart**2, axis=0))
-    return {
-        name: RepairDistance(float(m), float(r), is_proved=False)
-        for name, m, r in zip(given.names, most, rms, strict=True)
-    }
+    apart = (found(times) - given(times)).T
+    return {name: RepairDistance.of(of) for name, of in zip(given.names, apart, strict=True)}

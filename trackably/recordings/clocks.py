@@ -92,13 +92,10 @@ def shorten(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
-_DATE = re.compile(r"\d{4}-?(?:\d\d-?\d\d|W\d\d(?:-?\d)?)(?:$|[T ])", re.ASCII)
-_FRACTION = re.compile(r"[T ]\d\d:?\d\d:?\d\d[.,](\d+)", re.ASCII)
-_ZONE = re.compile(r"[T ].*[Z+-]")
-_WITH_FRACTION = re.compile(r"(?P<whole>.*)[.,](?P<fraction>\d+)", re.ASCII)
-_FRACTION_AT_END = re.compile(r"(?<=%S)[.,]%f$")
+_ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?([Z+-].*)?)?", re.ASCII)
+"""Stamps for fromisoformat, which accepts any character between date and time, too, and fractions of a minute."""
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
-_MICROSECOND = timedelta(microseconds=1)
+_MICROSECOND, _MICRO = timedelta(microseconds=1), Decimal("1e-6")
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
 _DAY, _NO_DAY = date(2024, 5, 17), date(1900, 1, 1)  # strptime takes the second one for a date that a format leaves out
 # What formats keep of the time 13:07:09: nothing, the hour, hour and minute, or all.
@@ -110,10 +107,10 @@ _GERMAN = '"%d.%m.%Y %H:%M:%S"'
 class DateTimes:
     """Stamps that are dates with a time of day, dates alone, which mean midnight, or times of day without a date.
 
-    They are in ISO 8601, 2024-05-01T12:00:00.25+02:00 or 2024-05-01, or in a `format` of strptime like
-    "%d.%m.%Y %H:%M:%S". If the format ends with seconds, a stamp may have a fraction of any length after a point or a
-    comma. Stamps that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00". Times of day,
-    "%H:%M:%S", count from midnight.
+    They are in ISO 8601, 2024-05-01T12:00:00.25+02:00 or 2024-05-01, of which six digits of a fraction of a second are
+    read; or in a `format` of strptime like "%d.%m.%Y %H:%M:%S,%f", where %f is a fraction of up to six digits. Stamps
+    that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00". Times of day, "%H:%M:%S", count
+    from midnight.
 
     ValueError: a format with a part of a date, or with neither date nor time, or an invalid zone.
     """
@@ -131,25 +128,23 @@ class DateTimes:
             )
 
     def seconds(self, stamp: object, _mark: str | None = None) -> Decimal:
-        """Return the time [s] since 1970, UTC, or since midnight, exactly.
+        """Return the time [s] since 1970, UTC, or since midnight, in whole microseconds.
 
         ValueError: this is no text, or has another format.
         """
         if not isinstance(stamp, str):
             raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
         try:
-            moment, fraction = (_read_iso if self.format is None else self._read)(stamp.strip())
+            moment = self._read(stamp)
         except ValueError:
             raise ValueError(f"expected a stamp like {self._example}, got {stamp!r}{self._hint}") from None
         moment = moment if moment.tzinfo else moment.replace(tzinfo=self._tzinfo)
         zero = _EPOCH_UTC if self.absolute else datetime.combine(_NO_DAY, _TIMES[0], moment.tzinfo)
-        whole = EXACT.multiply(Decimal((moment - zero) // _MICROSECOND), Decimal("1e-6"))
-        return EXACT.add(whole, Decimal(f"0.{fraction}"))
+        return EXACT.multiply(Decimal((moment - zero) // _MICROSECOND), _MICRO)
 
     def is_taken_as_utc(self, stamp: str) -> bool:
         """Whether a stamp is a date without a zone, which is read as UTC."""
-        names_zone = _ZONE.search(stamp) if self.format is None else "%z" in self.format
-        return self.absolute and self.zone == "Z" and not names_zone
+        return self.absolute and self.zone == "Z" and self._read(stamp).tzinfo is None
 
     @property
     def absolute(self) -> bool:
@@ -167,18 +162,13 @@ class DateTimes:
         if self.format is None:
             return _DAY
         try:
-            written = datetime.combine(_DAY, _TIMES[-1], UTC).strftime(self._whole)
-            found = datetime.strptime(written, self._whole)
+            written = datetime.combine(_DAY, _TIMES[-1], UTC).strftime(self.format)
+            found = datetime.strptime(written, self.format)
         except (ValueError, re.error):  # re.error: a directive is repeated
             return None
         days = {_DAY, _NO_DAY} if found.time() != _TIMES[0] else {_DAY}
         is_kept = "%Z" not in self.format and found.time() in _TIMES and found.date() in days
         return found.date() if is_kept else None
-
-    @cached_property
-    def _whole(self) -> str:
-        """The format without a fraction of seconds at its end, because strptime reads at most six digits of it."""
-        return _FRACTION_AT_END.sub("", (self.format or "").strip())
 
     @cached_property
     def _tzinfo(self) -> tzinfo | None:
@@ -198,28 +188,13 @@ class DateTimes:
         other = f"trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats"
         return f' ({other}; time=("Date", "Time") joins a date and a time of day from two columns)'
 
-    def _read(self, text: str) -> tuple[datetime, str]:
-        fraction = "0"
-        try:
-            moment = datetime.strptime(text, self._whole)
-        except ValueError:
-            # The whole text was tried first, because points may also separate day, month and year.
-            match = _WITH_FRACTION.fullmatch(text) if self._whole.endswith("%S") else None
-            if match is None:
-                raise
-            moment, fraction = datetime.strptime(match["whole"], self._whole), match["fraction"]
-        return moment, fraction
-
-
-def _read_iso(text: str) -> tuple[datetime, str]:
-    """Return a stamp in whole seconds, and all digits of its fraction, of which datetime would keep only six."""
-    if not _DATE.match(text):  # fromisoformat accepts any character between date and time, and so some numbers
-        raise ValueError
-    moment, match = datetime.fromisoformat(text), _FRACTION.search(text)
-    fraction = match[1] if match else "0"
-    if moment.microsecond != int(f"{fraction:0<6.6}"):  # the digits found are not a fraction of seconds
-        raise ValueError
-    return moment.replace(microsecond=0), fraction
+    def _read(self, stamp: str) -> datetime:
+        text = stamp.strip()
+        if self.format is not None:
+            return datetime.strptime(text, self.format)
+        if not _ISO.fullmatch(text):
+            raise ValueError
+        return datetime.fromisoformat(text)
 
 
 @dataclass(frozen=True)

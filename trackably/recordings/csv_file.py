@@ -8,7 +8,6 @@ import io
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 from trackably.arguments import instance, names, text
@@ -52,7 +51,7 @@ def read_text(path: Path, encoding: str) -> str:
 
 
 _NO_HEADER = ": if these are values, the file has no header, and `columns` of the layout names its columns"
-SEPARATORS = (",", ";", "\t", " ")
+SEPARATORS = (",", ";", "\t")
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
 
@@ -60,10 +59,11 @@ MISSING = ("", "-", "na", "n/a", "nan", "null")
 class CsvLayout:
     """The format of a CSV file.
 
-    `separator`: one character; None detects comma, semicolon, tab or spaces by the header. `decimal`: the
-    decimal mark, "." or ",". `encoding`: its name in Python, if the file does not begin with a byte order mark.
-    `comment`: lines that start with it are ignored; empty for none. `skip`: numbers, from 1, of further lines to
-    ignore, such as units below the header. `missing`: texts that mean a missing value, in upper or lower case.
+    `separator`: one character. By default, it is the one of comma, semicolon and tab that the first line has most often
+    outside of quotes, and spaces if it has none of them. `decimal`: the decimal mark, "." or ",". `encoding`: its name
+    in Python, if the file does not begin with a byte order mark. `comment`: lines that start with it are ignored; empty
+    for none. `skip`: numbers, from 1, of further lines to ignore, such as units below the header. `missing`: texts that
+    mean a missing value, in upper or lower case.
     `columns`: the names of the columns of a file without a header. TypeError, ValueError: a value is invalid.
     """
 
@@ -101,24 +101,28 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
     """
     instance("layout", layout, CsvLayout, "a CsvLayout, as CsvLayout(separator=';')")
     path = path_of("path", path)
-    content = read_text(path, layout.encoding)
-    separator, header = _header(path, content, layout, wanted)
-    places, rows = [], []
-    for line, row in islice(_records(path, content, layout, separator), 0 if layout.columns else 1, None):
+    lines = [
+        (number, line)
+        for number, line in enumerate(io.StringIO(read_text(path, layout.encoding), newline=""), start=1)
+        if number not in layout.skip and not (layout.comment and line.startswith(layout.comment))
+    ]
+    separator = layout.separator or _separator(next((line for _, line in lines if line.strip()), ""))
+    records = [*_records(path, lines, separator)]
+    header = [*layout.columns] or [cell.strip() for cell in (records.pop(0)[1] if records else ())]
+    _check_header(path, header, separator, layout, wanted)
+    for line, row in records:
         if len(row) < len(header) or any(row[len(header) :]):
             named = "the layout names" if layout.columns else "in the header"
             raise InputError(
                 f"{path}, line {line}: expected {len(header)} cells, as {named}, got {len(row)}; is the line whole?"
             )
-        places.append(f"line {line}")
-        rows.append(row)
-    while rows and not any(map(str.strip, rows[-1])):  # spreadsheets may end with empty rows
-        del rows[-1], places[-1]
-    if not rows:
+    while records and not any(map(str.strip, records[-1][1])):  # spreadsheets may end with empty rows
+        del records[-1]
+    if not records:
         raise InputError(f"{path}: there are no rows{'' if layout.columns else ' below the header'}")
     missing = {text.casefold() for text in layout.missing}
     columns = {
-        name: [None if (cell := row[i]).strip().casefold() in missing else cell for row in rows]
+        name: [None if (cell := row[i]).strip().casefold() in missing else cell for _, row in records]
         for name, i in ((name, header.index(name)) for name in (header if wanted is None else wanted))
     }
     others = ", ".join(map(repr, layout.missing)) or "nothing"
@@ -126,31 +130,21 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
         f"; if it stands for no value, name it in `missing` of the layout beside {others}; if the line holds units or "
         "notes, name its number in `skip`"
     )
-    return Table(str(path), places, columns, layout.decimal, advice=advice)
+    return Table(str(path), [f"line {line}" for line, _ in records], columns, layout.decimal, advice=advice)
 
 
-def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | None) -> tuple[str, list[str]]:
-    """Return the separator and the names in the header.
+def _separator(line: str) -> str:
+    """Return the separator that a line has most often outside of quotes; a space if it has none."""
+    unquoted = re.sub(r'"[^"]*"', "", line)
+    return max(SEPARATORS, key=unquoted.count) if {*SEPARATORS} & {*unquoted} else " "
 
-    If the layout names no separator, choose the one that gives all wanted names, or otherwise most of them, and among
-    equals most names. Names may contain spaces: these separate only if this gives all wanted names, or if no other
-    separator occurs. A separator that leaves another one as a name, as the space in "t , x" does, comes last.
-    """
-    names, firsts, refused = () if layout.columns else wanted or (), {}, []
-    for separator in _separators(layout):
-        try:
-            firsts[separator] = [cell.strip() for cell in next(_records(path, text, layout, separator), (0, []))[1]]
-        except InputError as error:
-            refused.append(error)  # this separator does not fit: for example, another one follows a quoted name
-    if not firsts:
-        raise refused[0]
-    if not any(firsts.values()):
+
+def _check_header(
+    path: Path, header: Sequence[str], separator: str, layout: CsvLayout, wanted: Collection[str] | None
+) -> None:
+    """Raise InputError if there is no header, or it does not have each of the `wanted` names once."""
+    if not header:
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
-    firsts = {separator: cells for separator, cells in firsts.items() if not {*cells} & {*SEPARATORS}} or firsts
-    wanted_in = {separator: sum(name in cells for name in names) for separator, cells in firsts.items()}
-    is_mark = {separator: separator != " " and len(cells) > 1 for separator, cells in firsts.items()}
-    separator = max(firsts, key=lambda of: (wanted_in[of] == len(names), is_mark[of], wanted_in[of], len(firsts[of])))
-    header = [*layout.columns] or firsts[separator]
     for name in header if wanted is None else wanted:
         if name not in header:
             listed = ", ".join(map(repr, header))
@@ -161,33 +155,21 @@ def _header(path: Path, text: str, layout: CsvLayout, wanted: Collection[str] | 
             )
         if header.count(name) > 1:
             raise InputError(f"{path}: expected one column {name!r}, got {header.count(name)}")
-    return separator, header
 
 
-def _separators(layout: CsvLayout) -> Sequence[str]:
-    return SEPARATORS if layout.separator is None else (layout.separator,)
-
-
-def _records(path: Path, text: str, layout: CsvLayout, separator: str) -> Iterator[tuple[int, list[str]]]:
+def _records(path: Path, lines: Sequence[tuple[int, str]], separator: str) -> Iterator[tuple[int, list[str]]]:
     """Yield each row that is not blank, with the number of the line on which it ends.
 
-    InputError: a line is not valid CSV.
+    `lines` have their numbers. InputError: one is not valid CSV.
     """
-    line = 0
-
-    def lines() -> Iterator[str]:
-        nonlocal line
-        for content in io.StringIO(text, newline=""):
-            line += 1
-            if line not in layout.skip and not (layout.comment and content.startswith(layout.comment)):
-                yield content
-
+    reader = csv.reader((line for _, line in lines), delimiter=separator, skipinitialspace=True, strict=True)
     try:
-        for row in csv.reader(lines(), delimiter=separator, skipinitialspace=True, strict=True):
+        for row in reader:
             if row and (len(row) > 1 or row[0].strip()):
-                yield line, row
+                yield lines[reader.line_num - 1][0], row
     except csv.Error as error:
-        raise InputError(f"{path}, line {line}: no CSV with the separator {separator!r} ({error})") from error
+        at = lines[reader.line_num - 1][0]
+        raise InputError(f"{path}, line {at}: no CSV with the separator {separator!r} ({error})") from error
 
 
 def read_csv(

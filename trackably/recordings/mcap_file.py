@@ -51,34 +51,33 @@ _LABELS = ("child_frame_id", "name")  # fields that name an entry of a list
 _DEPTH, _LISTED = 8, 60  # error messages search this many levels of a message, and list this many paths
 
 
-def locate(node: object, path: str, around: Mapping[str, object] | None = None) -> tuple[object, str]:
+def locate(message: object, path: str) -> tuple[object, str]:
     """Return the value at `path` in a decoded message, and the entries of lists on the way, as "[child_frame_id=base]".
 
-    The value is None if it, or a message around it, is unset or null. An entry without a name is written as "[2]". If
-    `node` is a list, `around` has the fields of the message that contains it. LookupError: there is no such field.
-    ValueError: several entries of a list have the name in the path.
+    The value is None if it, or a message around it, is unset or null. An entry without a name is written as "[2]".
+    LookupError: there is no such field. ValueError: several entries of a list have the name in the path.
     """
-    if not path or node is None:
-        return node, ""
-    if (fields := _fields(node)) is not None:
-        # A key may contain dots, such as "left.rate" in this project's logs: the longest key is tried first.
-        for name, rest in _splits(path):
-            if name in fields:
-                return locate(fields[name], rest, fields)
-    elif _is_list(node) and (entry := _ENTRY.match(path)):
-        number, field, wanted = entry.groups()
-        name_of = partial(_name_of_entry, node, around or {})
-        found = [int(number)] if number else [i for i in range(len(node)) if name_of(i, field) == wanted]
-        if len(found) > 1:
-            raise ValueError(
-                f"expected one entry of a list with {field} = {wanted!r}, got {len(found)} entries with it"
-            )
-        if found:
-            i, labels = found[0], [field] if field else _LABELS
-            shown = next((f"[{of}={name}]" for of in labels if (name := name_of(i, of))), f"[{i}]")
-            value, inside = locate(node[i], path[entry.end() :])
-            return value, shown + inside
-    raise LookupError(path)
+    node, around, rest, entries = message, dict[str, object](), path, ""
+    while rest and node is not None:
+        if (fields := _fields(node)) is not None:
+            # A key may contain dots, such as "left.rate" in this project's logs: the longest one is taken.
+            known = (name for name in fields if f"{rest}.".startswith((f"{name}.", f"{name}[")))
+            name = max(known, key=len, default="")
+            node, around, rest = fields[name], {**fields}, rest[len(name) :].removeprefix(".")
+        elif _is_list(node) and (entry := _ENTRY.match(rest)):
+            number, field, wanted = entry.groups()
+            name_of = partial(_name_of_entry, node, around)
+            found = [int(number)] if number else [i for i in range(len(node)) if name_of(i, field) == wanted]
+            if len(found) > 1:
+                raise ValueError(
+                    f"expected one entry of a list with {field} = {wanted!r}, got {len(found)} entries with it"
+                )
+            i, labels = found[0], [field] if field else _LABELS  # an IndexError if there is none
+            entries += next((f"[{of}={name}]" for of in labels if (name := name_of(i, of))), f"[{i}]")
+            node, rest = node[i], rest[entry.end() :]
+        else:
+            raise LookupError(path)
+    return node, entries
 
 
 def find(node: object, path: str) -> object:
@@ -112,14 +111,6 @@ def _name_of_entry(entries: Sequence[object], around: Mapping[str, object], i: i
             with suppress(LookupError):
                 name = find(entries[i], field)
     return name if isinstance(name, str) else ""
-
-
-def _splits(path: str) -> Iterator[tuple[str, str]]:
-    """Yield each possible first name of the path, the longest first, with the rest of the path."""
-    yield path, ""
-    for end in range(len(path) - 1, 0, -1):
-        if path[end] in ".[":
-            yield path[:end], path[end:].removeprefix(".")
 
 
 def _fields(node: object) -> Mapping[str, object] | None:

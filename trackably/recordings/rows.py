@@ -3,7 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import pairwise
 from typing import Any
@@ -23,17 +23,16 @@ from trackably.recordings.recording import Cleaning, Finding, Recording
 class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
-    by signal, NaN if missing. `noise_std` has such arrays of standard deviations, for the signals that have them.
-    `dates` are the stamps as they are written, if they are dates or times of day. The rows `as_utc`, to be reported
-    before any repair, have dates that name no zone and are taken as UTC.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays by
+    signal: (n, 1), NaN if missing, or (n, 2) if each value has a standard deviation beside it. `dates` are the stamps
+    as they are written, if they are dates or times of day. The rows `as_utc`, to be reported before any repair, have
+    dates that name no zone and are taken as UTC.
     """
 
     source: str
     places: Sequence[str]
     stamps: Sequence[Decimal | None]
     values: Mapping[str, Array]
-    noise_std: Mapping[str, Array] = field(default_factory=dict)
     dates: Sequence[str | None] = ()
     as_utc: Sequence[int] = ()
 
@@ -60,7 +59,7 @@ class Rows:
 
     def present(self, signal: str) -> npt.NDArray[np.bool_]:
         """Return a mask (n,) of the rows that have a value of the signal."""
-        return ~np.isnan(self.values[signal])
+        return ~np.isnan(self.values[signal][:, 0])
 
     def only(self, rows: Sequence[int]) -> "Rows":
         """Return these rows, in this order."""
@@ -69,15 +68,14 @@ class Rows:
             self,
             places=[self.places[row] for row in rows],
             stamps=[self.stamps[row] for row in rows],
-            values={name: column[chosen] for name, column in self.values.items()},
-            noise_std={name: column[chosen] for name, column in self.noise_std.items()},
+            values={name: of[chosen] for name, of in self.values.items()},
             dates=[self.dates[row] for row in rows if self.dates],
             as_utc=(),
         )
 
     def all_zero(self) -> list[int]:
         """Return the rows in which every signal is zero."""
-        return np.flatnonzero(np.all([column == 0 for column in self.values.values()], axis=0)).tolist()
+        return np.flatnonzero(np.all([of[:, 0] == 0 for of in self.values.values()], axis=0)).tolist()
 
     def repeats(self, signal: str) -> list[list[int]]:
         """Return each group of two or more rows that have a value of the signal at the same time.
@@ -172,12 +170,12 @@ def sort_rows(rows: Rows) -> Repaired:
 
 def keep_first_of_repeated(rows: Rows) -> Repaired:
     """Keep the first of several values of a signal at one time. InputError: a row without a time."""
-    return _merge(rows, lambda column, _: float(column[0]), "time repeated, first kept")
+    return _merge(rows, slice(1), "time repeated, first kept")
 
 
 def keep_last_of_repeated(rows: Rows) -> Repaired:
     """Keep the last of several values of a signal at one time. InputError: a row without a time."""
-    return _merge(rows, lambda column, _: float(column[-1]), "time repeated, last kept")
+    return _merge(rows, slice(-1, None), "time repeated, last kept")
 
 
 def average_repeated(rows: Rows) -> Repaired:
@@ -185,7 +183,7 @@ def average_repeated(rows: Rows) -> Repaired:
 
     Its standard deviation is that of the mean of independent samples. InputError: a row has no time.
     """
-    return _merge(rows, lambda column, summary: summary(column) / len(column), "time repeated, averaged")
+    return _merge(rows, slice(None), "time repeated, averaged")
 
 
 REPAIRS: Mapping[str, Repair] = {
@@ -221,28 +219,21 @@ def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]
     return (Finding(what, len(found), rows.places[min(found)]),) if found else ()
 
 
-def _merge(rows: Rows, merged: Callable[[Array, Callable[[Array], float]], float], what: str) -> Repaired:
-    """Merge several values of a signal at one time into the first of their rows; other signals are kept in their rows.
+def _merge(rows: Rows, part: slice, what: str) -> Repaired:
+    """Replace several values of a signal at one time by the mean of a `part` of them, in the first of their rows.
 
-    `merged` returns one number for several values, or for their standard deviations. It receives these, and a function
-    that combines them: the sum for values, the root of the sum of squares for standard deviations.
+    Other signals are kept in their rows. The standard deviation is that of a mean of independent samples, or NaN if one
+    of them is not positive: the mean would hide it, but NaN is refused later.
     """
-    values = {name: column.copy() for name, column in rows.values.items()}
-    noise_std = {name: column.copy() for name, column in rows.noise_std.items()}
-    others: set[int] = set()
-    for name in rows.values:
-        for first, *rest in rows.repeats(name):
-            for columns, summary in ((values, math.fsum), (noise_std, _root_of_squares)):
-                if name in columns:
-                    columns[name][first] = merged(columns[name][[first, *rest]], summary)
-                    columns[name][rest] = np.nan
-            others.update(rest)
-    return replace(rows, values=values, noise_std=noise_std), _finding(rows, sorted(others), what)
-
-
-def _root_of_squares(deviations: Array) -> float:
-    """Return √Σσ², or NaN if some σ is not positive: the sum would hide it, but NaN is refused later."""
-    return math.hypot(*deviations) if np.all(deviations > 0) else math.nan
+    values = {name: of.copy() for name, of in rows.values.items()}
+    repeated: set[int] = set()
+    for name, of in values.items():
+        for together in rows.repeats(name):
+            column, *deviations = of[together][part].T
+            std = [math.hypot(*each) / len(each) if np.all(each > 0) else np.nan for each in deviations]
+            of[together], of[together[0]] = np.nan, [math.fsum(column) / len(column), *std]
+            repeated.update(together[1:])
+    return replace(rows, values=values), _finding(rows, sorted(repeated), what)
 
 
 def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
@@ -310,10 +301,10 @@ def _rows(count: int) -> str:
 
 
 def _refuse_noise(rows: Rows) -> None:
-    for name, deviations in rows.noise_std.items():
-        if bad := np.flatnonzero(rows.present(name) & ~(deviations > 0)).tolist():
-            got = "none" if np.isnan(deviations[bad[0]]) else f"{deviations[bad[0]]:g}"
-            raise InputError(f"{rows.where(bad[0])}: expected a positive standard deviation of {name!r}, got {got}")
+    for name, of in rows.values.items():
+        for row in np.flatnonzero(rows.present(name) & ~np.all(of[:, 1:] > 0, axis=1)).tolist():
+            got = "none" if np.isnan(of[row, 1]) else f"{of[row, 1]:g}"
+            raise InputError(f"{rows.where(row)}: expected a positive standard deviation of {name!r}, got {got}")
 
 
 def _first(rows: Rows) -> Decimal:
@@ -336,4 +327,4 @@ def _samples(rows: Rows, name: str, origin: int) -> Samples:
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
             f"float64, {times[bad[0]]:g} s after the origin {origin} ns; give an origin near the samples"
         )
-    return Samples(times, rows.values[name][at], rows.noise_std.get(name, np.ones(len(rows)))[at])
+    return Samples(times, *rows.values[name][at].T)

@@ -195,18 +195,20 @@ class Reading:
 
     def rows(self, table: Table) -> Rows:
         """Return the times and values of a table. InputError: a cell is no time stamp or no number."""
-        (name, stamped), clock, columns = self._stamped(table), self.clock, self.columns.items()
+        (name, stamped), clock = self._stamped(table), self.clock
         stamps = stamped.convert(name, lambda cell: clock.seconds(cell, table.mark))
         dates: Sequence[str | None] = ()
         as_utc: list[int] = []
         if isinstance(clock, DateTimes):
             dates = stamped.columns[name]
             as_utc = [row for row, date in enumerate(dates) if date and clock.is_taken_as_utc(date)]
-        values = {name: table.numbers(of.name, of.scale, of.offset) for name, of in columns}
-        noise_std = {
-            name: table.numbers(of.noise_std, abs(of.scale)) for name, of in columns if of.noise_std is not None
-        }
-        return Rows(table.source, table.places, stamps, values, noise_std, dates, as_utc)
+        values = {}
+        for name, of in self.columns.items():
+            numbers = [table.numbers(of.name, of.scale, of.offset)]
+            if of.noise_std is not None:
+                numbers.append(table.numbers(of.noise_std, abs(of.scale)))
+            values[name] = np.column_stack(numbers)
+        return Rows(table.source, table.places, stamps, values, dates, as_utc)
 
 
 def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, described: str) -> None:

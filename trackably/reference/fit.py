@@ -7,14 +7,13 @@ end of its search interval.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from trackably.arrays import Array
-from trackably.files import LEFT_OUT
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.prior import NOISE
@@ -181,12 +180,12 @@ class Fit:
     moved: Method  # the `method`, under the name that it has in files
     active_bounds: tuple[ActiveBound, ...]
     pinned: tuple[Waypoint, ...]
-    condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
-    limited: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
-    budget: float | None = field(default=None, metadata={LEFT_OUT: True})
-    spread: float = field(default=0.0, metadata={LEFT_OUT: True})
-    free: tuple[str, ...] = field(default=(), metadata={LEFT_OUT: True})
-    backoff: float = field(default=0.0, metadata={LEFT_OUT: True})
+    condensed: tuple[Condensation, ...] = ()
+    limited: tuple[str, ...] = ()
+    budget: float | None = None
+    spread: float = 0.0
+    free: tuple[str, ...] = ()
+    backoff: float = 0.0
 
     def __post_init__(self) -> None:
         known = [quantity.name for quantity in self.reference.quantities]

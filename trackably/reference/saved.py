@@ -3,7 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 from time import monotonic
@@ -17,7 +17,7 @@ from trackably.certificates.judge import found_or_raise
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Claim, TrueSignal
 from trackably.errors import InputError
-from trackably.files import LEFT_OUT, read_bytes, write_atomically
+from trackably.files import read_bytes, write_atomically
 from trackably.reference.fit import Fit
 from trackably.reference.waypoints import Waypoint
 from trackably.systems.reference import Reference
@@ -42,8 +42,8 @@ class Saved(ABC):
 
     proved_from: float | None
     proved_until: float | None
-    tightening: Tightening | None = field(default=None, metadata={LEFT_OUT: True})
-    truth: tuple[TrueSignal, ...] | None = field(default=None, metadata={LEFT_OUT: True})
+    tightening: Tightening | None = None
+    truth: tuple[TrueSignal, ...] | None = None
 
     @property
     @abstractmethod

@@ -5,10 +5,9 @@ It is saved with all data that it was learned from; when it is read, it is prove
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
-from trackably.files import LEFT_OUT
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples
 from trackably.reference.condensed import Condensation
@@ -34,8 +33,8 @@ class SavedStream(Saved):
     samples: tuple[Samples, ...]
     prior: JointPrior
     length: float
-    condensed: tuple[Condensation, ...] = field(default=(), metadata={LEFT_OUT: True})
-    pinned: tuple[Waypoint, ...] = field(default=(), metadata={LEFT_OUT: True})
+    condensed: tuple[Condensation, ...] = ()
+    pinned: tuple[Waypoint, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

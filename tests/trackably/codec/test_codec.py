@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from tests.trackably.codec.instances import GENERAL
 from tests.trackably.gp.instances import kernels
 from trackably.arrays import Array
-from trackably.codec import dumps, loads
+from trackably.codec import dumps, encode, loads
 from trackably.gp.hyperparameter import Learned
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
+from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem
@@ -38,6 +39,10 @@ def test_references_return_bit_for_bit(
 
 def test_references_of_general_systems_return() -> None:
     assert_returns(GENERAL, np.linspace(-1, 3, 20))
+
+
+def test_defaults_are_left_out_as_in_files_of_earlier_versions() -> None:
+    assert "scatters" not in encode(Samples([0.0], [1.0]))
 
 
 def assert_returns(reference: Reference, t: Array) -> None:

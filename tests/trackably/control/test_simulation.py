@@ -10,7 +10,7 @@ from tests.trackably.checker.redundant import PLANE, in_the_plane
 from tests.trackably.control import instances
 from tests.trackably.control.instances import Instance
 from tests.trackably.plants import AXIS
-from trackably import certify
+from trackably import PolynomialPieces, certify
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
 from trackably.control.simulation import apply_fallback, simulate
@@ -70,7 +70,7 @@ def test_on_a_trackable_reference_every_step_has_a_plan_bounds_are_kept_and_the_
 
 @pytest.mark.parametrize(("first_step", "fitting"), [(0, 14), (13, 1), (14, 0)])
 def test_beyond_the_end_of_a_reference_the_error_says_how_far_it_is_needed(first_step, fitting):
-    reference = certify(np.zeros(30), AXIS, (0.0, 1.0), interpolation="linear")  # steps 0 to 20
+    reference = certify(PolynomialPieces([0.0, 1.45], [[0.0]]), AXIS, (0.0, 1.0))  # steps 0 to 20
     close = partial(simulate, Controller(AXIS, 5), reference, [0, 0], first_step=first_step)
     with pytest.raises(ValueError, match=rf"need the reference up to step {first_step + 56}: "):
         close(50)

@@ -25,14 +25,6 @@ def test_each_reference_is_that_of_learn_reference_and_its_certificate_is_proved
     assert isinstance(check(two.folder / "run 1" / "certificate.json"), Proved)
 
 
-def test_a_cluster_writes_the_same_bytes(tmp_path, two):
-    from distributed import LocalCluster  # noqa: PLC0415  only here
-
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        learned(TWO_MOTIONS, tmp_path, cluster=cluster.scheduler_address)
-    assert contents(tmp_path) == contents(two.folder)
-
-
 def changed_in(file: str):
     def change(folder: Path) -> None:
         path = folder / "run 0" / file
@@ -84,6 +76,7 @@ def test_certificates_of_waypoints_are_written_too(tmp_path):
     fleet = learned({"run": motion(0)}, tmp_path, at={np.float32(0.3): {"state": -0.1}}, at_tolerance=0.02)
     assert fleet.rows[0].files.keys() == {"certificate.json", "certificate.at1.json", "reference.json"}
     assert isinstance(check(tmp_path / "run" / "certificate.at1.json"), Proved)
+    assert learned({"run": motion(0)}, tmp_path).rows[0].files.keys() == {"certificate.json", "reference.json"}
 
 
 def test_the_recorded_window_reaches_to_the_steps_around_it(tmp_path):

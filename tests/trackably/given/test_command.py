@@ -36,12 +36,11 @@ def said(capsys, *arguments):
     return code, found.out + found.err
 
 
-def table(heads="k,position [m],velocity,force", bump=0.0, unit=1.0):
-    """Return what the axis did, as a file with positions in this `unit` [m]; at the last step the position is off."""
+def table(heads="k,position,velocity,force", bump=0.0):
+    """Return what the axis did, as a file; at the last step the position is off."""
     given = followed(AXIS)
     rows = np.column_stack([np.arange(4, 34), given.states, given.inputs])
     rows[-1, 1] += bump
-    rows[:, 1] /= unit
     return lines(heads, rows)
 
 
@@ -49,16 +48,15 @@ def lines(heads, rows):
     return "\n".join([heads, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n"
 
 
-def milliseconds():
-    """Return positions at times in ms, with a column that has no name of the system."""
+def positions(heads):
+    """Return positions at times, with a column that has no name of the system."""
     k = np.arange(30)
-    return lines("time (ms),position [m],note", np.column_stack([50.0 * k, k / 300, k]))
+    return lines(heads, np.column_stack([0.05 * k, k / 300, k]))
 
 
 BUMPED, COMMAS = table(bump=0.02), table().replace(",", ";").replace(".", ",")
 TOUCHING = lines("k,position,velocity,force", np.array([np.arange(30), np.full(30, 0.2), np.zeros(30), np.zeros(30)]).T)
-MILLIMETRES, SCALE = table("k,position [mm],velocity [m/s],force", unit=1e-3), ["--scale", "position=1e-3"]
-GERMAN = milliseconds().replace("time", "Zeit")
+GERMAN = positions("Zeit [s],position,note")
 CUBIC, LINEAR = ["--interpolation", "cubic"], ["--interpolation", "linear"]
 ANSWERS = {
     "proved": (table(), [], 0, "proved for the steps 4 to 33"),
@@ -66,15 +64,12 @@ ANSWERS = {
     "refuted": (BUMPED, [], 1, "at step 32 (t = 1.6 s) the system leads to another position"),
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
-    "times in ms": (milliseconds(), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
-    "times by a heading": (GERMAN, [*LINEAR, "--time", "Zeit (ms)"], 0, "proved for all real t from 0 s to 1.45 s"),
-    "times are missed first": (GERMAN, [], 2, "expected a column named k or step, or t or time (or --time NAME)"),
+    "no period": (table(), [*CUBIC, "--claim", "all_phases"], 2, "First and last points does not match while periodic"),
+    "times": (positions("time,position,note"), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
+    "times by a heading": (GERMAN, [*LINEAR, "--time", "Zeit [s]"], 0, "proved for all real t from 0 s to 1.45 s"),
+    "times are missed first": (GERMAN, [], 2, "named t or time or k or step (--time names another one); the columns"),
     "decimal commas": (COMMAS, ["--decimal", ","], 0, "proved for the steps 4 to 33"),
-    "in mm": (MILLIMETRES, SCALE, 0, "proved for the steps 4 to 33"),
-    "in mm, without a scale": (MILLIMETRES, [], 2, "names no units"),
-    "a scale of no column": (MILLIMETRES, ["--scale", "x=1"], 2, "where NAME is one of position, velocity, force"),
-    "two scales of a column": (MILLIMETRES, [*SCALE, "--scale", "position=1"], 2, "one factor for each name"),
-    "a scale of zero": (MILLIMETRES, ["--scale", "force=0"], 2, "other than zero"),
+    "in another unit": (table("k,position [mm],velocity,force"), [], 2, "no column position: a table at the steps has"),
     "commas that may be decimal": (COMMAS, [], 2, 'or the option --decimal ",", it would be one'),
 }
 """A table, options, and the exit code and a part of the sentence."""
@@ -102,7 +97,7 @@ STILL = HEAD + "0,0,0,0\n1,0,0,0\n"
 UNUSABLE = {
     "a step is left out": (HEAD + "0,0,0,0\n2,0,0,0\n", {}, "bad.csv: line 3: rows must be successive steps"),
     "a word": (HEAD + "0,0,0,0\n1,0,fast,0\n", {}, "bad.csv, line 3, column 'velocity': expected a finite number"),
-    "a column twice": (STILL.replace("velocity", "position [mm]"), {}, "but 'position' is there twice"),
+    "a column twice": (STILL.replace("velocity", "position"), {}, "expected one column 'position', got 2"),
     "half a set": (STILL, {"input_set": {"lower": [0]}}, "bad.json: input_set: expected lower with upper"),
 }  # fmt: skip
 

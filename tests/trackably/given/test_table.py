@@ -45,7 +45,7 @@ each_plant = pytest.mark.parametrize("plant", [AXIS, CART, TANK], ids=["axis", "
 def test_what_a_plant_did_is_certified(plant, tmp_path):
     found, data = answered(plant, {}, 1e-12, tmp_path)
     assert isinstance(found, CertifiedTable)
-    assert 0 < found.defect < 1e-15
+    assert 0 < found.tolerance < 1e-15
     assert "steps 4 to 33" in found.explanation
     verdict = check(data)
     assert isinstance(verdict, Proved)

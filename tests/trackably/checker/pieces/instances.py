@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.splines.draws import from_scipy
+from tests.splines.draws import cubic, from_scipy
 from tests.splines.naive import extremes
 from tests.trackably.certificates.decoded import as_read
 from tests.trackably.checker.tight import with_bounds
@@ -13,7 +13,6 @@ from tests.trackably.plants import AXIS
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Window
-from trackably.given.conversion import interpolate
 from trackably.systems.reference import Reference
 
 WINDOW = (0.25, 2.75)
@@ -22,7 +21,7 @@ ROOM = 1e-7
 
 def reference(beyond: str) -> Reference:
     """The axis follows a cubic spline, with bounds that leave a hair of room at each extreme."""
-    spline = interpolate([0.0, 1.0, 2.0, 3.0], [-0.5, -0.25, -0.75, -0.5], "cubic", beyond)
+    spline = cubic([0.0, 1.0, 2.0, 3.0], [-0.5, -0.25, -0.75, -0.5], beyond)
     free = Reference((from_scipy(spline, beyond),), AXIS)
     ends = [extremes(q.functional, free.pieces, *map(Fraction, times(beyond))) for q in free.quantities]
     low, high = np.array(ends, dtype=float).T

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from tests.splines.draws import from_scipy
+from tests.splines.draws import cubic, from_scipy
 from tests.splines.naive import extremes
 from tests.trackably.plants import AXIS
 from trackably.certificates.form import encode_subject
@@ -15,7 +15,6 @@ from trackably.checker.form import subject_of
 from trackably.checker.piecewise import keeps, row_of, values_at
 from trackably.checker.quantities import functionals
 from trackably.checker.subject import Subject
-from trackably.given.conversion import interpolate
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.reference import Reference
 
@@ -26,7 +25,7 @@ def drawn(beyond: str, seed: int) -> Reference:
     draw = np.random.default_rng(seed)
     times, values = np.cumsum(draw.integers(7, 64, 8)) / 64, draw.uniform(-1.0, 1.0, 8)
     values[-1] = values[0]
-    return Reference((from_scipy(interpolate(times, values, "cubic", beyond), beyond),), AXIS)
+    return Reference((from_scipy(cubic(times, values, beyond), beyond),), AXIS)
 
 
 @pytest.mark.parametrize("seed", range(4))

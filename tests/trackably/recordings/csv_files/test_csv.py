@@ -24,7 +24,7 @@ WRITTEN = {
     "comma": ("t,x\n0,1.5\n0.1,-2\n0.25,3e-7\n", CsvLayout()),
     "decimal commas": ("t;x\n0;1,5\n0,1;-2\n0,25;3e-7\n", COMMAS),
     "other columns": ("a,x,b,t\n?,1.5,,0\n,-2,text,0.1\n,3e-7,,0.25\n", CsvLayout()),
-    "a name with a separator in quotes": ('"a;b",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
+    "a name with a separator in quotes": ('"a;b;c;d",t,x\n1,0,1.5\n1,0.1,-2\n1,0.25,3e-7\n', CsvLayout()),
     "spaces": (' t ; "x"\n 0 ; 1.5 \n0.1;  -2\n0.25; "3e-7"\n', CsvLayout()),
     "blank lines": ("\nt,x\n\n0,1.5\n  \n0.1,-2\n0.25,3e-7\n\n\n", CsvLayout()),
     "separator at the end": ("t,x,\n0,1.5,\n0.1,-2,\n0.25,3e-7,\n", CsvLayout()),

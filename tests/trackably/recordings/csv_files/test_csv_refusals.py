@@ -17,9 +17,9 @@ REFUSALS = {
         ": there is no column 'x'; with the separator ';' there are 't', 'a,b', ",
     ),
     "text": (
-        "t,x\n0,1\n\n1,one\n",
+        "# a comment\nt,x\n0,1\n\n1,one\n",
         {},
-        ", line 4, column 'x': expected a finite number, got 'one'; if it stands for no value",
+        ", line 5, column 'x': expected a finite number, got 'one'; if it stands for no value",
     ),
     "decimal commas unsaid": (
         "t;x\n0;1,5\n",

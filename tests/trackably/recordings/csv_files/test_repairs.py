@@ -39,6 +39,7 @@ def test_chosen_repairs_are_done_and_reported(tmp_path):
 def test_repeats_become_one(tmp_path, repair, kept, word):
     recording = read(tmp_path / "a.csv", "t,x,y\n0,9,9\n1,1,\n1,2,1\n1,6,\n2,8,8\n", signals=BOTH, repairs=[repair])
     assert pairs(recording, "x") == [(0, 9), (1, kept), (2, 8)]
+    assert set(recording["x"].relative_noise) == {1.0}
     assert pairs(recording, "y") == [(0, 9), (1, 1), (2, 8)]
     assert recording.cleanings[0].findings[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
 

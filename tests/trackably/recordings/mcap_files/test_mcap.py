@@ -76,11 +76,12 @@ def test_stamps(path, name):
 
 def test_signals_with_stamps_of_their_own_have_one_origin(path):
     now = START // 10**9
-    written(path, *({"x": 1, "y": 7, "t": now + 1 + k, "s": now + 3 * k} for k in range(2)))
-    stamps = {"x": Stamp("t", "epoch s"), "y": Stamp("s", "epoch s")}
+    written(path, *({"x": 1, "y": {"z": 7}, "y.z": 8, "t": now + 1 + k, "s": now + 3 * k} for k in range(2)))
+    stamps = {"x": Stamp("t", "epoch s"), "y.z": Stamp("s", "epoch s")}
     recording = read_mcap(path, {name: Field(TOPIC, name, time=stamp) for name, stamp in stamps.items()})
     assert recording.origin == now * 10**9
-    assert {name: of.times.tolist() for name, of in recording.signals.items()} == {"x": [1.0, 2.0], "y": [0.0, 3.0]}
+    assert {name: of.times.tolist() for name, of in recording.signals.items()} == {"x": [1.0, 2.0], "y.z": [0.0, 3.0]}
+    assert recording["y.z"].values.tolist() == [8.0, 8.0]
 
 
 def test_stamps_in_json_keep_every_digit_and_count_from_the_origin_that_is_given(path):
