@@ -5,6 +5,7 @@ repeat.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,20 +144,20 @@ def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[floa
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []
+    samples, constraints = problem.samples[0].times, timed(problem.constraints)
     if tolerance > 0 and problem.prior.learned:
-        return [-tolerance / 2 for _ in problem.constraints], _regular_times(problem, _FEW_BETWEEN)
-    return [_HELD * each.backoff for each in problem.constraints], _regular_times(problem, _BETWEEN)
+        return [-tolerance / 2 for _ in constraints], _regular_times(samples, constraints, _FEW_BETWEEN)
+    return [_HELD * each.backoff for each in constraints], _regular_times(samples, constraints, _BETWEEN)
 
 
-def _regular_times(problem: ConstrainedProblem, count: int) -> list[Array]:
-    """Return, for each constraint, regular times [s] of its index set, about so many between two samples.
+def _regular_times(samples: Array, constraints: Sequence[Constraint], count: int) -> list[Array]:
+    """Return, for each constraint, regular times [s] of its index set, about so many between two `samples` [s].
 
     They are whole steps of the plant from the first sample. If every step is regular, active bounds at neighbouring
     steps have kernels in common, whose weights cancel (see `at_steps`).
     """
-    samples, found = problem.samples[0].times, []
-    between = float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
-    for constraint in timed(problem.constraints):
+    found, between = [], float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
+    for constraint in constraints:
         step = constraint.quantity.sampling_time
         apart = step * max(1.0, np.rint(between / (count * step)))
         first, last = (np.array(constraint.index_set.ends) - samples[0]) / apart
