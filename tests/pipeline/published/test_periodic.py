@@ -65,7 +65,7 @@ def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
     posterior, (_, inputs) = JointPosterior(case.prior, case.samples), interval_sets(case.plant)
     (signal,) = posterior.signals
     edges = np.linspace(0, 2, 5)
-    constraint = GrowthRates(case.plant, tuple(edges.tolist()))
+    _, constraint = on_intervals(case.plant, round(2 / case.plant.sampling_time), 4)
     (a, b, _), t_s = coefficients(case.plant), case.plant.sampling_time
     dense = []
     for i in range(4):
@@ -81,14 +81,15 @@ def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
 
 def test_gradients_of_pairs_against_central_differences():
     case = instance(3)
-    constraint = GrowthRates(case.plant, (0.0, 1.0, 2.0))
+    rates = GrowthRates(case.plant, (0.0, 1.0, 2.0))
     places = np.array([[0.1, 0.7], [1.2, 1.9], [0.0, 0.0]])
     theta = case.prior.log_hyperparameters
 
     def at(log_theta: np.ndarray) -> np.ndarray:
-        return constraint.value(JointPosterior(case.prior.with_log_hyperparameters(log_theta), case.samples), places)
+        moved = JointPosterior(case.prior.with_log_hyperparameters(log_theta), case.samples)
+        return rates.value(*moved.signals, places)
 
-    value, gradient = constraint.value_and_gradient(JointPosterior(case.prior, case.samples), places)
+    value, gradient = rates.value_and_gradient(JointPosterior(case.prior, case.samples), places)
     np.testing.assert_allclose(value, at(theta), rtol=1e-12)
     differences = [(at(theta + h) - at(theta - h)) / 2e-5 for h in 1e-5 * np.eye(3)]
     np.testing.assert_allclose(gradient, differences, rtol=1e-6, atol=1e-7)

@@ -13,7 +13,7 @@ import numpy as np
 from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint, joined, timed, worst
+from trackably.learning.constraint import Constraint, joined, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
@@ -142,7 +142,7 @@ def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[floa
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []
-    samples, constraints = problem.samples[0].times, timed(problem.constraints)
+    samples, constraints = problem.samples[0].times, problem.constraints
     if tolerance > 0 and problem.prior.learned:
         return [-tolerance / 2 for _ in constraints], _regular_times(samples, constraints, _FEW_BETWEEN)
     return [_HELD * each.backoff for each in constraints], _regular_times(samples, constraints, _BETWEEN)
@@ -191,7 +191,7 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: f
     """
     if is_smooth(problem):
         return places
-    origin, constraints = float(problem.samples[0].times[0]), timed(problem.constraints)
+    origin, constraints = float(problem.samples[0].times[0]), problem.constraints
     return tuple(_at_steps(*of_one, origin, same) for of_one in zip(constraints, places, known, strict=True))
 
 
