@@ -22,7 +22,7 @@ from trackably.checker.certificate import Instants
 from trackably.gp.joint import JointPrior, period_of
 from trackably.gp.samples import Samples
 from trackably.learning import learner
-from trackably.learning.constraint import Bounded
+from trackably.learning.constraint import Constraint
 from trackably.learning.learner import Learner
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, NoSolution, Solution
 from trackably.learning.search import best_solution
@@ -155,7 +155,7 @@ class Method:
         return prove(reference, Instants() if self.at_instants else goal.claim)
 
 
-def best(task: Task, constraints: tuple[Bounded, ...] = ()) -> Solution | NoSolution:
+def best(task: Task, constraints: tuple[Constraint, ...] = ()) -> Solution | NoSolution:
     """Maximise the likelihood under constraints; without constraints, this is the usual Gaussian process regression."""
     return best_solution(replace(task.problem, constraints=constraints))
 
@@ -191,7 +191,7 @@ def check_periodic(plant: ConstrainedSystem, prior: JointPrior) -> None:
 
 
 def _constrained(
-    constraints: Callable[[Task], tuple[Bounded, ...]],
+    constraints: Callable[[Task], tuple[Constraint, ...]],
     task: Task,
     iterations: Callable[[Task, Solution], Mapping[str, Array]] = lambda task, found: {},
 ) -> Fit | NotLearned:
@@ -199,12 +199,12 @@ def _constrained(
     return Fit(found, iterations(task, found)) if isinstance(found, Solution) else found
 
 
-def at_all_phases(task: Task) -> tuple[Bounded, ...]:
+def at_all_phases(task: Task) -> tuple[Constraint, ...]:
     """Return constraints of every bounded quantity at all phases of the period."""
     return all_phases(task.plant, periodic_of(task).backoff)
 
 
-def in_intervals(task: Task, count: int | None = None, overlap: float = 0.0) -> tuple[Bounded, ...]:
+def in_intervals(task: Task, count: int | None = None, overlap: float = 0.0) -> tuple[Constraint, ...]:
     """Return the constraints of program (8), as published; the `count` η is that of the experiment by default."""
     wanted = periodic_of(task)
     return on_intervals(task.plant, wanted.last_step, count or wanted.intervals, wanted.backoff, overlap)

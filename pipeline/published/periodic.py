@@ -1,5 +1,6 @@
 """Constraints of periodic references: at all phases, on the grid of problem (4), and those of program (8)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,17 +10,18 @@ from pipeline.published.scalar import coefficients, growth_rates, state_and_inpu
 from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, Window
 from trackably.gp.joint import JointPosterior
+from trackably.gp.kernels.base import Kernel
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import ROUNDING_BACKOFF, AtSeveralTimes, Constraint, Signalled
-from trackably.learning.index_set import RealTimes, Steps
+from trackably.learning.constraint import ROUNDING_BACKOFF, Constraint
+from trackably.learning.index_set import RealTimes, SeveralTimes, Steps, TimesAndMargins
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.trajectories import Quantities, Quantity
+from trackably.systems.trajectories import Quantities
 
 
-@dataclass(frozen=True)
-class GrowthRates(AtSeveralTimes):
-    """On each interval between `edges` [s], min ṁ⁺ and max ṁ⁺ lie within the growth rates of all states there.
+@dataclass(frozen=True, eq=False)
+class GrowthRates(SeveralTimes):
+    """Pairs of times (t, s) in the same interval between `edges` [s], where ṁ⁺(t) is to be a growth rate of m⁺(s).
 
     The rate τ is a growth rate of the state x if x + τ T_s = a x + b u + c for some u ∈ U. So ṁ⁺(t) is a growth rate of
     all states x = m⁺(s) of the interval, for all t of the interval, if and only if
@@ -36,31 +38,29 @@ class GrowthRates(AtSeveralTimes):
 
     plant: ConstrainedSystem
     edges: tuple[float, ...]
-    backoff: float = ROUNDING_BACKOFF
     overlap: float = 0.0
-
-    @cached_property
-    def quantity(self) -> Quantity:  # type: ignore[override]
-        _, input_ = state_and_input(self.plant)
-        return input_
 
     @property
     def none(self) -> Array:
         return np.empty((0, 2))
 
-    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.edges[0], self.edges[-1] + self.overlap
+
+    def minima_of_each(self, margins: Quantities, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
         """Return the two pairs (t, s) of each interval with the least margin to the bounds of U, one for each bound."""
-        (signal,), (a, b, _) = posterior.signals, self._coefficients
+        (signal,), (a, b, _) = margins.signals, self._coefficients
+        assert isinstance(signal, KernelSum)
         slowest, fastest = _extremes(signal, self.edges, order=1, sign=1 / b, overlap=self.overlap)
         lowest, highest = _extremes(signal, self.edges, order=0, sign=(1 - a) / b)
         pairs = np.concatenate([np.column_stack([slowest, lowest]), np.column_stack([fastest, highest])])
-        bounds = self.quantity.bounds
-        return pairs, bounds.margin(self.value(posterior, pairs)) / bounds.width
+        return [(pairs, of.bounds.margin(self.value(signal, pairs))) for of in margins.quantities]
 
-    def value(self, posterior: Signalled, places: Array) -> Array:
+    def value(self, signal: KernelSum, places: Array) -> Array:
         """Return the quantity at n pairs (t, s): shape (n,)."""
         t, s = places.T
-        return self._combined(posterior.signals[0].derivative(t), posterior.signals[0](s)) - self._offset
+        return self._combined(signal.derivative(t), signal(s)) - self._offset
 
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
         jets = posterior.jets(0, places.T, 1)
@@ -132,7 +132,7 @@ def on_grid(plant: ConstrainedSystem, last_step: int, spacing: float | None = No
 
 def on_intervals(
     plant: ConstrainedSystem, last_step: int, count: int, backoff: float = ROUNDING_BACKOFF, overlap: float = 0.0
-) -> tuple[Constraint, GrowthRates]:
+) -> tuple[Constraint, Constraint]:
     """Return the constraints of program (8) on [0, k̄ T_s] with η = `count` intervals and k̄ = `last_step` ≥ T_p/T_s.
 
     As printed it does not cover steps from one interval into the next. That is harmless for 0 ≤ a ≤ 1 only. Growth
@@ -141,8 +141,9 @@ def on_intervals(
     """
     end = last_step * plant.sampling_time
     edges = tuple(np.linspace(0.0, end, count + 1).tolist())
-    state, _ = state_and_input(plant)
-    return Constraint(state, RealTimes(Window(0.0, end)), backoff), GrowthRates(plant, edges, backoff, overlap)
+    state, input_ = state_and_input(plant)
+    of_state = Constraint(state, RealTimes(Window(0.0, end)), backoff)
+    return of_state, Constraint(input_, GrowthRates(plant, edges, overlap), backoff)
 
 
 def all_phases(plant: ConstrainedSystem, backoff: float = ROUNDING_BACKOFF) -> tuple[Constraint, ...]:

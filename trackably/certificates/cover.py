@@ -55,11 +55,11 @@ def cover(
     undecided box with the smallest margin, as no part of a box is accepted around a margin smaller than the stated
     error.
     """
-    first = pairwise(_first_edges(draft, reference, start, end).tolist())
+    shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
+    first = pairwise(_first_edges(draft, reference, start, end, shortest).tolist())
     wanted = {ends: [*draft.quantities] for ends in first}
     kinks, accepted = _kinks(draft), {q.name: list[Box]() for q in draft.quantities}
     needs = FormulaNeeds.of(draft.certificate, list(draft.quantities))
-    shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     exact_from = _EXACT_FROM if end - start > _INSTANT * shortest else 0
     changes = sum(
         len(of.centres) + min((end - start) / of.kernel.correlation_time, _MOST_TIMES) for of in reference.kernel_sums
@@ -156,13 +156,13 @@ def _divided(box: Box, kinks: Array) -> Iterable[tuple[float, float]]:
     return pairwise(sorted({box.start, min(inside, key=lambda t: abs(t - middle), default=middle), box.end}))
 
 
-def _first_edges(draft: Draft, reference: Reference, start: float, end: float) -> Array:
+def _first_edges(draft: Draft, reference: Reference, start: float, end: float, shortest: float) -> Array:
     """Return the ends [s] of the boxes that are tried first, by repeated halving, with narrow boxes near centres.
 
-    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres.
+    A box is not halved if no centre is closer than its width, as signals change slowly far from all centres. `shortest`
+    [s] is the least correlation time of the kernels.
     """
     is_rough = any(isinstance(signal.kernel, Matern) for signal in draft.subject.signals)
-    shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     widest = (_ROUGH if is_rough else _WIDTH if draft.is_linear else _NARROW) * shortest
     shifts = sorted({float(shift) for _, shift in _shifts(draft.subject, draft.arguments)})
     centres = np.sort(

@@ -137,12 +137,13 @@ class _ProofProblem:
         if end is None or (at_instants and end / T > _LATEST_STEP):
             return self._unsettled
         # To seek the smallest margin takes longer than boxes of linear quantities, but less than those of formulas.
-        failure = self.broken(start, end) if at_instants or not self.draft.is_linear else None
+        boxes_first = self.draft.is_linear and not at_instants
+        failure = None if boxes_first else self.broken(start, end)
         if failure or at_instants:
             return failure or self._certificate(Steps(math.ceil(end / T)))
         found = cover(self.draft, self.reference, start, end, self._failure_at)
         if isinstance(found, Failure):  # the time of the smallest margin says more than the first one that was found
-            return self.broken(start, end) or found
+            return (boxes_first and self.broken(start, end)) or found
         return self._certificate(Cover(start, end, found, TERMS))
 
     @property

@@ -6,7 +6,6 @@ is a nonlinear function of functionals, which are its arguments. Each bound is t
 for a proof.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -15,11 +14,10 @@ import numpy as np
 
 from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
-from trackably.gp.kernels.base import Kernel
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
 from trackably.learning.index_set import IndexSet, TimesAndMargins
-from trackably.systems.trajectories import Functional, Quantities, Quantity, Signals, Trajectory
+from trackably.systems.trajectories import Functional, Quantities, Quantity, Trajectory
 from trackably.work import done
 
 
@@ -70,32 +68,32 @@ class Signalled(Protocol):
     def signals(self) -> tuple[KernelSum, ...]: ...
 
 
-class Bounded(ABC):
-    """A quantity with bounds, which are tightened by `backoff`, a part of their width.
+@dataclass(frozen=True)
+class Constraint:
+    """Bounds of a quantity at all times of an index set, tightened by `backoff`, a part of their width.
 
-    A place is one instance of the bounds: a time [s], or several times in subclasses that need them. An array of places
-    has one entry or row for each place.
+    A place is one instance of the bounds: a time [s], or several times if the index set consists of these. An array of
+    places has one entry or row for each place.
     """
 
     quantity: Quantity
-    backoff: float
+    index_set: IndexSet
+    backoff: float = ROUNDING_BACKOFF
 
-    @property
-    @abstractmethod
-    def none(self) -> Array:
-        """An empty array of places (times at which the bounds are imposed), with the columns that this class needs."""
-
-    @abstractmethod
     def closest(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the places (times) of the margin's local minima, and the relative margins (n,) there.
 
         A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where a
         bound is violated, 1/2 in the middle between the bounds.
         """
+        return closest([self], posterior)[0]
 
     def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
         """Return the places (times) of violations that the grid of `closest` missed, and the relative margins there."""
-        return self.none, np.empty(0)
+        centres = self.suspect_centres(posterior)
+        if not len(centres):
+            return self.index_set.none, np.empty(0)
+        return between([self], Quantities((self.quantity,), posterior.signals), [centres], CLOSER)[0]
 
     def slacks(self, found: Array, places: Array) -> Array:
         """Return the relative slacks of the tightened bounds with their p derivatives: shape (1 + p, 2 n).
@@ -112,37 +110,6 @@ class Bounded(ABC):
         both[0] -= self.backoff
         return both
 
-
-class AtSeveralTimes(Bounded):
-    """Bounds of a quantity that depends on signals at several times, which are chosen independently of each other."""
-
-    @abstractmethod
-    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
-        """Return the quantity at n places (times), and its derivatives ∂/∂ln θ_j: shapes (n,) and (p, n).
-
-        Undefined values are NaN or infinite.
-        """
-
-
-@dataclass(frozen=True)
-class Constraint(Bounded):
-    """Bounds of a quantity at all times of an index set. Each place (instance of the bounds) is one time [s]."""
-
-    quantity: Quantity
-    index_set: IndexSet
-    backoff: float = ROUNDING_BACKOFF
-
-    @property
-    def none(self) -> Array:
-        return np.empty(0)
-
-    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
-        return local_minima([self], [signal.kernel for signal in posterior.signals], posterior.signals)[0]
-
-    def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
-        alone = Quantities((self.quantity,), posterior.signals)
-        return between([self], alone, [self.suspect_centres(posterior)], CLOSER)[0]
-
     def suspect_centres(self, posterior: Signalled) -> Array:
         """Return the times [s] at which the quantity may have kinks; `closest` may miss a violation between them.
 
@@ -150,7 +117,7 @@ class Constraint(Bounded):
         vary as slowly near a centre as elsewhere.
         """
         if all(signal.kernel.is_analytic for signal in posterior.signals):
-            return self.none
+            return np.empty(0)
         return self.index_set.suspect_centres(self._turns(posterior))
 
     def _turns(self, posterior: Signalled) -> Array:
@@ -189,42 +156,19 @@ def of_arguments(trajectory: Trajectory, found: Array) -> Array:
     return np.concatenate([trajectory.value(values)[None], np.asarray(gradient)])
 
 
-def timed(constraints: Sequence[Bounded]) -> list[Constraint]:
-    """Return the constraints as a list of `Constraint`. TypeError: a constraint has no index set."""
-    if not all(isinstance(constraint, Constraint) for constraint in constraints):
-        raise TypeError(
-            "constraints: function and hyperparameters can be learned together only if each bound is a `Constraint`, "
-            "which has the times at which it applies (`index_set`), got "
-            f"{', '.join(type(constraint).__name__ for constraint in constraints)}"
-        )
-    return [constraint for constraint in constraints if isinstance(constraint, Constraint)]
-
-
-def local_minima(
-    constraints: Sequence[Constraint], kernels: Sequence[Kernel], signals: Signals
-) -> list[TimesAndMargins]:
-    """Return, for each constraint, the times [s] of the local minima of its relative margin, and the margins there.
+def closest(constraints: Sequence[Constraint], posterior: Signalled) -> list[TimesAndMargins]:
+    """Return, for each constraint, the places (times) of local minima of its margin, and the relative margins there.
 
     Constraints with a common index set are evaluated together.
     """
-    found = dict[int, TimesAndMargins]()
+    found, kernels = dict[int, TimesAndMargins](), [signal.kernel for signal in posterior.signals]
     for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
         members = [i for i, constraint in enumerate(constraints) if constraint.index_set == index_set]
         done("evaluation")
-        several = Quantities(tuple(constraints[i].quantity for i in members), signals)
+        several = Quantities(tuple(constraints[i].quantity for i in members), posterior.signals)
         for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
             found[i] = at, margins / constraints[i].quantity.bounds.width
     return [found[i] for i in range(len(constraints))]
-
-
-def closest(constraints: Sequence[Bounded], posterior: Signalled) -> list[TimesAndMargins]:
-    """Return, for each constraint, the places (times) of local minima of its margin, and the relative margins there.
-
-    Constraints with an index set are evaluated together.
-    """
-    timed = [constraint for constraint in constraints if isinstance(constraint, Constraint)]
-    found = iter(local_minima(timed, [signal.kernel for signal in posterior.signals], posterior.signals))
-    return [next(found) if isinstance(each, Constraint) else each.closest(posterior) for each in constraints]
 
 
 def between(

@@ -227,7 +227,7 @@ class Exchange:
 
     @property
     def _no_places(self) -> Places:
-        return tuple(constraint.none for constraint in self.problem.constraints)
+        return tuple(constraint.index_set.none for constraint in self.problem.constraints)
 
     @property
     def _least(self) -> float:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from trackably.arrays import Array
 from trackably.checker.certificate import AllPhases, Window
-from trackably.gp.joint import period_of
+from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.kernels.base import Kernel
 from trackably.systems.trajectories import Quantities
 
@@ -28,6 +28,11 @@ TimesAndMargins = tuple[Array, Array]
 
 class IndexSet(ABC):
     """A set of times [s]. It may depend on the kernels of the signals, because their period may be learned."""
+
+    @property
+    def none(self) -> Array:
+        """An empty array of places (members of the set): shape (0,) for times."""
+        return np.empty(0)
 
     @abstractmethod
     def minima_of_each(self, margins: Quantities, kernels: Sequence[Kernel]) -> list[TimesAndMargins]:
@@ -49,6 +54,17 @@ class IndexSet(ABC):
         correlation time is.
         """
         return np.empty(0)
+
+
+class SeveralTimes(IndexSet):
+    """A set whose places are rows of several times [s], for quantities that depend on signals at all of these."""
+
+    @abstractmethod
+    def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
+        """Return the quantity at n places, and its derivatives ∂/∂ln θ_j: shapes (n,) and (p, n).
+
+        Undefined values are NaN or infinite.
+        """
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,8 @@ from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.gp.rows import Rows
 from trackably.learning import sqp
-from trackably.learning.constraint import (
-    AtSeveralTimes,
-    Bounded,
-    Constraint,
-    of_arguments,
-    rows_of,
-    values_and_gradients,
-)
+from trackably.learning.constraint import Constraint, of_arguments, rows_of, values_and_gradients
+from trackably.learning.index_set import SeveralTimes
 from trackably.learning.problem import ConstrainedProblem
 
 
@@ -90,8 +84,8 @@ class Program:
         """
         arguments = values_and_gradients(self._arguments, posterior)
         for constraint, places in self._placed:
-            if isinstance(constraint, AtSeveralTimes):
-                value, gradient = constraint.value_and_gradient(posterior, places)
+            if isinstance(constraint.index_set, SeveralTimes):
+                value, gradient = constraint.index_set.value_and_gradient(posterior, places)
                 quantity = np.concatenate([value[None], gradient])
             else:
                 count = len(constraint.quantity.arguments) * len(places)
@@ -102,12 +96,12 @@ class Program:
     @cached_property
     def _arguments(self) -> Rows:
         """Rows that evaluate all functionals on which the quantities depend, at the times of their constraints."""
-        timed = [(each, places) for each, places in self._placed if isinstance(each, Constraint)]
+        timed = [(each, places) for each, places in self._placed if not isinstance(each.index_set, SeveralTimes)]
         functionals = [pair for constraint, places in timed for pair in constraint.arguments_at(places)]
         return rows_of(functionals, len(self.problem.prior.parts))
 
     @cached_property
-    def _placed(self) -> list[tuple[Bounded, Array]]:
+    def _placed(self) -> list[tuple[Constraint, Array]]:
         """The constraints with their places (times); constraints without places are left out."""
         pairs = zip(self.problem.constraints, self.places, strict=True)
         return [(constraint, places) for constraint, places in pairs if len(places)]

@@ -13,7 +13,7 @@ from trackably.gp.posterior import IllConditioned
 from trackably.gp.prior import NOISE
 from trackably.gp.samples import Samples
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Bounded
+from trackably.learning.constraint import Constraint
 from trackably.learning.space import SearchSpace
 from trackably.systems.trajectories import Quantity, Trajectory
 from trackably.work import done
@@ -52,7 +52,7 @@ class ConstrainedProblem:
     samples: tuple[Samples, ...]
     prior: JointPrior
     space: SearchSpace
-    constraints: tuple[Bounded, ...] = field(default=())
+    constraints: tuple[Constraint, ...] = field(default=())
     required: tuple[RequiredValue, ...] = field(default=())
     means: tuple[tuple[float, float] | None, ...] = field(default=())
     bases: tuple[KernelSum, ...] = field(default=())

@@ -14,7 +14,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic, correlation
 from trackably.gp.prior import NOISE, Prior
 from trackably.gp.samples import Samples
-from trackably.learning.constraint import Bounded
+from trackably.learning.constraint import Constraint
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.space import amplitude
 from trackably.systems.trajectories import Quantities
@@ -65,7 +65,7 @@ def screen(problem: ConstrainedProblem, keep: int) -> list[Array]:
 
 
 def _rays(
-    prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Bounded, ...]
+    prior: Prior, samples: Samples, amplitudes: Array, theta: dict[str, Array], constraints: tuple[Constraint, ...]
 ) -> tuple[Array, Array]:
     """Return the largest relative violation of bounds at 24 phases of a period, and l, both of shape (b, a).
 

@@ -198,17 +198,18 @@ def minimise(
     give_up: GiveUp = never,
     most_iterations: int = _MAX_ITERATIONS,
     stray: float = np.inf,
+    begun: Evaluation | None = None,
 ) -> Minimum | None:
     """Return a local minimum found from `start`; None if f is undefined at `start`, or if the search is given up.
 
-    `evaluate` returns None where f is undefined. The first step in each variable is no longer than `radius`: with a
-    small radius the iteration stays in the basin of a good start. It starts with the `curvature` (p, p) of a similar
-    problem if one is given. It ends when a step promises to gain less than `precision` (relative to 1 + |f|), or after
-    `most_iterations`. For an objective f ≥ 0, no point on the way violates a constraint by more than twice the
-    violation at the start plus `stray`.
+    `evaluate` returns None where f is undefined; `begun` is the evaluation at the start, if it is known. The first step
+    in each variable is no longer than `radius`: with a small radius the iteration stays in the basin of a good start.
+    It starts with the `curvature` (p, p) of a similar problem if one is given. It ends when a step promises to gain
+    less than `precision` (relative to 1 + |f|), or after `most_iterations`. For an objective f ≥ 0, no point on the way
+    violates a constraint by more than twice the violation at the start plus `stray`.
     """
     x = np.clip(start, lower, upper)
-    if (here := evaluate(x)) is None:
+    if (here := begun or evaluate(x)) is None:
         return None
     curvature = here.curvature if curvature is None else curvature
     penalty = max(_FIRST_PENALTY, here.value / (here.violation + stray))

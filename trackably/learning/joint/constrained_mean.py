@@ -199,8 +199,7 @@ class WorkingSet:
         """
         if has_system(posterior, len(self.chosen)):
             if found := mean_meeting(posterior, self.demanded, self._active):
-                self._active = found.multipliers != 0
-                self.chosen |= self._active
+                self._active = self.chosen = found.multipliers != 0
             return found
         for _ in range(_MAX_ROUNDS):
             rows = np.flatnonzero(self.chosen)

@@ -5,6 +5,7 @@ repeat.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from trackably.arrays import Array, Flags
 from trackably.gp.joint import JointPosterior
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint, joined, timed, worst
+from trackably.learning.constraint import Constraint, joined, worst
 from trackably.learning.joint.constrained_mean import ConstrainedMean, constrained_mean, is_linear
 from trackably.learning.joint.places import LOWER, UPPER, MarginScan, Places, merge, places_of
 from trackably.learning.joint.sequential import with_regular
@@ -25,7 +26,6 @@ MAX_ROUNDS, _MOST_WITH_FORMULAS = 40, 10
 # Functions may violate their bounds by this part of the width before a minimum is reached. Solutions with kinks or with
 # large rounding errors may do so too: a larger back-off (tightening of the bounds) removes these violations later.
 ALMOST = 3e-3
-_MATTERS = 1e-5  # part of a width: after smaller violations, those between kinks are searched
 _SAME_TIME = 3e-4  # part of a correlation time: closer times of bounds count as one; violations between them are small
 _JUMPED = 0.1  # part of a width: a larger violation shows that the minimiser jumped to another local minimum
 _MOST_JUMPS = 2  # the exchange ends after this many programs whose minimisers jumped: more bounds hardly help then
@@ -72,7 +72,7 @@ def exchange_bounds(
       larger back-off removes them,
     - the bounds contradict each other,
     - the price D (cost of the bounds) exceeds the `ceiling`, as more places would only raise it,
-    - a round adds no place, or hardly raises D,
+    - a round adds no place, or hardly raises D (without kinks),
     - a bound on a nonlinear formula is violated by more than a tenth of its width for the second time, or
     - the number of `rounds` is reached, or with nonlinear formulas 10 if this is less.
 
@@ -80,7 +80,7 @@ def exchange_bounds(
     if K + σ_n² I has no Cholesky factor.
     """
     best: ExchangeResult | None = None
-    is_close, jumps = False, 0
+    jumps = 0
     price, same, is_convex = -np.inf, same_time(posterior.signals), is_linear(problem)
     is_rough = not is_smooth(problem)
     merges = is_convex and not is_rough
@@ -99,16 +99,16 @@ def exchange_bounds(
         if merges:
             same = same_time(posterior.signals, max(removed, tolerance))
         is_stuck = abs(gain) <= _NO_GAIN * price
-        # Violations between kinks are searched only in the last rounds: earlier there would be thousands of them. No
+        # Violations between kinks are searched only after larger ones are removed: before, there would be thousands. No
         # exchange ends with small violations before this search, because those between kinks may be large.
-        ends_at = -max(removed, tolerance, _MATTERS)
-        was_close, is_close = is_close, is_rough and (is_close or is_stuck or least >= ends_at)
-        if is_close or least >= 0:
+        if least >= (-max(removed, tolerance or ALMOST) if is_rough else 0.0):
             minima = seen.with_overlooked(minima)
         margin, constraint, time = worst(minima)
         kept = places_of(bent.active_bounds, [constraint.quantity.name for constraint in problem.constraints])
-        found = joined(minima, seen.at(regular)) if regular and not is_close else minima
-        met = merge(kept if is_convex else places, at_steps(problem, seen.places(found, below), places, same), same)
+        found = joined(minima, seen.at(regular)) if regular else minima
+        new = at_steps(problem, seen.places(found, below), places, same)
+        # Places with inactive bounds are dropped, unless this would go on for ever: with kinks, when D stays the same.
+        met = merge(kept if is_convex and not (is_rough and is_stuck) else places, new, same)
         ends = is_stuck or all(map(np.array_equal, met, places))
         if merges and ends and margin < -max(tolerance, removed, ALMOST):
             # The function crosses a bound near a time at which it meets it: the bound has to be met there too.
@@ -121,10 +121,9 @@ def exchange_bounds(
             or bent.contradicts
             or price > ceiling
             or jumps >= _MOST_JUMPS
+            or (is_stuck and not is_rough)
             or all(map(np.array_equal, met, places))
         ):
-            return best
-        if is_stuck and (was_close or not is_rough):
             return best
         places = met
         if is_convex or margin >= -_JUMPED:
@@ -144,20 +143,20 @@ def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[floa
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []
+    samples, constraints = problem.samples[0].times, problem.constraints
     if tolerance > 0 and problem.prior.learned:
-        return [-tolerance / 2 for _ in problem.constraints], _regular_times(problem, _FEW_BETWEEN)
-    return [_HELD * each.backoff for each in problem.constraints], _regular_times(problem, _BETWEEN)
+        return [-tolerance / 2 for _ in constraints], _regular_times(samples, constraints, _FEW_BETWEEN)
+    return [_HELD * each.backoff for each in constraints], _regular_times(samples, constraints, _BETWEEN)
 
 
-def _regular_times(problem: ConstrainedProblem, count: int) -> list[Array]:
-    """Return, for each constraint, regular times [s] of its index set, about so many between two samples.
+def _regular_times(samples: Array, constraints: Sequence[Constraint], count: int) -> list[Array]:
+    """Return, for each constraint, regular times [s] of its index set, about so many between two `samples` [s].
 
     They are whole steps of the plant from the first sample. If every step is regular, active bounds at neighbouring
     steps have kernels in common, whose weights cancel (see `at_steps`).
     """
-    samples, found = problem.samples[0].times, []
-    between = float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
-    for constraint in timed(problem.constraints):
+    found, between = [], float(np.median(np.diff(samples))) if len(samples) > 1 else 0.0
+    for constraint in constraints:
         step = constraint.quantity.sampling_time
         apart = step * max(1.0, np.rint(between / (count * step)))
         first, last = (np.array(constraint.index_set.ends) - samples[0]) / apart
@@ -193,7 +192,7 @@ def at_steps(problem: ConstrainedProblem, places: Places, known: Places, same: f
     """
     if is_smooth(problem):
         return places
-    origin, constraints = float(problem.samples[0].times[0]), timed(problem.constraints)
+    origin, constraints = float(problem.samples[0].times[0]), problem.constraints
     return tuple(_at_steps(*of_one, origin, same) for of_one in zip(constraints, places, known, strict=True))
 
 

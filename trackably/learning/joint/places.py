@@ -16,17 +16,7 @@ import numpy.typing as npt
 from trackably.arrays import Array, Flags
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import (
-    CLOSER,
-    Bounded,
-    Constraint,
-    between,
-    joined,
-    local_minima,
-    margins_at,
-    rows_of,
-    timed,
-)
+from trackably.learning.constraint import CLOSER, Constraint, between, closest, joined, margins_at, rows_of
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
@@ -207,12 +197,9 @@ Minima = list[tuple[Array, Array]]
 
 @dataclass(frozen=True, eq=False)
 class MarginScan:
-    """Search for small margins of the function with these `signals` under the `constraints`.
+    """Search for small margins of the function with these `signals` under the `constraints`."""
 
-    TypeError: a constraint has no index set.
-    """
-
-    constraints: Sequence[Bounded]
+    constraints: Sequence[Constraint]
     signals: tuple[KernelSum, ...]
 
     def closest(self, places: Places) -> Minima:
@@ -221,24 +208,23 @@ class MarginScan:
         A function that is constrained at two times may violate its bounds between these times, where the grid of the
         index set may have no point.
         """
-        kernels = [signal.kernel for signal in self.signals]
-        minima = local_minima(self._known, kernels, self._all.signals)
-        return joined(minima, between(self._known, self._all, [at[:, 0] for at in places]))
+        inside = between(self.constraints, self._all, [at[:, 0] for at in places])
+        return joined(closest(self.constraints, self), inside)
 
     def with_overlooked(self, found: Minima) -> Minima:
         """Return the minima `found` before, and further violations between kinks that the grid of `closest` missed."""
-        centres = [each.suspect_centres(self) for each in self._known]
-        return joined(found, between(self._known, self._all, centres, CLOSER))
+        centres = [each.suspect_centres(self) for each in self.constraints]
+        return joined(found, between(self.constraints, self._all, centres, CLOSER))
 
     def at(self, times: Sequence[Array]) -> Minima:
         """Return the `times` [s] of each constraint, with its margins there as parts of the bounds' width."""
-        pairs = zip(self._known, times, margins_at(self._all, times), strict=True)
+        pairs = zip(self.constraints, times, margins_at(self._all, times), strict=True)
         return [(at, margins / constraint.quantity.bounds.width) for constraint, at, margins in pairs]
 
     def places(self, found: Minima, below: Sequence[float]) -> Places:
         """Return the times with a margin `below` that of their constraint, and the sides of the nearer bounds."""
         chosen = []
-        for constraint, (at, margins), least in zip(self._known, found, below, strict=True):
+        for constraint, (at, margins), least in zip(self.constraints, found, below, strict=True):
             times = at[np.isfinite(margins) & (margins < least)]
             low, high = self._slacks(constraint, times)
             chosen.append(np.column_stack([times, np.where(low < high, LOWER, UPPER)]))
@@ -247,7 +233,7 @@ class MarginScan:
     def near(self, places: Places) -> Places:
         """Return those of the `places` (times and sides) at which the slack is below half the width of the bounds."""
         kept = []
-        for constraint, at in zip(self._known, places, strict=True):
+        for constraint, at in zip(self.constraints, places, strict=True):
             slack = np.where(at[:, 1] == LOWER, *self._slacks(constraint, at[:, 0]))
             kept.append(at[slack < _IN_REACH * constraint.quantity.bounds.width])
         return tuple(kept)
@@ -259,8 +245,4 @@ class MarginScan:
 
     @cached
     def _all(self) -> Quantities:
-        return Quantities(tuple(constraint.quantity for constraint in self._known), self.signals)
-
-    @cached
-    def _known(self) -> list[Constraint]:
-        return timed(self.constraints)
+        return Quantities(tuple(constraint.quantity for constraint in self.constraints), self.signals)

@@ -86,14 +86,23 @@ class JointProgram:
     near: Signals
     active: Places
 
-    def minimise(self, start: Array, curvature: Array | None, reach: float, precision: float) -> sqp.Minimum | None:
+    def minimise(
+        self,
+        start: Array,
+        curvature: Array | None,
+        reach: float,
+        precision: float,
+        radius: float = _NEARBY,
+        begun: sqp.Evaluation | None = None,
+    ) -> sqp.Minimum | None:
         """Return a local minimum within `reach` of `start` in each ln θ; None if J is undefined at the start.
 
-        J is minimised up to `precision`, relative to 1 + |J|.
+        J is minimised up to `precision`, relative to 1 + |J|. The first step in each ln θ is no longer than `radius`.
+        If J is known at the start, it is given as `begun`.
         """
         space = self.problem.space
         lower, upper = np.maximum(space.log_lower, start - reach), np.minimum(space.log_upper, start + reach)
-        return sqp.minimise(self.evaluate, start, lower, upper, _NEARBY, curvature, precision)
+        return sqp.minimise(self.evaluate, start, lower, upper, radius, curvature, precision, begun=begun)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return J = l + D with its gradient by ln θ (envelope theorem); None if J is undefined."""
@@ -105,8 +114,7 @@ class JointProgram:
             return None
         if mean is None:
             return None
-        by_theta = gradient + mean.price_gradient()
-        return sqp.Evaluation(value + mean.price, by_theta, np.empty(0), np.empty((0, len(log_theta))))
+        return _unconstrained(value + mean.price, gradient + mean.price_gradient())
 
     @property
     def met(self) -> Places:
@@ -121,18 +129,31 @@ class JointProgram:
         return WorkingSet(demanded, begun)
 
 
+def _unconstrained(value: float, gradient: Array) -> sqp.Evaluation:
+    return sqp.Evaluation(value, gradient, np.empty(0), np.empty((0, len(gradient))))
+
+
 @dataclass(frozen=True)
 class Point:
-    """A point ln θ with l(θ) = `nlml`, and the `function` that the exchange found there for bounds at all times."""
+    """A point ln θ with l(θ) = `nlml`, and the `function` that the exchange found there for bounds at all times.
+
+    `slope` is ∂l/∂ln θ, shape (p,).
+    """
 
     log_theta: Array
     nlml: float
+    slope: Array
     function: ExchangeResult
 
     @property
     def objective(self) -> float:
         """J = l + D, where D is the price of the bounds."""
         return self.nlml + self.function.mean.price
+
+    @property
+    def evaluation(self) -> sqp.Evaluation:
+        """J and its gradient by ln θ (envelope theorem), as those of a program that imposes the bounds met here."""
+        return _unconstrained(self.objective, self.slope + self.function.mean.price_gradient())
 
     @property
     def allowed_gap(self) -> float:
@@ -158,16 +179,13 @@ class Point:
 class _Descent:
     """The last point of a descent of J = l + D, the Hessian of J, and the largest next step, `reach`, in each ln θ.
 
-    `places` are the times and sides at which the functions of the descent touched or violated bounds. `least` is the
-    minimum of the relaxation that led to the first point: J is not lower nearby. It is −∞ if the relaxation may be
-    lower further away, or if there was none.
+    `places` are the times and sides at which the functions of the descent touched or violated bounds.
     """
 
     point: Point
     places: Places
     curvature: Array | None = None
     reach: float = _FIRST
-    least: float = -np.inf
 
     def met(self, point: Point) -> Places:
         """Return the `places` (times and sides) of the descent, together with those of a further point."""
@@ -250,28 +268,25 @@ class JointSearch:
         With the noise that is likeliest without bounds, such functions violate their bounds nearly everywhere, so the
         exchange at ln θ = `start` is ended early. It shows at which places bounds are active, and how much noise to
         begin with: the part of the samples that bounds cut off counts as noise. J with bounds at these places only, a
-        relaxation, is minimised from there. The descent begins at its minimiser if J is lower there than the relaxation
-        was before, because then J was higher, too; else where the relaxation was begun. So do descents of several
-        signals: for them, the minimiser is too often near a worse minimum of J.
+        relaxation, is minimised from there, and the descent begins at its minimiser. If no function is found there, it
+        begins where the relaxation was begun. So do descents of several signals: for them, the minimiser is too often
+        near a worse minimum of J.
         """
         glance = self._path_from(start, no_places(self.problem), rounds=_GLANCE)
-        if not glance:
+        if glance is None:
             return None
         mean = glance.point.function.mean
         if mean.contradicts or not mean.price:
             return glance
         likely = np.minimum(mean.posterior.log_theta_with_noise(mean.signals), self.problem.space.log_upper)
-        program = JointProgram(self.problem, glance.places, mean.signals, glance.point.function.active)
-        curvature = self.problem.posterior(likely).information + _OF_BOUNDS * np.eye(len(likely))
-        before = program.evaluate(likely) if self.steps and len(mean.signals) == 1 else None
-        found = program.minimise(likely, curvature, _FIRST, _PRECISE) if before else None
-        self.fits += 1
-        if found and before:
-            there = self._path_from(found.x, program.met)
-            if there and there.point.is_solution and there.point.objective < before.value:
-                is_inside = np.max(np.abs(found.x - likely)) < 0.99 * _FIRST
-                least = found.at.value if is_inside else -np.inf
-                return replace(there, curvature=found.curvature, least=least)
+        if self.steps and len(mean.signals) == 1:
+            program = JointProgram(self.problem, glance.places, mean.signals, glance.point.function.active)
+            curvature = mean.posterior.information + _OF_BOUNDS * np.eye(len(likely))
+            found = program.minimise(likely, curvature, _FIRST, _PRECISE, sqp.FIRST_RADIUS)
+            self.fits += 1
+            there = self._path_from(found.x, program.met) if found else None
+            if found and there and there.point.is_solution:
+                return replace(there, curvature=found.curvature)
         return self._path_from(likely, glance.places)
 
     def _fine_gain(self, point: Point) -> float:
@@ -395,15 +410,13 @@ class JointSearch:
             point = path.point
             if not (point.is_solution or point.function.mean.contradicts):
                 break
-            if point.objective <= path.least + least_gain * (1 + abs(point.objective)):
-                break
             signals = point.function.mean.signals
             met = path.met(point)
             if not is_linear(self.problem):
                 met = MarginScan(self.problem.constraints, signals).near(met)
             program = JointProgram(self.problem, met, signals, point.function.active)
-            precision = max(least_gain * _EXACT, _PRECISION)
-            found = program.minimise(point.log_theta, path.curvature, path.reach, precision)
+            begun, precision = point.evaluation if self.takes_long else None, max(least_gain * _EXACT, _PRECISION)
+            found = program.minimise(point.log_theta, path.curvature, path.reach, precision, begun=begun)
             self.fits += 1
             if found is None:
                 break
@@ -442,13 +455,13 @@ class JointSearch:
         """
         posterior = self.problem.posterior(log_theta)
         try:
-            nlml, _ = posterior.negative_log_marginal_likelihood()
+            nlml, slope = posterior.negative_log_marginal_likelihood()
             function = exchange_bounds(self.problem, posterior, places, near, tolerance, ceiling - nlml, rounds)
         except IllConditioned:
             return None
         if function is None:
             return None
-        point = Point(log_theta, nlml, function)
+        point = Point(log_theta, nlml, slope, function)
         if self.closest is None or function.margin > self.closest.function.margin:
             self.closest = point
         return point

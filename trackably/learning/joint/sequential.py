@@ -23,7 +23,7 @@ from trackably.gp.row_posterior import RowPosterior
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
 from trackably.learning import sqp
-from trackably.learning.constraint import Constraint, of_arguments, rows_of, timed
+from trackably.learning.constraint import Constraint, of_arguments, rows_of
 from trackably.learning.index_set import RealTimes
 from trackably.learning.joint.places import LOWER, UPPER, PlacedBounds, Places, merge, placed_bounds
 from trackably.learning.problem import ConstrainedProblem
@@ -201,7 +201,7 @@ def with_regular(problem: ConstrainedProblem, posterior: JointPosterior, places:
     first, last, _ = _span(problem, posterior.signals)
     shortest = min(signal.kernel.correlation_time for signal in posterior.signals)
     count = int(np.clip(_CLOSE * (last - first) / shortest, _FEWEST_REGULAR, _MOST_REGULAR))
-    regular = tuple(_regular(each, np.linspace(first, last, count)) for each in timed(problem.constraints))
+    regular = tuple(_regular(each, np.linspace(first, last, count)) for each in problem.constraints)
     return merge(places, regular, (last - first) / count / 2)
 
 
@@ -218,7 +218,7 @@ def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[fl
     """
     if (period := common_period([signal.kernel for signal in signals])) is not None:
         return 0.0, period, True
-    constraints = timed(problem.constraints)
+    constraints = problem.constraints
     starts, ends = zip(*(each.index_set.ends for each in constraints), strict=True)
     arguments = [q for each in constraints for _, q in each.quantity.arguments]
     return min(starts), max(ends) + max(q.sampling_time * len(w) for q in arguments for w in q.weights), False
@@ -226,7 +226,7 @@ def _span(problem: ConstrainedProblem, signals: Sequence[KernelSum]) -> tuple[fl
 
 def with_backoff(problem: ConstrainedProblem, least: float) -> ConstrainedProblem:
     """Return the problem with bounds tightened by at least this part of their width."""
-    constraints = (replace(each, backoff=max(each.backoff, least)) for each in timed(problem.constraints))
+    constraints = (replace(each, backoff=max(each.backoff, least)) for each in problem.constraints)
     return replace(problem, constraints=tuple(constraints))
 
 
@@ -236,7 +236,7 @@ def tightening(problem: ConstrainedProblem, given: ConstrainedProblem) -> float:
     The result is a part of a bound's width, and includes the differences of back-offs. Of bounds that move in time,
     only the back-offs are compared.
     """
-    pairs = zip(timed(problem.constraints), timed(given.constraints), strict=True)
+    pairs = zip(problem.constraints, given.constraints, strict=True)
     return max((_inward(ours, theirs) for ours, theirs in pairs), default=0.0)
 
 
@@ -253,7 +253,7 @@ def keep_off_singularities(problem: ConstrainedProblem) -> ConstrainedProblem:
     jump from one local minimum to another between these times.
     """
     levels = [part.mean for part in problem.prior.parts]
-    return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in timed(problem.constraints)))
+    return replace(problem, constraints=tuple(_keep_off_rest(each, levels) for each in problem.constraints))
 
 
 def _keep_off_rest(constraint: Constraint, levels: Sequence[float]) -> Constraint:
@@ -272,7 +272,7 @@ def keep_off_short_times(problem: ConstrainedProblem) -> ConstrainedProblem:
     Bounds that cut off samples would favour such length scales, with signals that move between two steps as no input
     can make them move. Intervals that were given are kept, and all intervals if bounds hold at time steps only.
     """
-    at_all_times = (c for c in timed(problem.constraints) if isinstance(c.index_set, RealTimes))
+    at_all_times = (c for c in problem.constraints if isinstance(c.index_set, RealTimes))
     steps = [q.sampling_time for each in at_all_times for _, q in each.quantity.arguments]
     least = SearchSpace.around(problem.samples, problem.prior, shortest=2 * min(steps, default=0.0)).bounds
     bounds = {
