@@ -4,6 +4,7 @@ FILE has a system and its sets as `system`, `state_set` and `input_set`; TABLE h
 columns that are named as states and inputs, in their units.
 """
 
+import re
 from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import replace
@@ -117,18 +118,21 @@ DEGREES = {"linear": 1, "cubic": 3, "quintic": 5}
 """Degrees of the splines that join rows, by the names of interpolations."""
 
 _TIMES, _STEPS = ("t", "time"), ("k", "step")
+_SECONDS = "s", "sec", "second", "seconds"
 _OFF = 1e-6  # in sampling times: a row may be this far from a whole step
 
 
 def times_of_rows(cells: tables.Table, sampling_time: float, named: str | None) -> Array:
     """Return the times of the rows [s], from the column `named`, or by default from one of times or steps.
 
-    ValueError: there is no such column.
+    ValueError: there is no such column, or its name has another unit behind it.
     """
     wanted = (named,) if named else (*_TIMES, *_STEPS)
     name = next((name for name in wanted if name in cells.columns), None)
     if name is None:
         raise ValueError(f"expected a column named {' or '.join(wanted)} (--time names another one){_columns(cells)}")
+    if (unit := re.search(r"[(\[](.*)[)\]]$", name)) and unit[1].strip() not in _SECONDS:
+        raise ValueError(f"--time: expected times in seconds, but {name} names another unit; read_csv converts it")
     return cells.numbers(name) * (sampling_time if name in _STEPS else 1.0)
 
 
@@ -177,6 +181,11 @@ def spline_through(samples: Samples, degree: int, claim: str | None) -> "BSpline
     """
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415  loaded for curves only
 
+    first, last = samples.values[[0, -1]].tolist()
+    if claim == "all_phases" and not np.isclose(first, last, atol=1e-15):
+        raise ValueError(
+            f"--claim all_phases: expected the first value, {first:.10g}, again in the last row, got {last:.10g}"
+        )
     still: Any = [(order, 0.0) for order in range(1, degree // 2 + 1)]
     ends: Any = {"all_times": (still, still), "all_phases": "periodic", None: None}[claim]
     return make_interp_spline(samples.times, samples.values, degree, bc_type=ends if degree > 1 else None)
