@@ -3,6 +3,8 @@
 from tests.attack.__main__ import ATTACKS
 from tests.attack.command import run
 from tests.attack.counts import Counts, table
+from tests.attack.truth import is_kept
+from tests.trackably.checker.changes import PLANT, changed, combined_changes
 from tests.trackably.checker.instances import scalar_certificate
 
 
@@ -24,3 +26,11 @@ def test_what_is_accepted_and_not_true_is_told() -> None:
     counts.attacked("no certificate", {}, lambda: False)
     assert (counts.tried, counts.accepted, counts.true, counts.false) == (3, 2, 1, ["a change"])
     assert "| family | tried |" in table({"bounds": counts})
+
+
+def test_what_is_true_is_said_of_the_stored_trajectories() -> None:
+    """The state rests at 0, whatever the signal does, of which the system's own trajectories would move it."""
+    still = dict(combined_changes(scalar_certificate()))["all looks times 0"]
+    moved = changed(still, ("reference", "signals", 0, "mean"), 5.0)
+    assert is_kept(moved)
+    assert not is_kept(changed(moved, (*PLANT, "state_set", "lower"), [1e-3]))

@@ -49,7 +49,9 @@ def as_stored(reference: Reference, trajectories: dict) -> Reference:
 
     states, inputs = functionals(trajectories["states"]), functionals(trajectories["inputs"])
     plant, orders = replace(reference.plant), tuple(len(w) for w in inputs[0].weights)
-    plant.__dict__["flatness"] = Flatness(tuple(map(Trajectory.of, states)), tuple(map(Trajectory.of, inputs)), orders)
+    for cached in ("given_constraints", "quantities"):  # what follows from the system's own trajectories
+        vars(plant).pop(cached, None)
+    vars(plant)["flatness"] = Flatness(tuple(map(Trajectory.of, states)), tuple(map(Trajectory.of, inputs)), orders)
     return Reference(reference.signals, plant)
 
 
