@@ -65,7 +65,7 @@ attack: .venv/installed
 	OPENBLAS_NUM_THREADS=1 python -m tests.attack --tamperings $(TAMPERINGS) --references $(REFERENCES) --seed $(SEED)
 
 lab: .venv/installed
-	jupyter lab notebooks
+	jupyter lab --LabApp.default_url=/lab/tree/notebooks  # served from here, as notebooks show files of data/
 
 docs report: .venv/installed
 	python -m pipeline report

@@ -75,6 +75,9 @@ def test_the_worst_plants_keep_all_bounds(learned):
     broken = worst_plant(learned, SLIDE, ModelError.of([(A, 12 * B)]), K, 94)
     assert broken.breaks
     assert "breaks" in str(broken)
+    free = replace(SLIDE, state_set=Polytope.box([-np.inf] * 2, [np.inf] * 2), input_set=Polytope.box(-np.inf, np.inf))
+    with pytest.raises(ValueError, match="expected a plant with bounds"):
+        worst_plant(learned, free, gain(0.2), K, 94)
 
 
 def test_the_tube_controller_always_has_a_plan_and_the_plant_stays_near_the_signal(learned):

@@ -11,6 +11,7 @@ from tests.trackably.plants import AXIS, KERNEL, SAMPLES
 from trackably import (
     ConstrainedSystem,
     Controller,
+    FlatForm,
     Joints,
     JointTrajectory,
     LinearSystem,
@@ -85,6 +86,7 @@ WRONG = {
     ),
     "no bound at a time": (lambda: Polytope.box([{2.5: None}], [1.0]), "value at 2.5 s: expected a number, got None"),
     "a sum without an end": (lambda: Polytope.halfspaces([[1, -2]], [1]), "x1-2x2 has no lower bound on it"),
+    "a flat form of numbers": (lambda: FlatForm.of(lambda z: ([1.0], [2.0]), 1), "no state and no input depends on z1"),
     "bare system": (lambda: learn(plant=AXIS.system), "plant: expected a ConstrainedSystem(system, state_set"),
     "starts": (lambda: learn(starts=1.5), "search: starts: expected a whole number, got 1.5"),
     "noise, text": (lambda: learn(noise_std="0.1"), "with 0 < lower < upper (learned), got '0.1' for position"),

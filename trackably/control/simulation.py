@@ -189,7 +189,8 @@ def simulate(
         first_step=first_step,
         states=np.array(states),
         inputs=np.array(inputs).reshape(len(inputs), len(plant.system.inputs)),
-        reference_states=plant.unwrap(tracked.states, states[0]),
+        # Step by step, as a `successor` may return angles between −π and π.
+        reference_states=np.vstack([plant.unwrap(row[None], x) for row, x in zip(tracked.states, states, strict=True)]),
         reference_inputs=tracked.inputs,
         results=tuple(results),
     )
@@ -272,6 +273,8 @@ def worst_plant(
     """
     instance("worst_plant: plant", plant, ConstrainedSystem, "a ConstrainedSystem(system, state_set, input_set)")
     instance("worst_plant: model_error", model_error, ModelError, "a ModelError")
+    if not (constraints := plant.given_constraints):
+        raise ValueError("worst_plant: expected a plant with bounds of states or inputs, got one without")
     n, m = plant.linear.B.shape
     K, steps = array("worst_plant: feedback", feedback, m, n), whole("worst_plant: steps", steps, least=1)
     window = reference.window(first_step, steps)
@@ -290,8 +293,6 @@ def worst_plant(
         states.append(x)
         inputs.append(u)
         chosen.append(pick)
-    if not (constraints := plant.given_constraints):
-        raise ValueError("worst_plant: expected a plant with bounds of states or inputs, got one without")
     values = {"state": np.array(states), "input": np.array(inputs)}
     excesses = [-of.bounds.margin(values[of.side] @ np.array(of.row, dtype=float)) for of in constraints]
     over, worst = max(

@@ -56,7 +56,7 @@ class FlatForm(subject.FlatForm):
             used = {c for c, _ in self.indices}
         except ValueError as other:
             raise ValueError(f"flat form: expected formulas of flat outputs, as z1[0], got one with {other}") from None
-        if missing := {*range(max(used, default=0))} - used:
+        if missing := {*range(1 + max(used, default=0))} - used:
             raise ValueError(
                 f"flat form: expected formulas that use all flat outputs, but no state and no input depends on "
                 f"z{min(missing) + 1}; leave this flat output out"

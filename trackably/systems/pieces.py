@@ -200,9 +200,11 @@ class PolynomialPieces:
         With a `period` [s], a line leads from the last value to the first one, one period after its time.
         """
         times, levels, beyond = _table(values, period)
-        if period:
+        if period and (times[-1], levels[-1]) != (times[0] + period, levels[0]):
             times, levels = [*times, times[0] + period], [*levels, levels[0]]
-        return cls(times, np.column_stack([levels[:-1], np.diff(levels) / np.diff(times)]), beyond)
+        with np.errstate(all="ignore"):  # slopes that are not finite, or times that do not increase, are refused
+            slopes = np.diff(levels) / np.diff(times)
+        return cls(times, np.column_stack([levels[:-1], slopes]), beyond)
 
     @classmethod
     def from_mapping(cls, written: Mapping[Any, Any]) -> Self:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from trackably.arguments import numbers
 from trackably.arrays import ArrayLike
 from trackably.systems.constrained import System
 from trackably.systems.library import model_of
@@ -69,7 +70,7 @@ def _ends(name: str, written: Any) -> Any:
 
 def _cut_box(lower: Ends, upper: Ends, H: ArrayLike, h: ArrayLike) -> Polytope:
     rows, sides = Polytope.box(lower, upper).inequalities
-    return Polytope.halfspaces(np.vstack([rows, H]), np.append(sides, h))
+    return Polytope.halfspaces(np.vstack([rows, numbers("set: H", H)]), np.append(sides, numbers("set: h", h)))
 
 
 def fields_of(written: object, known: Iterable[str], required: Iterable[str] = ()) -> Mapping[str, Any]:

@@ -268,6 +268,7 @@ STEPS = {0.0: 0.5, 2.5: 0.25}
 WRITTEN = [
     (STEPS, PolynomialPieces.steps(STEPS)),
     ({"lines": {"0": 0.5, "2.5": 0.25}}, PolynomialPieces.lines(STEPS)),
+    ({"lines": {0: 1, 1: 2, 2: 1}, "period": 2}, PolynomialPieces.lines({0.0: 1.0, 1.0: 2.0}, period=2.0)),
     ({"steps": {0: 1, 1: 2}, "period": 3}, PolynomialPieces.steps({0.0: 1.0, 1.0: 2.0}, period=3.0)),
 ]
 

@@ -8,6 +8,7 @@ import pytest
 from tests.trackably.control.instances import robot_beside_its_path
 from trackably.control.controller import Controller
 from trackably.control.references import TabulatedReference
+from trackably.control.simulation import simulate
 from trackably.control.stepping import Plan, Status
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Window
@@ -24,6 +25,16 @@ def test_whole_turns_make_no_difference(turns):
     assert turned.cost == pytest.approx(here.cost, rel=1e-7)
     np.testing.assert_allclose(turned.input, here.input, atol=1e-5)
     np.testing.assert_allclose(turned.states - [0.0, 0.0, 2 * np.pi * turns], here.states, atol=1e-5)
+
+
+def test_errors_have_no_whole_turns_where_a_heading_is_counted_from_zero_again():
+    def modulo(k, x, u):
+        *place, heading = CASE.controller.plant.system.successor(x, u)
+        return [*place, heading % (2 * np.pi)]
+
+    loop = simulate(CASE.controller, CASE.reference, CASE.start, 20, successor=modulo)
+    assert np.ptp(loop.states[:, 2]) > 6
+    assert np.max(np.abs(loop.errors[:, 2])) < 1
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.3, np.pi / 2])

@@ -5,8 +5,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from pipeline.disturbed import scaled
 
+from pipeline.loops.disturbed import scaled
 from tests.trackably.systems.disturbance.instances import CART, DISTURBED, OBLIQUE
 from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.systems.constrained import ConstrainedSystem
