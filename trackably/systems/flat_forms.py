@@ -70,8 +70,7 @@ class FlatForm(subject.FlatForm):
         ordinary arithmetic only (see `tracing.Symbol`). ValueError: the function cannot be called with symbols, or
         returns anything else; the message says why.
         """
-        every = [[Symbol(Name(shifted_name(c, j))) for c in range(outputs)] for j in range(MOST_SHIFTS)]
-        states, inputs = formulas_of(lambda: function(np.array(every, dtype=object)))
+        states, inputs = formulas_of(lambda: function(_Shifts(outputs)))
         return cls(states, inputs, tuple(angles))
 
     @property
@@ -83,6 +82,18 @@ class FlatForm(subject.FlatForm):
     def orders(self) -> tuple[int, ...]:
         """The number of steps that each flat output looks ahead, at least one."""
         return tuple(max(1, *(j for d, j in self.indices if d == c)) for c in range(self.outputs))
+
+
+@dataclass(frozen=True)
+class _Shifts:
+    """The argument z of a function of flat outputs: z[j] has the symbols of all flat outputs at step k + j."""
+
+    outputs: int
+
+    def __getitem__(self, j: Any) -> Any:
+        if not isinstance(j, int) or not 0 <= j < MOST_SHIFTS:
+            raise ValueError(f"z[j]: expected a step j from 0 to {MOST_SHIFTS - 1}, got {j!r}")
+        return np.array([Symbol(Name(shifted_name(c, j))) for c in range(self.outputs)], dtype=object)
 
 
 # Verify a flat form, f(X(z), U(z)) = X(z one step later), as an identity.
