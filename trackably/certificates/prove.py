@@ -23,6 +23,7 @@ from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
 from trackably.checker.intervals import UndefinedError
 from trackably.checker.piecewise import keeps, row_of
+from trackably.checker.watch import UndecidedError
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import require_bounds
@@ -59,8 +60,12 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
                 "centre, of weight 0, to prove its bounds"
             )
     repeat = [signal.beyond == "period" for signal in reference.pieces] or [reference.period is not None]
-    with checker_in_time():
-        return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
+    try:
+        with checker_in_time():
+            return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
+    except UndecidedError as error:
+        first = reference.quantities[0]
+        return Unproved(first.name, first.bounds, (0.0, math.inf), 0.0, str(error))
 
 
 def _earliest(origin: float, step: float, near: float, holds: Callable[[float], bool]) -> float | None:

@@ -297,6 +297,10 @@ def _nearest(
     bounded = [of for of in at_rest if of.rates_at_rest(means)[moving].any()]
     ends = np.array([(of.bounds.rest.lower, of.bounds.rest.upper) for of in bounded]).reshape(-1, 2)
     start, middle, width = np.zeros(len(moving)), ends.mean(axis=1), np.ptp(ends, axis=1)
+    # Changes are measured in units of the least one that meets a bound: steps of the search are of about one unit.
+    outside = np.abs([of.at_rest(means) for of in bounded] - middle) - (0.5 - room) * width
+    sizes = np.array([np.linalg.norm(of.rates_at_rest(means)[moving] / stiffness) for of in bounded])
+    stiffness = stiffness / (np.max(outside / sizes, initial=0.0) or 1.0)
 
     def moved(by: Array) -> list[float]:
         found = np.array(means)

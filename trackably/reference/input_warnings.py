@@ -24,8 +24,9 @@ _FEW = 0.1  # if more than this part of the samples is far off, none is called a
 _FEWEST = 5  # with fewer samples, outliers cannot be told from the others
 _FEWEST_BESIDE = 10  # with fewer samples, the usual distance from a polynomial through neighbours is not known
 # A sample is also an outlier if its distance from a cubic polynomial through its neighbours exceeds _TIMES_USUAL times
-# the usual distance and _TIMES_NOISE times the noise, and if the part _BESIDE of it is beyond the nearest neighbours.
-_TIMES_USUAL, _TIMES_NOISE, _BESIDE = 9.0, 5.0, 0.6
+# the usual distance, _TIMES_NOISE times the noise and _TIMES_CHANGES times the changes between these neighbours, and if
+# the part _BESIDE of it is beyond the nearest neighbours.
+_TIMES_USUAL, _TIMES_NOISE, _TIMES_CHANGES, _BESIDE = 9.0, 5.0, 1.5, 0.6
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
@@ -225,8 +226,9 @@ def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]
 def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
     """Whether each sample but the first two and the last two is far off the cubic polynomial through four neighbours.
 
-    This is so if the distance exceeds the noise and the usual distance, each times a factor, and if most of it lies
-    outside of the range of the samples before and after: at a jump of the signal, samples lie within this range.
+    This is so if the distance exceeds the noise, the usual distance and the changes between these neighbours, each
+    times a factor, and if most of it lies outside of the range of the samples before and after: at a jump of the
+    signal, samples lie within this range. At corners and beside gaps, these neighbours change more.
     """
     y, noise = samples.values, noise_std * samples.relative_noise
     off = np.abs(y[2:-2] - (4 * (y[1:-3] + y[3:-1]) - y[:-4] - y[4:]) / 6)
@@ -235,7 +237,8 @@ def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
     beyond = np.maximum(y[2:-2] - high, low - y[2:-2])
     # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.
     is_far = off > np.maximum(_TIMES_USUAL * usual or np.inf, _TIMES_NOISE * noise[2:-2])
-    return np.asarray(is_far & (beyond > _BESIDE * off))
+    changes = np.max(np.abs([y[1:-3] - y[:-4], y[3:-1] - y[1:-3], y[4:] - y[3:-1]]), axis=0)
+    return np.asarray(is_far & (off > _TIMES_CHANGES * changes) & (beyond > _BESIDE * off))
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:

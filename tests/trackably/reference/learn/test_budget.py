@@ -22,8 +22,10 @@ from trackably import (
     learn_reference,
     mobile_robot,
 )
+from trackably.certificates.outcome import Unproved
 from trackably.certificates.prove import prove
 from trackably.checker.certificate import Instants
+from trackably.checker.watch import tick
 from trackably.gp.signal import KernelSum
 from trackably.learning.joint.dual import nonnegative_minimum
 from trackably.learning.problem import OutOfTime
@@ -89,6 +91,12 @@ def test_a_budget_ends_long_work_within_it(work, monkeypatch):
     monkeypatch.setattr("trackably.certificates.prove.judge", lambda outcome: outcome)
     with until(0.0), pytest.raises(BudgetEnded):
         work()
+
+
+def test_a_proof_that_would_need_too_much_memory_within_a_budget_is_none(monkeypatch):
+    monkeypatch.setitem(tick.__globals__, "MEMORY", -1)
+    with until(1e9):
+        assert isinstance(prove(Reference((SIGNAL,), AXIS), Instants()), Unproved)
 
 
 @pytest.mark.usefixtures("counted")

@@ -99,6 +99,7 @@ ORDINARY = {
     "first and last": asked(lost(0, 59), OFTEN, noise_std=1e-3),
     "at rest, with a noise that is known": asked(np.zeros(60), OFTEN, noise_std=0.1),
     "pulses, with a noise that is known": asked(0.1 * (np.arange(60) % 20 == 7), OFTEN, noise_std=1e-3),
+    "corners": asked(np.abs(np.sin(4 * OFTEN)), OFTEN),
     "a smooth peak that bounds cut": asked(1.6 * np.exp(-(((OFTEN - 1.5) / 0.4) ** 2)), OFTEN),
     "a short signal beside a long one": [
         *doubts(Window(0.0, 20.0), {"a": Samples(20 * TIMES / 3, TIMES), "b": Samples(TIMES / 3, TIMES)}, CART)

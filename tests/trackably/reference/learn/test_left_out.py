@@ -89,7 +89,7 @@ def far(*levels_of: float) -> list[Samples]:
 
 
 INSTANCES = {
-    "below": (AXIS, {"position": far(-40.0)[0]}),
+    "far below": (AXIS, {"position": far(-4000.0)[0]}),
     "held by an input": (CART, dict(zip("ab", far(1.9, -7.0), strict=True))),
     "held by a sum": (walled(), dict(zip("xy", far(1.0, 0.8), strict=True))),
     "held by a formula": (
