@@ -183,7 +183,8 @@ class WorkingSet:
     """The `demanded` limits of r rows (linear functionals), and flags (r,) of the rows that are `chosen` so far.
 
     Only chosen rows are in the programs. The set of chosen rows only grows, so that J stays smooth near a minimum. The
-    search for active rows starts at the active rows of the last function.
+    search for active rows starts at the active rows of the last function. A system of many rows takes all rows: there,
+    the chosen ones are the active rows of the last function.
     """
 
     demanded: Demands

@@ -118,7 +118,7 @@ class JointProgram:
 
     @property
     def met(self) -> Places:
-        """The places (times and sides) that were active in some evaluation or are assumed active."""
+        """The places (times and sides) of the rows that are `chosen` after the last evaluation (see `WorkingSet`)."""
         return select(self.places, self._working.chosen)
 
     @cached_property
