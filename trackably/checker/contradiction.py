@@ -54,7 +54,7 @@ from trackably.checker.intervals import (
 from trackably.checker.limits import INSTANTS, MAY_BE_EMPTY, ROWS
 from trackably.checker.models import enclose
 from trackably.checker.moving import ends_at
-from trackably.checker.redundancy import null_space
+from trackably.checker.redundancy import row_echelon
 from trackably.checker.statement import bounds_text, dynamics
 from trackably.checker.subject import LinearSystem, NonlinearSystem, Plant, Positive, single_bounds
 from trackably.checker.trajectories import check_plant
@@ -261,13 +261,13 @@ def _cancelling(
     Raise FailedStepError, which says `what` the vector is a factor of, if there are no such multipliers.
     """
     columns = [*lines, [*map(Fraction, vector)]]
-    relations = null_space([[column[j] for column in columns] for j in range(len(vector))], len(columns))
-    if not relations or not relations[-1][-1]:  # in each other one, the vector has the factor 0, and in the last one 1
+    reduced, pivots = row_echelon([[column[j] for column in columns] for j in range(len(vector))], len(columns))
+    if len(lines) in pivots:
         raise FailedStepError(
             f"proof: {what} does not cancel in the weighted sum of bounds, even if other bounds are added to it"
         )
-    factors = zip(rows, relations[-1][:-1], strict=True)
-    return [replace(row, multiplier=factor) for row, factor in factors if factor]
+    factors = zip(pivots, [line[-1] for line in reduced], strict=False)
+    return [replace(rows[i], multiplier=-factor) for i, factor in factors if factor]
 
 
 def _check_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> None:

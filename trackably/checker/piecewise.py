@@ -32,13 +32,13 @@ from trackably.checker.polynomials import compose, is_nowhere_negative
 from trackably.checker.quantities import functionals, gross_of, shifts_of, weighted_sum
 from trackably.checker.rounding import check_range, check_stated
 from trackably.checker.subject import Bound, End, Functional, Pieces, Subject
-from trackably.checker.watch import progress, tick
+from trackably.checker.watch import progress, require_room, tick
 
 Parts = tuple[Fraction, list[tuple[Pieces, Fraction, Fraction]]]
 """The sum offset + Σ weight · z(t + shift): the offset, and a triple (z, shift [s], weight) for each term."""
 
-_Term = tuple[Pieces, list[int], int, list[list[int]], int, int]
-"""A signal z, its breakpoints, the factor of its coefficients and these times it, a shift and a weight, in integers."""
+_Term = tuple[Pieces, list[int], list[list[int]], int, int]
+"""A signal z, with its breakpoints, its coefficients, a shift and the factor of the coefficients, in integers."""
 
 
 def in_cells(
@@ -56,23 +56,22 @@ def in_cells(
     second = common_denominator(times)
     known = {key: _in_whole_numbers(z, second) for key, z in signals.items()}
     divisor = common_denominator([number, *(offset for offset, _ in sums), *(weight for _, _, weight in terms)])
-    of_all = lcm(*(own for _, own, _ in known.values()))
-    scaled = [
-        (
-            whole(offset * divisor) * of_all,
-            [(z, *known[id(z)], whole(shift * second), whole(weight * divisor)) for z, shift, weight in of],
-        )
-        for offset, of in sums
-    ]
-    cuts = [(z, ends, shift) for _, of in scaled for z, ends, _, _, shift, _ in of]
+    of_all = lcm(*(own for *_, own in known.values()))
+
+    def term(z: Pieces, shift: Fraction, weight: Fraction) -> _Term:
+        ends, polynomials, own = known[id(z)]
+        return z, ends, polynomials, whole(shift * second), whole(weight * divisor) * (of_all // own)
+
+    scaled = [(whole(offset * divisor) * of_all, [term(*of_one) for of_one in of]) for offset, of in sums]
+    cuts = [(z, ends, shift) for _, of in scaled for z, ends, _, shift, _ in of]
     cells = cells_of(cuts, whole(start * second), whole(end * second))
 
     def polynomial(offset: int, of: Sequence[_Term], a: int, width: int) -> list[int]:
         found = [offset]
-        for z, ends, own, polynomials, shift, weight in of:
+        for z, ends, polynomials, shift, factor in of:
             tick()
             i, local, of_piece = place(z, ends, a + shift, width)
-            moved, factor = compose(polynomials[i], local, of_piece), weight * (of_all // own)
+            moved = compose(polynomials[i], local, of_piece)
             found = [p + factor * q for p, q in zip_longest(found, moved, fillvalue=0)]
         return found
 
@@ -92,10 +91,16 @@ def values_at(subject: Subject, rows: Sequence[Functional], t: Fraction) -> list
 
 
 @lru_cache(maxsize=32)  # many rows are made of the same few signals
-def _in_whole_numbers(z: Pieces, second: int) -> tuple[list[int], int, list[list[int]]]:
-    """Return breakpoints in units of 1/second s, and the coefficients for times in these units, times an integer."""
-    rows = [[Fraction(c) / second**k for k, c in enumerate(piece)] for piece in z.coefficients]
-    return [whole(t * second) for t in z.ends], *in_whole_numbers(rows)
+def _in_whole_numbers(z: Pieces, second: int) -> tuple[list[int], list[list[int]], int]:
+    """Return breakpoints in units of 1/second s, coefficients for times in these units, times a factor, and the factor.
+
+    UndecidedError: these integers would have too many bits together.
+    """
+    own, rows = in_whole_numbers(z.coefficients)
+    powers = [second**k for k in reversed(range(z.degree + 1))]
+    require_room(sum(map(len, rows)), (own * powers[0]).bit_length())
+    found = [[c * power for c, power in zip(row, powers, strict=True)] for row in rows]
+    return [whole(t * second) for t in z.ends], found, own * powers[0]
 
 
 def whole(number: Fraction) -> int:

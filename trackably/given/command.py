@@ -154,7 +154,7 @@ def table_of(cells: tables.Table, times: Array, plant: ConstrainedSystem) -> Tab
             f"the step {steps[i]:.9g}{before}"
         )
     states, inputs = (np.stack([cells.numbers(name) for name in of], axis=1) for of in (system.states, system.inputs))
-    if np.all(np.isnan(inputs[-1])):
+    if len(inputs) > 1 and np.all(np.isnan(inputs[-1])):
         inputs = inputs[:-1]
     return Table(states, inputs, int(whole[0]))
 
@@ -181,6 +181,8 @@ def spline_through(samples: Samples, degree: int, claim: str | None) -> "BSpline
     """
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415  loaded for curves only
 
+    if len(samples) < (fewest := 2 if claim else degree + 1):
+        raise ValueError(f"--interpolation: this spline needs {fewest} rows at least, got {len(samples)}")
     first, last = samples.values[[0, -1]].tolist()
     if claim == "all_phases" and not np.isclose(first, last, atol=1e-15):
         raise ValueError(

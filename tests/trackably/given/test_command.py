@@ -65,6 +65,7 @@ ANSWERS = {
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
     "no period": (table(), [*CUBIC, "--claim", "all_phases"], 2, "expected the first value, -0.3, again in"),
+    "too few rows": ("k,position\n0,0\n1,0\n", CUBIC, 2, "this spline needs 4 rows at least, got 2"),
     "times": (positions("time,position,note"), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
     "times by a heading": (GERMAN, [*LINEAR, "--time", "Zeit [s]"], 0, "proved for all real t from 0 s to 1.45 s"),
     "times in milliseconds": (
@@ -102,6 +103,7 @@ HEAD = "k,position,velocity,force\n"
 STILL = HEAD + "0,0,0,0\n1,0,0,0\n"
 UNUSABLE = {
     "a step is left out": (HEAD + "0,0,0,0\n2,0,0,0\n", {}, "bad.csv: line 3: rows must be successive steps"),
+    "no input": (HEAD + "0,0,0,\n", {}, "inputs: the number at [0, 0] must be finite"),
     "a word": (HEAD + "0,0,0,0\n1,0,fast,0\n", {}, "bad.csv, line 3, column 'velocity': expected a finite number"),
     "a column twice": (STILL.replace("velocity", "position"), {}, "expected one column 'position', got 2"),
     "half a set": (STILL, {"input_set": {"lower": [0]}}, "bad.json: input_set: expected lower with upper"),

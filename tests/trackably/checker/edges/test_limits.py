@@ -5,9 +5,10 @@ import re
 import pytest
 
 from tests.trackably.checker.edges import hostile
+from tests.trackably.checker.files import file_of
 from tests.trackably.checker.tight import data_of
 from trackably import checker
-from trackably.checker import Failed, NotACertificate, Proved, Undecided, check, limits
+from trackably.checker import Contradicted, Failed, NotACertificate, Proved, Undecided, check, limits
 
 
 @pytest.mark.parametrize(
@@ -46,6 +47,19 @@ def test_a_time_that_is_given_is_kept() -> None:
         assert check(data, seconds=1e-9) == Undecided("not decided within 1e-09 s")
     assert isinstance(check(hostile.tower(40), seconds=1), Undecided | Failed)
     assert isinstance(check(data_of("instants"), seconds=600), Proved)
+
+
+def test_long_integers_and_many_rows_take_little_time() -> None:
+    pieces = file_of("end")
+    signal = pieces["reference"]["signals"][0]
+    signal |= {"breakpoints": [1e-300, *range(1, 1001)], "coefficients": [[1.0] * 51] * 1000}
+    assert check(pieces, seconds=60).reason.startswith("not decided: exact arithmetic would need whole numbers")
+    many = file_of("contradiction")
+    inputs, proof = many["plant"]["input_set"], many["proof"]
+    for name in ("rows", "lower", "upper"):
+        inputs[name] += 1500 * inputs[name][-1:]
+    proof["inputs"] = [[*row, *1500 * [0.0]] for row in proof["inputs"]]
+    assert isinstance(check(many, seconds=60), Contradicted)
 
 
 def test_progress_counts_boxes_and_instants() -> None:
