@@ -17,8 +17,8 @@ rounded to float64, and for all_phases also if a time t or k T is first moved by
 2⁻⁵³ E, to a time with |t| ≤ E.
 
 Proof. Every step is verified here, step 0 in rational arithmetic, the others in interval arithmetic (mpmath iv). Step
-2, and R and D of step 3, are first computed in arrays of float64 intervals (the first pass, `floats`); what these leave
-undecided is decided in mpmath.
+2, and R and D of step 3, are first computed in arrays of float64 intervals (the first pass, `floats`). The boxes that
+these leave undecided are decided in mpmath; there, R and D are computed too if float64 has no finite ones.
   0. x₀ = A x₀ + B u₀ + c, and M_s(j−1) = A M_sj + B N_sj for all j ≥ 0, where M_s(−1) and all vectors after the last
      ones are zero (`trajectories`).
   1. Boxes without gaps cover [0, tail_start], one period, or the window (`boxes`).
@@ -60,14 +60,15 @@ pieces or of joints, if NumPy is missing, or if the processor replaces subnormal
 errors of evaluation rests on these assumptions. The answer says which arithmetic it trusted.
 
 Limits. Files are read up to 32 MB, with up to 100 signals, states and inputs, 100 shifts and 500,000 centres of a
-signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, 64 Taylor terms, 10,000 powers of A + B K, rational
-numbers of 4,000 characters, texts of 500,000 characters together, 1,000,000 weights of shifted signals in all bounds
-together, 100 coefficients of a piece, 100 kernels combined in one, nested 40 deep, and 30,000 numbers, names and
-operations of all formulas together, nested 100 deep; the formula of an input has up to 10,000 of these. Polynomials of
-flat forms have up to 5000 terms, with 80 values of functions. A file that exceeds a limit is refused (`limits`). A
-check is Undecided if it would need a rational number of more than 500,000 bits, whole numbers of more than
-1,000,000,000 bits together, more than 500,000 breakpoints of pieces in one bound, or 700 MB of memory beyond what the
-process has held before (if the system tells). A check that is given a time limit is Undecided after this time.
+signal, 10,000 rows of a set, 500,000 boxes of a bound or instants, named steps up to 9,007,199,254,740,992, 64 Taylor
+terms, 10,000 powers of A + B K, rational numbers of 4,000 characters, texts of 500,000 characters together, 1,000,000
+weights of shifted signals in all bounds together, 100 coefficients of a piece, 100 kernels combined in one, nested 40
+deep, and 30,000 numbers, names and operations of all formulas together, nested 100 deep; the formula of an input has up
+to 10,000 of these. Polynomials of flat forms have up to 5000 terms, with 80 values of functions. A file that exceeds a
+limit is refused (`limits`). A check is Undecided if it would need a rational number of more than 500,000 bits, whole
+numbers of more than 1,000,000,000 bits together, more than 500,000 breakpoints of pieces in one bound, or 700 MB of
+memory beyond what the process has held before (if the system tells). A check that is given a time limit is Undecided
+after this time.
 """
 
 from collections.abc import Callable
