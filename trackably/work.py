@@ -7,9 +7,6 @@ from math import inf
 from time import monotonic
 from typing import Literal
 
-from trackably.checker.watch import UndecidedError
-from trackably.checker.watch import watch as limit
-
 Work = Literal["fit", "evaluation", "box", "part"]
 """A fit with its attempted proof; an evaluation of objective, function or margins; a proved box; or a part of those.
 
@@ -40,21 +37,6 @@ def until(end: float) -> Iterator[None]:
         yield
     finally:
         _END.reset(before)
-
-
-@contextmanager
-def checker_in_time() -> Iterator[None]:
-    """Within this context, raise BudgetEnded as soon as a function of the checker runs after the end of the budget."""
-    if (seconds := seconds_left()) is None:
-        yield
-        return
-    try:
-        with limit(seconds, None):
-            yield
-    except UndecidedError:
-        if seconds_left():  # another limit of the checker
-            raise
-        raise BudgetEnded from None
 
 
 @contextmanager

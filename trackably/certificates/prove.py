@@ -7,6 +7,7 @@ before anything is handed out.
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property as cached
@@ -23,12 +24,12 @@ from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
 from trackably.checker.intervals import UndefinedError
 from trackably.checker.piecewise import keeps, row_of
-from trackably.checker.watch import UndecidedError
+from trackably.checker.watch import UndecidedError, watch
 from trackably.gp.signal import KernelSum
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import require_bounds
 from trackably.systems.trajectories import Quantity
-from trackably.work import checker_in_time
+from trackably.work import BudgetEnded, seconds_left
 
 Failure = Counterexample | Unproved
 Outcome = Certificate | Failure
@@ -60,10 +61,13 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
                 "centre, of weight 0, to prove its bounds"
             )
     repeat = [signal.beyond == "period" for signal in reference.pieces] or [reference.period is not None]
+    in_time = nullcontext() if (seconds := seconds_left()) is None else watch(seconds, None)
     try:
-        with checker_in_time():
+        with in_time:  # functions of the checker end when the budget ends
             return judge(_ProofProblem(reference, claim or (AllPhases() if all(repeat) else AllTimes())).outcome)
     except UndecidedError as error:
+        if seconds_left() == 0:
+            raise BudgetEnded from None
         first = reference.quantities[0]
         return Unproved(first.name, first.bounds, (0.0, math.inf), 0.0, str(error))
 
