@@ -10,7 +10,7 @@ from tests.trackably.systems.instances import random_signal, unbounded
 from trackably.gp.samples import Samples
 from trackably.systems.library import mobile_robot, pendulum
 from trackably.systems.linear import LinearSystem
-from trackably.systems.sampling import kinds_by_name, stencils_by_name
+from trackably.systems.sampling import kinds_by_name, sampled_signals, stencils_by_name
 
 T_S = 0.1
 NO_SUM = "is no weighted sum of one flat output at shifted times"
@@ -94,3 +94,10 @@ def test_flat_outputs_that_no_state_shows_are_told_in_states():
     delayed = unbounded(LinearSystem(A, B, states=("x", "v", "held"), sampling_time=0.25))
     with pytest.raises(ValueError, match=r"also give one of z1, where z1 = -2x\+v; plant.flat"):
         kinds_by_name(delayed, ["x"])
+
+
+def test_samples_are_those_of_the_flat_output_that_they_show():
+    given = {name: Samples(np.arange(3.0), np.full(3, value)) for name, value in (("level", 2.0), ("x", 1.0))}
+    for kinds, samples in zip(kinds_by_name(PLANE, given), sampled_signals(PLANE, given), strict=True):
+        (name,) = kinds
+        assert np.array_equal(samples.values, given[name].values)
