@@ -147,15 +147,13 @@ def _table(path: Path) -> Leaves:
 
 
 def _recording(log: Log) -> Parts:
-    """Return the parts of a log: the columns of every series, other topics, attachments, and metadata with units."""
+    """Return the parts of a log: the columns of every series, attachments, and metadata with units."""
     parts: Parts = {}
     for series in log.series:
         places = [*_distinct(f"t = {t:.12g} s" for t in series.times.tolist())]
         for field, column in {TIME: series.times, **series.fields}.items():
             values = zip(places, column.tolist(), strict=True)
             parts[series.topic, field] = {place: Leaf(field, value) for place, value in values}
-    for of in log.documents:
-        parts[of.topic, ""] = _told({"messages": [{"time": time, **message} for time, message in of.messages]})
     for name, data in log.attachments.items():
         parts[f"attachment {name}", ""] = _told(from_json(data))
     units = {series.topic: dict(series.units) for series in log.series if series.units}

@@ -51,7 +51,6 @@ _LOGS = {
     "fit": "references, and the iterations on the way to them",
     "verification": "margins to all bounds",
     "control": "closed loops and feasible sets",
-    "scene": "the scene, with what is proved and where no plan was found",
 }
 
 

@@ -13,7 +13,7 @@ from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
 from pipeline.published.algorithm1 import Trace
 from pipeline.published.scalar import is_scalar, reachable_tube
-from pipeline.storage.logs import Documents, Log, Series, read_log, write_log
+from pipeline.storage.logs import Log, Series, read_log, write_log
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
@@ -265,13 +265,11 @@ def write_stage(
     stage: str,
     series: Sequence[Series],
     attachments: Mapping[str, bytes],
-    documents: Sequence[Documents] = (),
 ) -> None:
-    """Write the log of a stage: one series for each topic, attachments of JSON, and topics of other messages."""
+    """Write the log of a stage: one series for each topic, and attachments of JSON."""
     parameters = {"parameters": results.parameters} if results.parameters else {}
     about = {"experiment": {"name": results.experiment, "written_by": stage, **parameters}}
-    log = Log(tuple(series), about, attachments, tuple(documents))
-    write_log(results.log(stage), log)
+    write_log(results.log(stage), Log(tuple(series), about, attachments))
 
 
 def read_stage(results: Results, stage: str) -> Log:
@@ -287,3 +285,9 @@ def read_stage(results: Results, stage: str) -> Log:
     if log.metadata.get("experiment", {}).get("written_by") != stage:
         raise InputError(f"{path}: expected the log of the stage {stage}, got another log")
     return log
+
+
+def topics_of(results: Results) -> dict[str, Series]:
+    """Return the topics with messages in all logs of an experiment, by name. Raises as `read_stage`."""
+    logs = (read_stage(results, stage) for stage in ("samples", "fit", "verification", "control"))
+    return {of.topic: of for log in logs for of in log.series if len(of.times)}
