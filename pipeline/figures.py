@@ -238,14 +238,11 @@ class _Figures:
         """Return the figures of closed loops, of steps without a plan, and of feasible sets."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
-        courses, steps, plane = by_reference(closed), experiment.loop_steps, experiment.plane
+        courses, steps = by_reference(closed), experiment.loop_steps
         shown = steps.start + min(wanted.shown, LOGGED, len(steps))
         found: Drawings = {
             "closed-loop": lambda: loops.closed_loop(courses, plant, shown, units),
-            "cost": lambda: loops.costs(courses, plant, shown),
         }
-        if plane is not None:
-            found["loops-in-plane"] = lambda: loops.loops_in_plane(courses[JOINT.name], plant, plane, shown, units)
         lost = courses[UNCONSTRAINED.name][ON]
         if lost.infeasible.size:
             found["infeasibility"] = lambda: loops.infeasibility(lost, plant, wanted.horizon, units)

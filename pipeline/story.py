@@ -18,7 +18,6 @@ from trackably.reference.truth import Accuracy
 from trackably.systems.constrained import ConstrainedSystem
 
 UNCONSTRAINED = "unconstrained"
-_ROUNDING = 1e-9  # rises of the optimal cost by less than this part of the largest cost are rounding
 _ERRORS = {
     "misfit": "the samples are off it by {} (root mean square)",
     "held_out": "the held-out samples by {}",
@@ -147,11 +146,6 @@ def told_of_truth(results: Results) -> Told:
     return Told.points(said)
 
 
-def told_of_loops(results: Results) -> Told:
-    """Say for each reference whether the controller had a plan at each step, and whether the optimal cost fell."""
-    return Told.points(_loops(_read(results.control)))
-
-
 def told_of_room(results: Results) -> Told:
     """Say what the robust reference costs beside `joint`, and for which sizes of the disturbance sets one is proved."""
     loops, metrics = _read(results.control), _read(results.metrics)
@@ -165,77 +159,11 @@ def told_of_room(results: Results) -> Told:
     )
 
 
-def told_of_disturbances(results: Results) -> Told:
-    """Say for each controller and reference whether disturbed loops keep the bounds, and the same of many runs."""
-    loops = _read(results.control)
-    runs = loops["disturbed"]["tube"]
-    kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
-    many = f"In {runs['runs']} runs from inside of the tube around `robust`, {runs['steps']} steps in all, {kept}."
-    return Told.points((many, *_disturbed(loops["disturbed"])))
-
-
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the name of each reference of undisturbed loops, with the metrics by initial state."""
     for reference, of in counted.items():
         if reference not in ("horizon", "online", "disturbed", "price_of_room"):
             yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
-
-
-def _loops(counted: Mapping[str, Any]) -> Iterator[str]:
-    for reference, starts in _by_start(counted):
-        lost = {start: found for start, found in starts.items() if found["infeasible_steps"] or found["unsolved_steps"]}
-        if lost:
-            yield f"On `{reference}` there is no plan " + _listed(_loss(*loss) for loss in lost.items()) + "."
-        else:
-            every = f"of {counted['horizon']} steps at each step, from {len(starts)} start{'s' * (len(starts) != 1)}"
-            yield f"On `{reference}` there is a plan {every}. {_margins(starts)}{_rises(starts)}"
-
-
-def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
-    """Say for each controller and reference whether loops under all kinds of disturbances keep the bounds."""
-    for reference, by_controller in loops.items():
-        if reference == "tube":
-            continue
-        for controller, by_kind in by_controller.items():
-            lost = [
-                _failure(kind, of) for kind, of in by_kind.items() if of["steps_without_plan"] or of["steps_outside"]
-            ]
-            begun = f"Disturbed, the {controller} controller on `{reference}` "
-            if lost:
-                yield f"{begun}fails: {'; '.join(lost)}."
-            else:
-                steps = sum(of["steps"] for of in by_kind.values())
-                yield f"{begun}has a plan at each of {steps} steps ({', '.join(by_kind)}), and no bound is broken."
-
-
-def _failure(kind: str, found: Mapping[str, Any]) -> str:
-    without, outside = found["steps_without_plan"], found["steps_outside"]
-    said = []
-    if without:
-        said.append(
-            f"there is no plan at {without} of {found['steps']} steps, first at {found['first_step_without_plan']}"
-        )
-    if outside:
-        said.append(f"bounds are broken at {outside} steps, first at {found['first_step_outside']}")
-    return f"{kind}, {_listed(said)}"
-
-
-def _loss(start: str, found: Mapping[str, Any]) -> str:
-    first = found["first_infeasible_step"]
-    since = "" if first is None else f", first at step {first}"
-    return f"at {found['infeasible_steps'] + found['unsolved_steps']} of {found['steps']} steps from `{start}`{since}"
-
-
-def _margins(starts: Mapping[str, Mapping[str, float]]) -> str:
-    least = min(found[margin] for found in starts.values() for margin in ("worst_state_margin", "worst_input_margin"))
-    return "No bound is broken." if least >= 0 else f"No bound is broken by more than {-least:.1g}."
-
-
-def _rises(starts: Mapping[str, Mapping[str, float]]) -> str:
-    most = max(found["largest_rise"] or 0.0 for found in starts.values())
-    if most <= _ROUNDING * max(found["first_cost"] or 0.0 for found in starts.values()):
-        return ""
-    return f" The optimal cost rises by up to {most:.2g}: the system cannot stay on this reference."
 
 
 def _distances(found: Mapping[str, Any]) -> str:
@@ -347,6 +275,29 @@ def table_of_loops(results: Results) -> Table:
             found["largest_rise"] = "rounding"
     rows = [[name, *(found.get(key) for key in columns)] for name, found in by_loop.items()]
     return Table(["reference, start", *columns.values()], rows, digits=3)
+
+
+def table_of_disturbances(results: Results) -> Table:
+    """Return for each disturbed loop at how many steps there is no plan or a bound is broken; last, for many runs.
+
+    The runs begin inside of the tube around `robust`.
+    """
+    *references, (_, runs) = _read(results.control)["disturbed"].items()
+    columns = {
+        "steps": "steps",
+        "steps_without_plan": "without a plan",
+        "first_step_without_plan": "first at",
+        "steps_outside": "outside of bounds",
+        "first_step_outside": "first at",
+    }
+    rows = [
+        [f"{controller} controller on {reference}, {kind}", *(found[key] for key in columns)]
+        for reference, by_controller in references
+        for controller, by_kind in by_controller.items()
+        for kind, found in by_kind.items()
+    ]
+    rows.append([f"{runs['runs']} runs in the tube", runs["steps"], None, None, runs["broken"], None])
+    return Table(["disturbed", *columns.values()], rows)
 
 
 def table_of_offers(results: Results) -> Table:

@@ -1,4 +1,4 @@
-"""Figures of closed loops: over time, in the plane, with feasible sets, around steps without a plan, disturbed."""
+"""Figures of closed loops: over time, with feasible sets, around steps without a plan, disturbed."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.drawings.references import label_plane
 from pipeline.drawings.style import COLUMN, DOTTED, GREY, Units, axis_label, direct_label, step_label
 from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
@@ -49,7 +48,6 @@ _NO_PLAN: Final[dict[str, Any]] = {
     "zorder": 1,
     "label": "no plan",
 }
-_ROUNDING: Final = 1e-16
 
 
 @with_style
@@ -114,23 +112,6 @@ def _grid(
         axes.set(xlabel=step_label(plant.sampling_time), xlim=shown)
     figure.align_ylabels(panels[:, 0])
     return figure, panels
-
-
-@with_style
-def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
-    """Draw V_N(k) up to `last_step`, one panel for each reference by its label.
-
-    Values below 1e-16 are rounding, and are drawn at 1e-16.
-    """
-    figure, (panels,) = panels_of(2.5, 1, len(loops), sharey=True)
-    for axes, (label, by_state) in zip(panels, loops.items(), strict=True):
-        for initial_state, course in by_state.items():
-            part = course.until(last_step)
-            axes.plot(part.steps, np.maximum(part["cost"], _ROUNDING), **INITIAL_STATE_STYLES[initial_state])
-        _shade_where_none_has_a_plan(axes, by_state, last_step)
-        axes.set(title=f"{label} reference", xlabel=step_label(plant.sampling_time), xlim=(0, last_step))
-    panels[0].set(ylabel=r"optimal cost $V_N(k)$ [–]", yscale="log")
-    return legend_above(figure)
 
 
 def _shade_no_plan(axes: Axes, steps: Array) -> None:
@@ -244,38 +225,6 @@ def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[Course, dict[str
     """Return the sets with their styles, those of long horizons first: wider sets lie below."""
     styles = reference_styles(f"$N$ = {horizon}" for horizon in sorted(feasible))
     return [*zip((of for _, of in sorted(feasible.items())), styles.values(), strict=True)][::-1]
-
-
-_EVERY: Final = 5
-_CLOSE: Final = 0.01
-"""Lines from states to the reference that are shorter than this part of the picture are left out."""
-
-
-@with_style
-def loops_in_plane(
-    loops: ByInitialState,
-    plant: ConstrainedSystem,
-    plane: tuple[str, str],
-    last_step: int,
-    units: Units,
-) -> Figure:
-    """Draw loops by their initial states up to `last_step`, and the reference that they follow.
-
-    Thin lines lead from the state at every fifth step to the reference at the same step.
-    """
-    figure, [[axes]] = panels_of(4.2)
-    for initial_state, course in loops.items():
-        part = course.until(last_step)
-        states, reference = part.together(plane), part.together(plane, "_reference")
-        axes.plot(*states.T, **INITIAL_STATE_STYLES[initial_state])
-        axes.plot(*states[0], "o", color=INK, markersize=4, zorder=5)
-        for here, there in zip(states[::_EVERY], reference[::_EVERY], strict=True):
-            if np.linalg.norm(here - there) > _CLOSE * np.max(np.ptp(reference, axis=0)):
-                axes.plot(*np.array([here, there]).T, color=GREY, linewidth=0.5, zorder=2.0)
-    longest = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step)
-    axes.plot(*longest.together(plane, "_reference").T, **_REFERENCE)
-    label_plane(axes, plane, units)
-    return legend_above(figure)
 
 
 _KINDS: Final[dict[str, dict[str, Any]]] = {

@@ -162,15 +162,9 @@ def path(
     _draw_direction(axes, list(courses.values())[-1])
     if len(samples) == 2 and np.array_equal(samples[0].times, samples[1].times):
         axes.plot(samples[0].values, samples[1].values, **SAMPLE | {"markersize": 4})
-    label_plane(axes, plane, units)
-    return legend_above(figure, columns=3)
-
-
-def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
-    """Label both axes with the states and their units, and give them the same scale."""
-    first, second = (axis_label(name, units) for name in plane)
-    axes.set(xlabel=first, ylabel=second)
+    axes.set(xlabel=axis_label(plane[0], units), ylabel=axis_label(plane[1], units))
     axes.set_aspect("equal", adjustable="datalim")
+    return legend_above(figure, columns=3)
 
 
 def states_of(reference: Reference, names: Sequence[str], times: Array) -> Array:
