@@ -106,7 +106,7 @@ class _Figures:
             found["true-signal"] = self._true_signal
         if self.experiment.plane is not None:
             found["path"] = self._path
-        if self.fitted.study and self.fitted.study.tightness:
+        if self.fitted.tightness:
             found["tightness"] = self._tightness
         return found
 
@@ -115,10 +115,9 @@ class _Figures:
         return references.margins({name: by_method[name] for name in self.shown}, self.experiment.units)
 
     def _tightness(self) -> Figure:
-        assert self.fitted.study, "drawn only where there is one"
         baseline = self.fitted.learned[UNCONSTRAINED.name]
         (part,) = baseline.prior.parts
-        return references.tightness(self.fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
+        return references.tightness(self.fitted.tightness, baseline.method, baseline.nlml, float(part.noise_std))
 
     def _true_signal(self) -> Figure:
         """Draw the proved distance from true signals, of the robust reference if there is one."""

@@ -180,18 +180,6 @@ class Verification(Fields):
     instants_per_step: PositiveInt = 1
 
 
-class StudyFields(Fields):
-    """The studies: program (8) of the paper with each number of intervals η in `conservatism`, and other problems.
-
-    References are also learned from samples drawn with each of the first `draws` seeds, and for each upper bound of the
-    state in `tightness`.
-    """
-
-    conservatism: Counts = ()
-    draws: NonNegativeInt = 0
-    tightness: Annotated[tuple[float, ...], LISTED] = ()
-
-
 class Published(Fields):
     """Files with curves that the paper prints, for figures that show these curves beside ours."""
 
