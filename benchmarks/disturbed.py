@@ -29,7 +29,7 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
 
-_HORIZON, _PART = 15, 0.95
+_HORIZON = 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
     last = steps + horizon
-    robust = near_bounds(tightened.plant, rng.spawn(1)[0], last, _PART)
+    robust = near_bounds(tightened.plant, rng.spawn(1)[0], last, 0.95)
     if not isinstance(prove(robust, Window(0.0, last * 0.1)), Certificate):
         return None
     return Case(f"random {seed}", tightened, robust, horizon, steps)
