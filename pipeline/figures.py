@@ -44,7 +44,6 @@ _POINTS = 1501
 _STEPS_OF_TUBE = 12
 _SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
 _CURVE_POINTS = 1001
-_PAIRS = [(reference, controller) for controller in ("nominal", "tube") for reference in (JOINT.name, ROBUST.name)]
 
 
 def figures(experiment: Experiment, results: Results) -> None:
@@ -234,7 +233,7 @@ class _Figures:
         return panels
 
     def loops(self) -> Drawings:
-        """Return the figures of closed loops, of steps without a plan, and of feasible sets."""
+        """Return the figures of closed loops, of steps without a plan, and of references learned again."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
         courses, steps = by_reference(closed), experiment.loop_steps
@@ -247,38 +246,21 @@ class _Figures:
             found["infeasibility"] = lambda: loops.infeasibility(lost, plant, wanted.horizon, units)
         if "/online" in closed:
             found["relearning"] = lambda: loops.relearned(closed["/online"], closed["/offers"], plant, units)
-        if feasible := {int(name.removeprefix("horizon_")): of for name, of in below(closed, "feasible").items()}:
-            draw = loops.feasible_intervals if len(plant.system.states) == 1 else loops.feasible_polygons
-            found["feasible-set"] = lambda: draw(feasible, courses[JOINT.name], plant, units)
         return found
 
     def disturbed(self) -> Drawings:
-        """Return the figures of disturbed loops, if there are such loops."""
+        """Return the figure of runs in the tube, if there are disturbances."""
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}
         metrics: Any = read_json(self.results.control)
-        runs = closed["/disturbed_range"]
+        runs, count = closed["/disturbed_range"], metrics["disturbed"]["tube"]["runs"]
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
-        count = metrics["disturbed"]["tube"]["runs"]
-        shown, failures = {}, {}
-        for reference, controller in _PAIRS:
-            label = f"{controller} controller,\n{reference} reference"
-            shown[label] = below(closed, "disturbed", reference, controller)
-            said = metrics["disturbed"][reference][controller].values()
-            steps = [of[name] for of in said for name in ("first_step_without_plan", "first_step_outside")]
-            failures[label] = min((step for step in steps if step is not None), default=None)
+        single, given = [*below(closed, "disturbed_runs").values()], tightening.given
         return {
             "tube-of-runs": lambda: loops.tube_runs(
-                runs,
-                [*below(closed, "disturbed_runs").values()],
-                count,
-                window,
-                room(tightening),
-                tightening.given,
-                experiment.units,
-            ),
-            "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
+                runs, single, count, window, room(tightening), given, experiment.units
+            )
         }
 
 

@@ -18,11 +18,6 @@ from trackably.reference.truth import Accuracy
 from trackably.systems.constrained import ConstrainedSystem
 
 UNCONSTRAINED = "unconstrained"
-_ERRORS = {
-    "misfit": "the samples are off it by {} (root mean square)",
-    "held_out": "the held-out samples by {}",
-    "rmse": "the truth by {}",
-}
 
 
 class Told(str):
@@ -84,27 +79,6 @@ def told_of_edges(fitted: Fitted) -> Told:
     return Told("\n".join([*found, "", "A wider interval may lead to other hyperparameters there."]))
 
 
-def told_of_price(results: Results) -> Told:
-    """Say for each proved method its price, and the distances of its reference from the samples.
-
-    The price is the cost of the bounds: J minus the l of the unconstrained mean. If fewer centres stand for the
-    samples, their number is given.
-    """
-    metrics = _read(results.metrics)
-    free = metrics[UNCONSTRAINED]
-    said = [
-        f"Learned of {of['samples']} samples of {name} by {of['centres']} centres, which stand for all of them."
-        for name, of in free.get("condensed", {}).items()
-    ]
-    said.append(f"`{UNCONSTRAINED}`: {_distances(free)}.")
-    for name, found in metrics.items():
-        if name != UNCONSTRAINED and found["proof"].startswith("proved"):
-            dearest = max(found.get("price_by_bound", {}).items(), key=lambda bound: bound[1], default=None)
-            most = f", of which {dearest[1]:.3g} for {dearest[0]}" if dearest else ""
-            said.append(f"`{name}` costs {found['price']:.3g} in $-2 \\ln p${most}: {_distances(found)}.")
-    return Told.points(said)
-
-
 def told_of_proofs(results: Results) -> Told:
     """Say for each method what is proved about its reference, what refutes it, or what a proof lacks."""
     return Told.points(f"`{name}`: {found['proof']}" for name, found in _read(results.metrics).items())
@@ -146,28 +120,11 @@ def told_of_truth(results: Results) -> Told:
     return Told.points(said)
 
 
-def told_of_room(results: Results) -> Told:
-    """Say what the robust reference costs beside `joint`, and for which sizes of the disturbance sets one is proved."""
-    loops, metrics = _read(results.control), _read(results.metrics)
-    price, robust, joint = loops["price_of_room"], metrics["robust"], metrics["joint"]
-    largest, dearest = price["sizes"][-1], price["price"][-1]
-    return Told(
-        f"`robust` costs {robust['price']:.3g} in $-2 \\ln p$ where `joint` costs {joint['price']:.3g}: "
-        f"{_distances(robust)}; of `joint`, {_distances(joint)}. For {largest:g} times these sets a reference was "
-        f"proved at a price of {dearest:.3g}. With this feedback, nothing is left between the bounds of some state or "
-        f"input at {price['largest']:.3g} times the sets."
-    )
-
-
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the name of each reference of undisturbed loops, with the metrics by initial state."""
     for reference, of in counted.items():
         if reference not in ("horizon", "online", "disturbed", "price_of_room"):
             yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
-
-
-def _distances(found: Mapping[str, Any]) -> str:
-    return _listed(words.format(f"{found[key]:.3g}") for key, words in _ERRORS.items() if found.get(key) is not None)
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -298,6 +255,16 @@ def table_of_disturbances(results: Results) -> Table:
     ]
     rows.append([f"{runs['runs']} runs in the tube", runs["steps"], None, None, runs["broken"], None])
     return Table(["disturbed", *columns.values()], rows)
+
+
+def table_of_room(results: Results) -> Table:
+    """Return the price and the misfit of references proved for each size of the disturbance sets, 0 without room.
+
+    The last row has the size at which, with this feedback, nothing is left between the bounds.
+    """
+    price = _read(results.control)["price_of_room"]
+    rows = [*zip(price["sizes"], price["price"], price["misfit"], strict=True), (price["largest"], None, None)]
+    return Table(["size", "price", "misfit"], rows, digits=3)
 
 
 def table_of_offers(results: Results) -> Table:

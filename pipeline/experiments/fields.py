@@ -115,7 +115,6 @@ UnitField = Annotated[str, AfterValidator(_plain_unit)]
 MOST_STEPS = 1_000_000
 StepCount = Annotated[PositiveInt, Field(le=MOST_STEPS)]
 """A number of sampling steps; a larger one would take days of computation, and logs that fill the disk."""
-Counts = Annotated[tuple[PositiveInt, ...], LISTED]
 
 
 class Steps(Fields):
@@ -219,12 +218,11 @@ class Control(Fields):
     """Tracking MPC over `horizon` steps, for `steps` steps from each initial state.
 
     The cost is the squared error relative to the widths of the sets. A loop ends after more than `patience` infeasible
-    steps. Figures show the first `shown` steps of a loop. Feasible sets are computed for each of the `horizons`.
+    steps. Figures show the first `shown` steps of a loop.
     """
 
     horizon: PositiveInt = 20
     steps: StepCount = 600
     patience: NonNegativeInt = 100
     shown: PositiveInt = 150
-    horizons: Counts = (2, 5, 10, 20)
     online: Relearning | None = None

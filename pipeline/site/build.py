@@ -50,7 +50,7 @@ _LOGS = {
     "samples": "the samples",
     "fit": "references, and the iterations on the way to them",
     "verification": "margins to all bounds",
-    "control": "closed loops and feasible sets",
+    "control": "closed loops",
 }
 
 
