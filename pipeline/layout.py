@@ -112,7 +112,7 @@ def _plot(title: str, paths: Iterable[Json]) -> Json:
     """Return a plot over time, with its title by the names that both viewers have for it."""
     titles = dict.fromkeys(("foxglovePanelTitle", "lichtblickPanelTitle"), title)
     return {
-        "paths": paths,
+        "paths": [*paths],
         "xAxisVal": "timestamp",
         "isSynced": True,
         "showLegend": True,

@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.margins import MarginProfile, margin_profiles, smallest_defect
+from pipeline.margins import MarginProfile, margin_profiles
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, LearnedReference
 from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
@@ -61,7 +61,6 @@ def metrics_of(
         "final_step": learned.final_step,
         "first_violated_step": violated[0] if violated else None,
         "last_violated_step": violated[-1] if violated else None,
-        "smallest_defect": smallest_defect(reference, last_step),
         **errors_of(experiment, sampled, reference),
     }
     for profile in profiles:

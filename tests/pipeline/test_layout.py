@@ -7,6 +7,7 @@ from typing import Any
 from pipeline.layout import layout_of
 from pipeline.storage.archive import topics_of
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS
+from trackably.files import from_json, to_json
 
 _PATH = re.compile(r'("?)(/.*?)\1\.(\D.*)')
 
@@ -18,7 +19,7 @@ def leaves(tree: Any) -> list[str]:
 @BY_NAME
 def test_every_topic_is_shown_and_no_other_and_every_panel_has_one_place(name: str) -> None:
     found = topics_of(RESULTS[name])
-    layout = layout_of(EXPERIMENTS[name].plant, found)
+    layout: Any = from_json(to_json(layout_of(EXPERIMENTS[name].plant, found)))
     panels = layout["configById"]
     written = [path["value"] for config in panels.values() for path in config.get("paths", ())]
     paths = {(match[2], match[3].strip('"')) for text in written if (match := _PATH.fullmatch(text))}
