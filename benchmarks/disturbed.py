@@ -8,14 +8,13 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import islice
 
 import click
 import numpy as np
 
 from pipeline.experiments import load_experiments
-from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, near_bounds, scaled, start, violations
+from pipeline.loops.disturbed import KINDS, controllers, disturbed_loop, near_bounds, start, violations
 from pipeline.methods import ROBUST
 from pipeline.storage.archive import read_fit
 from pipeline.storage.results import Results
@@ -30,7 +29,7 @@ from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening, tightening
 
-_HORIZON, _PART = 15, 0.95
+_HORIZON = 15
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,14 +80,15 @@ def random_case(seed: int, steps: int = 150) -> Case | None:
         shape = Zonotope(np.zeros(n), 1e-3 * rng.standard_normal((max(1, n - int(rng.integers(2))), n)))
         noise = Zonotope(np.zeros(n), 2e-4 * rng.standard_normal((n, n))) if seed % 2 else None
         small = tightening(plant, shape, noise=noise)
-        size = Fraction(rng.uniform(0.2, 0.7) * small.largest_fraction)
-        K = small.invariant.feedback if small.invariant else None
-        tightened = tightening(plant, scaled(shape, size), K, noise=scaled(noise, size) if noise else None)
+        size = rng.uniform(0.2, 0.7) * small.largest_fraction
+        pushed, shaken = (of and Zonotope(np.zeros(n), size * of.generator_matrix) for of in (shape, noise))
+        tightened = tightening(plant, pushed, small.invariant.feedback, noise=shaken)
     except ValueError:  # not controllable, or tightened bounds leave nothing
         return None
     horizon = max(_HORIZON, shortest_horizon(plant))
-    robust = near_bounds(tightened.plant, rng.spawn(1)[0], steps + horizon, _PART)
-    if not isinstance(prove(robust, Window(0.0, (steps + horizon) * 0.1)), Certificate):
+    last = steps + horizon
+    robust = near_bounds(tightened.plant, rng.spawn(1)[0], last, 0.95)
+    if not isinstance(prove(robust, Window(0.0, last * 0.1)), Certificate):
         return None
     return Case(f"random {seed}", tightened, robust, horizon, steps)
 
@@ -127,8 +127,10 @@ def command(steps: int) -> None:
 
 
 def _told(name: str, found: Counter[str]) -> str:
-    counts = f"{found['steps_outside']} outside of the bounds, {found['steps_without_plan']} without a plan"
-    return f"{name}: {found['steps']} steps in {found['runs']} runs: {counts}"
+    return (
+        f"{name}: {found['steps']} steps in {found['runs']} runs: {found['steps_outside']} outside of the bounds, "
+        f"{found['steps_without_plan']} without a plan"
+    )
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ from tqdm import tqdm
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
 from pipeline.loops.disturbed import disturbed_loops, prices
-from pipeline.loops.feasible_set import feasible_over_time
 from pipeline.loops.online import relearn
 from pipeline.loops.trajectory import (
     LOGGED,
@@ -92,8 +91,6 @@ def control(experiment: Experiment, results: Results) -> None:
             found[start] = loop_metrics(loop, plant)
         metrics[name] = {"first_untrackable_step": first_untrackable_step(reference, plant, steps), **found}
     online = relearn(experiment, fitted.sampled, controller)
-    shown = range(steps.start, min(steps.start + wanted.shown, steps[-1]) + 1)
-    courses |= feasible_over_time(controller, references[JOINT.name], wanted.horizons, shown)
     if online:
         metrics["online"] = {
             **loop_metrics(online.loop, plant),

@@ -38,7 +38,7 @@ def has_avx2(processor: Path = Path("/proc/cpuinfo")) -> bool:
     return {"avx2", "fma"} <= {*flags}
 
 
-PACKAGES = ("numpy", "scipy", "cvxpy", "clarabel", "mpmath", "matplotlib", "mcap", "zstandard")
+PACKAGES = ("numpy", "scipy", "clarabel", "mpmath", "matplotlib", "mcap", "zstandard")
 PYTHON, BLAS, SIMD = "python", "BLAS", "NumPy's instructions"
 NAMES = (PYTHON, *PACKAGES, BLAS, SIMD)
 

@@ -1,4 +1,4 @@
-"""Stage 5: all results → figures, and the scene, events and layout that viewers of the logs show."""
+"""Stage 5: all results → figures, and the layout in which viewers show the logs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from tqdm import tqdm
 from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
+from pipeline.layout import layout_of
 from pipeline.loops.trajectory import LOGGED, ON, Courses, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
@@ -27,15 +28,14 @@ from pipeline.methods import (
 )
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
-from pipeline.storage.archive import Fitted, read_margins
+from pipeline.storage.archive import Fitted, read_margins, topics_of
 from pipeline.storage.logs import below
 from pipeline.storage.results import Results, read_numbers
-from pipeline.viewer.layout import write_scene
 from trackably.arrays import Array
 from trackably.checker.form import read_certificate
 from trackably.control.error_set import ErrorSet
 from trackably.exports import figures as curves
-from trackably.files import read_json
+from trackably.files import read_json, write_json
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
@@ -44,20 +44,19 @@ _POINTS = 1501
 _STEPS_OF_TUBE = 12
 _SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
 _CURVE_POINTS = 1001
-_PAIRS = [(reference, controller) for controller in ("nominal", "tube") for reference in (JOINT.name, ROBUST.name)]
 
 
 def figures(experiment: Experiment, results: Results) -> None:
     """Draw and save every figure of the experiment, and remove figures of an earlier run that are no longer drawn.
 
-    Scene, events and layout are written too, for viewers of the logs.
+    The layout for viewers of the logs is written too.
     """
     drawn = drawings(experiment, results)
     for name, draw in tqdm(drawn.items(), desc=f"{experiment.name}: figures", disable=None):
         style.save(draw(), results.figure(name))
     for old in {*results.figures.glob("*.svg")} - {results.figure(name) for name in drawn}:
         old.unlink()
-    write_scene(experiment, results)
+    write_json(results.layout, layout_of(experiment.plant, topics_of(results)))
 
 
 def drawings(experiment: Experiment, results: Results) -> Drawings:
@@ -106,7 +105,7 @@ class _Figures:
             found["true-signal"] = self._true_signal
         if self.experiment.plane is not None:
             found["path"] = self._path
-        if self.fitted.study and self.fitted.study.tightness:
+        if self.fitted.tightness:
             found["tightness"] = self._tightness
         return found
 
@@ -115,10 +114,9 @@ class _Figures:
         return references.margins({name: by_method[name] for name in self.shown}, self.experiment.units)
 
     def _tightness(self) -> Figure:
-        assert self.fitted.study, "drawn only where there is one"
         baseline = self.fitted.learned[UNCONSTRAINED.name]
         (part,) = baseline.prior.parts
-        return references.tightness(self.fitted.study.tightness, baseline.method, baseline.nlml, float(part.noise_std))
+        return references.tightness(self.fitted.tightness, baseline.method, baseline.nlml, float(part.noise_std))
 
     def _true_signal(self) -> Figure:
         """Draw the proved distance from true signals, of the robust reference if there is one."""
@@ -235,54 +233,34 @@ class _Figures:
         return panels
 
     def loops(self) -> Drawings:
-        """Return the figures of closed loops, of steps without a plan, and of feasible sets."""
+        """Return the figures of closed loops, of steps without a plan, and of references learned again."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
-        courses, steps, plane = by_reference(closed), experiment.loop_steps, experiment.plane
+        courses, steps = by_reference(closed), experiment.loop_steps
         shown = steps.start + min(wanted.shown, LOGGED, len(steps))
         found: Drawings = {
             "closed-loop": lambda: loops.closed_loop(courses, plant, shown, units),
-            "cost": lambda: loops.costs(courses, plant, shown),
         }
-        if plane is not None:
-            found["loops-in-plane"] = lambda: loops.loops_in_plane(courses[JOINT.name], plant, plane, shown, units)
         lost = courses[UNCONSTRAINED.name][ON]
         if lost.infeasible.size:
             found["infeasibility"] = lambda: loops.infeasibility(lost, plant, wanted.horizon, units)
         if "/online" in closed:
             found["relearning"] = lambda: loops.relearned(closed["/online"], closed["/offers"], plant, units)
-        if feasible := {int(name.removeprefix("horizon_")): of for name, of in below(closed, "feasible").items()}:
-            draw = loops.feasible_intervals if len(plant.system.states) == 1 else loops.feasible_polygons
-            found["feasible-set"] = lambda: draw(feasible, courses[JOINT.name], plant, units)
         return found
 
     def disturbed(self) -> Drawings:
-        """Return the figures of disturbed loops, if there are such loops."""
+        """Return the figure of runs in the tube, if there are disturbances."""
         experiment, closed, tightening = self.experiment, self.closed, self.experiment.tightening
         if "/disturbed_range" not in closed or tightening is None:
             return {}
         metrics: Any = read_json(self.results.control)
-        runs = closed["/disturbed_range"]
+        runs, count = closed["/disturbed_range"], metrics["disturbed"]["tube"]["runs"]
         window = self.fitted.learned[ROBUST.name].reference.window(int(runs.steps[0]), len(runs.steps))
-        count = metrics["disturbed"]["tube"]["runs"]
-        shown, failures = {}, {}
-        for reference, controller in _PAIRS:
-            label = f"{controller} controller,\n{reference} reference"
-            shown[label] = below(closed, "disturbed", reference, controller)
-            said = metrics["disturbed"][reference][controller].values()
-            steps = [of[name] for of in said for name in ("first_step_without_plan", "first_step_outside")]
-            failures[label] = min((step for step in steps if step is not None), default=None)
+        single, given = [*below(closed, "disturbed_runs").values()], tightening.given
         return {
             "tube-of-runs": lambda: loops.tube_runs(
-                runs,
-                [*below(closed, "disturbed_runs").values()],
-                count,
-                window,
-                room(tightening),
-                tightening.given,
-                experiment.units,
-            ),
-            "disturbed-loops": lambda: loops.disturbed_loops(shown, failures, experiment.plant),
+                runs, single, count, window, room(tightening), given, experiment.units
+            )
         }
 
 

@@ -1,4 +1,4 @@
-"""Margins of a reference on a fine grid of times, and trackability by its definition: evidence, not a proof."""
+"""Margins of a reference on a fine grid of times: evidence, not a proof."""
 
 from dataclasses import dataclass
 
@@ -56,27 +56,3 @@ def margin_profiles(reference: Reference, last_step: int, instants_per_step: int
         at, least = (np.take_along_axis(values, smallest, axis=1)[:, 0] for values in (times, margins))
         found.append(MarginProfile(quantity, at, least, margins[:, 0]))
     return found
-
-
-def smallest_defect(reference: Reference, last_step: int) -> float:
-    """Return min over u(0…last_step) ∈ U of max_k |x_r(k+1) − f(x_r(k), u(k))|_∞, in the unit of the states.
-
-    A convex program searches for the inputs; the dynamics are not solved for them. So this independently checks
-    Definition 1 of the paper. It is zero, up to the accuracy of the solver, if and only if the system can follow the
-    reference. ValueError: the system is not affine in its inputs.
-    """
-    import cvxpy as cp  # noqa: PLC0415  loading it takes longer than half of the stages
-
-    states = reference.state(np.arange(last_step + 2, dtype=float))
-    system, still = reference.plant.system, np.zeros(len(reference.plant.system.inputs))
-    drift, gain = system.successor(states[:-1], still), system.slopes(states[:-1], still)[1]
-    inputs = reference.input(np.arange(last_step + 1, dtype=float))
-    if not np.allclose(drift + (gain @ inputs[..., None])[..., 0], system.successor(states[:-1], inputs)):
-        raise ValueError("margins: the system must be affine in its inputs, as only then the program is convex")
-    H, h = reference.plant.input_set.inequalities
-    u = cp.Variable((last_step + 1, gain.shape[-1]))
-    by_input = [cp.sum(cp.multiply(gain[:, i], u), axis=1) for i in range(gain.shape[1])]
-    gap = states[1:] - drift - cp.vstack(by_input).T
-    program = cp.Problem(cp.Minimize(cp.max(cp.abs(gap))), [u @ H.T <= np.tile(h, (last_step + 1, 1))])
-    program.solve(solver=cp.CLARABEL)
-    return float(program.value)

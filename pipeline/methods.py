@@ -204,10 +204,10 @@ def at_all_phases(task: Task) -> tuple[Constraint, ...]:
     return all_phases(task.plant, periodic_of(task).backoff)
 
 
-def in_intervals(task: Task, count: int | None = None, overlap: float = 0.0) -> tuple[Constraint, ...]:
+def in_intervals(task: Task, count: int | None = None) -> tuple[Constraint, ...]:
     """Return the constraints of program (8), as published; the `count` η is that of the experiment by default."""
     wanted = periodic_of(task)
-    return on_intervals(task.plant, wanted.last_step, count or wanted.intervals, wanted.backoff, overlap)
+    return on_intervals(task.plant, wanted.last_step, count or wanted.intervals, wanted.backoff)
 
 
 def _rounds(task: Task, found: Solution) -> Mapping[str, Array]:
@@ -258,13 +258,6 @@ EXACT = Method(
     looks_like=HYPERPARAMETERS.name,
 )
 INTERVALS = Method("intervals", partial(_constrained, in_intervals), needs=("periodic",), check=check_periodic)
-SOUND_INTERVALS = replace(
-    INTERVALS,
-    name="sound_intervals",
-    learn=partial(_constrained, lambda task: in_intervals(task, overlap=task.plant.sampling_time)),
-    must_be_proved=True,
-    looks_like=INTERVALS.name,
-)
 # The grid has the instants of the first steps only; later steps fall on other phases of the period.
 GRID = replace(
     INTERVALS,
@@ -277,9 +270,7 @@ ROBUST = replace(JOINT, name="robust", learn=_within_tightened_bounds, needs=("d
 REQUIRED = (UNCONSTRAINED, HYPERPARAMETERS, JOINT)
 """Methods that every experiment compares; loops are closed on the references of the first and the last."""
 
-METHODS = {
-    method.name: method for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, SOUND_INTERVALS, GRID, ROBUST)
-}
+METHODS = {method.name: method for method in (*REQUIRED, AS_PUBLISHED, SOUND, EXACT, INTERVALS, GRID, ROBUST)}
 
 
 def methods_in_figures(learned: Collection[str]) -> list[Method]:

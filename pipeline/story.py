@@ -18,12 +18,6 @@ from trackably.reference.truth import Accuracy
 from trackably.systems.constrained import ConstrainedSystem
 
 UNCONSTRAINED = "unconstrained"
-_ROUNDING = 1e-9  # rises of the optimal cost by less than this part of the largest cost are rounding
-_ERRORS = {
-    "misfit": "the samples are off it by {} (root mean square)",
-    "held_out": "the held-out samples by {}",
-    "rmse": "the truth by {}",
-}
 
 
 class Told(str):
@@ -85,27 +79,6 @@ def told_of_edges(fitted: Fitted) -> Told:
     return Told("\n".join([*found, "", "A wider interval may lead to other hyperparameters there."]))
 
 
-def told_of_price(results: Results) -> Told:
-    """Say for each proved method its price, and the distances of its reference from the samples.
-
-    The price is the cost of the bounds: J minus the l of the unconstrained mean. If fewer centres stand for the
-    samples, their number is given.
-    """
-    metrics = _read(results.metrics)
-    free = metrics[UNCONSTRAINED]
-    said = [
-        f"Learned of {of['samples']} samples of {name} by {of['centres']} centres, which stand for all of them."
-        for name, of in free.get("condensed", {}).items()
-    ]
-    said.append(f"`{UNCONSTRAINED}`: {_distances(free)}.")
-    for name, found in metrics.items():
-        if name != UNCONSTRAINED and found["proof"].startswith("proved"):
-            dearest = max(found.get("price_by_bound", {}).items(), key=lambda bound: bound[1], default=None)
-            most = f", of which {dearest[1]:.3g} for {dearest[0]}" if dearest else ""
-            said.append(f"`{name}` costs {found['price']:.3g} in $-2 \\ln p${most}: {_distances(found)}.")
-    return Told.points(said)
-
-
 def told_of_proofs(results: Results) -> Told:
     """Say for each method what is proved about its reference, what refutes it, or what a proof lacks."""
     return Told.points(f"`{name}`: {found['proof']}" for name, found in _read(results.metrics).items())
@@ -147,99 +120,11 @@ def told_of_truth(results: Results) -> Told:
     return Told.points(said)
 
 
-def told_of_loops(results: Results) -> Told:
-    """Say for each reference whether the controller had a plan at each step, and whether the optimal cost fell."""
-    return Told.points(_loops(_read(results.control)))
-
-
-def told_of_room(results: Results) -> Told:
-    """Say what the robust reference costs beside `joint`, and for which sizes of the disturbance sets one is proved."""
-    loops, metrics = _read(results.control), _read(results.metrics)
-    price, robust, joint = loops["price_of_room"], metrics["robust"], metrics["joint"]
-    largest, dearest = price["sizes"][-1], price["price"][-1]
-    return Told(
-        f"`robust` costs {robust['price']:.3g} in $-2 \\ln p$ where `joint` costs {joint['price']:.3g}: "
-        f"{_distances(robust)}; of `joint`, {_distances(joint)}. For {largest:g} times these sets a reference was "
-        f"proved at a price of {dearest:.3g}. With this feedback, nothing is left between the bounds of some state or "
-        f"input at {price['largest']:.3g} times the sets."
-    )
-
-
-def told_of_disturbances(results: Results) -> Told:
-    """Say for each controller and reference whether disturbed loops keep the bounds, and the same of many runs."""
-    loops = _read(results.control)
-    runs = loops["disturbed"]["tube"]
-    kept = "no bound is broken" if not runs["broken"] else f"{runs['broken']} times a bound is broken"
-    many = f"In {runs['runs']} runs from inside of the tube around `robust`, {runs['steps']} steps in all, {kept}."
-    return Told.points((many, *_disturbed(loops["disturbed"])))
-
-
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the name of each reference of undisturbed loops, with the metrics by initial state."""
     for reference, of in counted.items():
         if reference not in ("horizon", "online", "disturbed", "price_of_room"):
             yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
-
-
-def _loops(counted: Mapping[str, Any]) -> Iterator[str]:
-    for reference, starts in _by_start(counted):
-        lost = {start: found for start, found in starts.items() if found["infeasible_steps"] or found["unsolved_steps"]}
-        if lost:
-            yield f"On `{reference}` there is no plan " + _listed(_loss(*loss) for loss in lost.items()) + "."
-        else:
-            every = f"of {counted['horizon']} steps at each step, from {len(starts)} start{'s' * (len(starts) != 1)}"
-            yield f"On `{reference}` there is a plan {every}. {_margins(starts)}{_rises(starts)}"
-
-
-def _disturbed(loops: Mapping[str, Any]) -> Iterator[str]:
-    """Say for each controller and reference whether loops under all kinds of disturbances keep the bounds."""
-    for reference, by_controller in loops.items():
-        if reference == "tube":
-            continue
-        for controller, by_kind in by_controller.items():
-            lost = [
-                _failure(kind, of) for kind, of in by_kind.items() if of["steps_without_plan"] or of["steps_outside"]
-            ]
-            begun = f"Disturbed, the {controller} controller on `{reference}` "
-            if lost:
-                yield f"{begun}fails: {'; '.join(lost)}."
-            else:
-                steps = sum(of["steps"] for of in by_kind.values())
-                yield f"{begun}has a plan at each of {steps} steps ({', '.join(by_kind)}), and no bound is broken."
-
-
-def _failure(kind: str, found: Mapping[str, Any]) -> str:
-    without, outside = found["steps_without_plan"], found["steps_outside"]
-    said = []
-    if without:
-        said.append(
-            f"there is no plan at {without} of {found['steps']} steps, first at {found['first_step_without_plan']}"
-        )
-    if outside:
-        said.append(f"bounds are broken at {outside} steps, first at {found['first_step_outside']}")
-    return f"{kind}, {_listed(said)}"
-
-
-def _loss(start: str, found: Mapping[str, Any]) -> str:
-    first = found["first_infeasible_step"]
-    since = "" if first is None else f", first at step {first}"
-    return f"at {found['infeasible_steps'] + found['unsolved_steps']} of {found['steps']} steps from `{start}`{since}"
-
-
-def _margins(starts: Mapping[str, Mapping[str, float]]) -> str:
-    least = min(found[margin] for found in starts.values() for margin in ("worst_state_margin", "worst_input_margin"))
-    return "No bound is broken." if least >= 0 else f"No bound is broken by more than {-least:.1g}."
-
-
-def _rises(starts: Mapping[str, Mapping[str, float]]) -> str:
-    most = max(found["largest_rise"] or 0.0 for found in starts.values())
-    if most <= _ROUNDING * max(found["first_cost"] or 0.0 for found in starts.values()):
-        return ""
-    return f" The optimal cost rises by up to {most:.2g}: the system cannot stay on this reference."
-
-
-def _distances(found: Mapping[str, Any]) -> str:
-    return _listed(words.format(f"{found[key]:.3g}") for key, words in _ERRORS.items() if found.get(key) is not None)
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -347,6 +232,39 @@ def table_of_loops(results: Results) -> Table:
             found["largest_rise"] = "rounding"
     rows = [[name, *(found.get(key) for key in columns)] for name, found in by_loop.items()]
     return Table(["reference, start", *columns.values()], rows, digits=3)
+
+
+def table_of_disturbances(results: Results) -> Table:
+    """Return for each disturbed loop at how many steps there is no plan or a bound is broken; last, for many runs.
+
+    The runs begin inside of the tube around `robust`.
+    """
+    *references, (_, runs) = _read(results.control)["disturbed"].items()
+    columns = {
+        "steps": "steps",
+        "steps_without_plan": "without a plan",
+        "first_step_without_plan": "first at",
+        "steps_outside": "outside of bounds",
+        "first_step_outside": "first at",
+    }
+    rows = [
+        [f"{controller} controller on {reference}, {kind}", *(found[key] for key in columns)]
+        for reference, by_controller in references
+        for controller, by_kind in by_controller.items()
+        for kind, found in by_kind.items()
+    ]
+    rows.append([f"{runs['runs']} runs in the tube", runs["steps"], None, None, runs["broken"], None])
+    return Table(["disturbed", *columns.values()], rows)
+
+
+def table_of_room(results: Results) -> Table:
+    """Return the price and the misfit of references proved for each size of the disturbance sets, 0 without room.
+
+    The last row has the size at which, with this feedback, nothing is left between the bounds.
+    """
+    price = _read(results.control)["price_of_room"]
+    rows = [*zip(price["sizes"], price["price"], price["misfit"], strict=True), (price["largest"], None, None)]
+    return Table(["size", "price", "misfit"], rows, digits=3)
 
 
 def table_of_offers(results: Results) -> Table:

@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.load import read_fit_of
-from pipeline.margins import MarginProfile, margin_profiles, smallest_defect
+from pipeline.margins import MarginProfile, margin_profiles
 from pipeline.methods import HYPERPARAMETERS, JOINT, METHODS, UNCONSTRAINED, LearnedReference
 from pipeline.published.algorithm1 import tail
 from pipeline.published.scalar import is_scalar, state_and_input
@@ -61,8 +61,7 @@ def metrics_of(
         "final_step": learned.final_step,
         "first_violated_step": violated[0] if violated else None,
         "last_violated_step": violated[-1] if violated else None,
-        "smallest_defect": smallest_defect(reference, last_step),
-        **_errors(experiment, sampled, reference),
+        **errors_of(experiment, sampled, reference),
     }
     for profile in profiles:
         name, (margin, time) = profile.quantity.name, profile.worst
@@ -128,7 +127,7 @@ def _tail_metrics(reference: Reference, last_step: int) -> dict[str, Any] | None
     }
 
 
-def _errors(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float]:
+def errors_of(experiment: Experiment, sampled: Sampled, reference: Reference) -> dict[str, float]:
     """Return root mean square distances by name: `misfit` from the samples, `rmse` from the true signal, `held_out`.
 
     The true signal is compared at the verified steps, if it is known. `held_out` is the distance from the samples that

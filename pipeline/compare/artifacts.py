@@ -147,15 +147,13 @@ def _table(path: Path) -> Leaves:
 
 
 def _recording(log: Log) -> Parts:
-    """Return the parts of a log: the columns of every series, other topics, attachments, and metadata with units."""
+    """Return the parts of a log: the columns of every series, attachments, and metadata with units."""
     parts: Parts = {}
     for series in log.series:
         places = [*_distinct(f"t = {t:.12g} s" for t in series.times.tolist())]
         for field, column in {TIME: series.times, **series.fields}.items():
             values = zip(places, column.tolist(), strict=True)
             parts[series.topic, field] = {place: Leaf(field, value) for place, value in values}
-    for of in log.documents:
-        parts[of.topic, ""] = _told({"messages": [{"time": time, **message} for time, message in of.messages]})
     for name, data in log.attachments.items():
         parts[f"attachment {name}", ""] = _told(from_json(data))
     units = {series.topic: dict(series.units) for series in log.series if series.units}
@@ -262,29 +260,20 @@ def _notebook(data: bytes) -> Leaves:
         for cell, source, place in zip(content["cells"], sources, places, strict=True):
             leaves[f"{place}, source"] = Leaf(SOURCE, source)
             for i, output in enumerate(cell.get("outputs", ()), start=1):
-                for media, shown in _shown(output).items():
-                    if not media.startswith("image/"):
-                        leaves |= _output(f"{place}, output {i}, {media}", media, shown)
+                leaves |= _output(f"{place}, output {i}", output)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"no notebook: {error!r}") from error
     return leaves
 
 
-def _shown(output: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return the contents of a notebook cell's output by media type, such as text/plain."""
-    if output["output_type"] == "stream":
-        return {output["name"]: output["text"]}
-    shown: Mapping[str, Any] = output["data"]
-    return shown
-
-
-def _output(place: str, media: str, content: Any) -> Leaves:
-    if media.endswith("json"):
-        return {f"{place}, {path}": Leaf(TEXT, leaf.value) for path, leaf in json_leaves(content).items()}
-    text = "".join(content)
-    fields = (THEOREM, THEOREM) if _BY_COQ in text else (TEXT, NUMBERS)
+def _output(place: str, output: Mapping[str, Any]) -> Leaves:
+    """Return the text and the data that a cell of a notebook shows, without pictures."""
+    shown = json_leaves({kind: output[kind] for kind in ("text", "data") if kind in output})
+    by_coq = any(_BY_COQ in str(leaf.value) for leaf in shown.values())
+    fields = (THEOREM, THEOREM) if by_coq else (TEXT, NUMBERS)
     return {
         at: leaf
-        for i, line in enumerate(text.splitlines(), start=1)
-        for at, leaf in prose_leaves(f"{place}, line {i}", line, *fields)
+        for path, of in shown.items()
+        if "image/" not in path
+        for at, leaf in prose_leaves(f"{place}, {path}", str(of.value), *fields)
     }

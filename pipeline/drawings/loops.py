@@ -1,4 +1,4 @@
-"""Figures of closed loops: over time, in the plane, with feasible sets, around steps without a plan, disturbed."""
+"""Figures of closed loops: over time, around steps without a plan, learned again, disturbed."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.drawings.references import label_plane
-from pipeline.drawings.style import COLUMN, DOTTED, GREY, Units, axis_label, direct_label, step_label
+from pipeline.drawings.style import DOTTED, GREY, Units, axis_label, direct_label, step_label
 from pipeline.loops.trajectory import ON, Course, runs_of
 from trackably.arrays import Array
 from trackably.exports.figures import (
@@ -25,13 +24,11 @@ from trackably.exports.figures import (
     legend_above,
     pad_limits,
     panels_of,
-    reference_styles,
     shade_outside,
     with_style,
 )
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
-from trackably.systems.polytopes import slacks
 from trackably.systems.reference import Window
 
 ByInitialState = Mapping[str, Course]
@@ -49,7 +46,6 @@ _NO_PLAN: Final[dict[str, Any]] = {
     "zorder": 1,
     "label": "no plan",
 }
-_ROUNDING: Final = 1e-16
 
 
 @with_style
@@ -114,23 +110,6 @@ def _grid(
         axes.set(xlabel=step_label(plant.sampling_time), xlim=shown)
     figure.align_ylabels(panels[:, 0])
     return figure, panels
-
-
-@with_style
-def costs(loops: Mapping[str, ByInitialState], plant: ConstrainedSystem, last_step: int) -> Figure:
-    """Draw V_N(k) up to `last_step`, one panel for each reference by its label.
-
-    Values below 1e-16 are rounding, and are drawn at 1e-16.
-    """
-    figure, (panels,) = panels_of(2.5, 1, len(loops), sharey=True)
-    for axes, (label, by_state) in zip(panels, loops.items(), strict=True):
-        for initial_state, course in by_state.items():
-            part = course.until(last_step)
-            axes.plot(part.steps, np.maximum(part["cost"], _ROUNDING), **INITIAL_STATE_STYLES[initial_state])
-        _shade_where_none_has_a_plan(axes, by_state, last_step)
-        axes.set(title=f"{label} reference", xlabel=step_label(plant.sampling_time), xlim=(0, last_step))
-    panels[0].set(ylabel=r"optimal cost $V_N(k)$ [–]", yscale="log")
-    return legend_above(figure)
 
 
 def _shade_no_plan(axes: Axes, steps: Array) -> None:
@@ -198,97 +177,10 @@ def relearned(course: Course, updates: Course, plant: ConstrainedSystem, units: 
     return legend_above(figure)
 
 
-_FILL: Final = 0.12
-
-
-@with_style
-def feasible_intervals(
-    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units
-) -> Figure:
-    """Draw the feasible interval of each horizon over the steps, for systems of one state, and the reference."""
-    figure, [[axes]] = panels_of(2.9)
-    for ends, style in _widest_first(feasible):
-        axes.fill_between(ends.steps, ends["lower"], ends["upper"], facecolor=style["color"], alpha=_FILL, zorder=1)
-        axes.plot(ends.steps, ends.together(["lower", "upper"]), **style)
-    last, name = max(ends.steps[-1] for ends in feasible.values()), plant.system.states[0]
-    part = loops[ON].until(int(last))
-    axes.plot(part.steps, part[f"{name}_reference"], **_REFERENCE | {"zorder": 4})
-    for bound in (plant.state_set.lower[0], plant.state_set.upper[0]):
-        axes.axhline(bound / plant.state_set.rows[0, 0], **BOUND)
-    axes.set(xlabel=step_label(plant.sampling_time), ylabel=axis_label(name, units), xlim=(0, last))
-    return legend_above(figure, columns=6)
-
-
-@with_style
-def feasible_polygons(
-    feasible: Mapping[int, Course], loops: ByInitialState, plant: ConstrainedSystem, units: Units
-) -> Figure:
-    """Draw the feasible polygon of each horizon at step 0, for systems of two states, and the loops' first steps."""
-    states = plant.system.states
-    figure, [[axes]] = panels_of(3.6, width=1.4 * COLUMN)
-    for of, style in _widest_first(feasible):
-        corners = of.together(states)
-        axes.fill(*corners.T, facecolor=style["color"], alpha=_FILL, zorder=1)
-        axes.plot(*np.vstack([corners, corners[:1]]).T, **style)
-    axes.margins(0.06)  # around the sets, and not the loops
-    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
-    for initial_state, course in loops.items():
-        x = course.until(max(feasible)).together(states)
-        axes.plot(x[:, 0], x[:, 1], **INITIAL_STATE_STYLES[initial_state] | {"color": INK, "linewidth": 1.0})
-        axes.plot(*x[0], "o", color=INK, zorder=5)
-    axes.set(xlabel=axis_label(states[0], units), ylabel=axis_label(states[1], units))
-    return legend_above(figure, columns=3)
-
-
-def _widest_first(feasible: Mapping[int, Course]) -> list[tuple[Course, dict[str, Any]]]:
-    """Return the sets with their styles, those of long horizons first: wider sets lie below."""
-    styles = reference_styles(f"$N$ = {horizon}" for horizon in sorted(feasible))
-    return [*zip((of for _, of in sorted(feasible.items())), styles.values(), strict=True)][::-1]
-
-
-_EVERY: Final = 5
-_CLOSE: Final = 0.01
-"""Lines from states to the reference that are shorter than this part of the picture are left out."""
-
-
-@with_style
-def loops_in_plane(
-    loops: ByInitialState,
-    plant: ConstrainedSystem,
-    plane: tuple[str, str],
-    last_step: int,
-    units: Units,
-) -> Figure:
-    """Draw loops by their initial states up to `last_step`, and the reference that they follow.
-
-    Thin lines lead from the state at every fifth step to the reference at the same step.
-    """
-    figure, [[axes]] = panels_of(4.2)
-    for initial_state, course in loops.items():
-        part = course.until(last_step)
-        states, reference = part.together(plane), part.together(plane, "_reference")
-        axes.plot(*states.T, **INITIAL_STATE_STYLES[initial_state])
-        axes.plot(*states[0], "o", color=INK, markersize=4, zorder=5)
-        for here, there in zip(states[::_EVERY], reference[::_EVERY], strict=True):
-            if np.linalg.norm(here - there) > _CLOSE * np.max(np.ptp(reference, axis=0)):
-                axes.plot(*np.array([here, there]).T, color=GREY, linewidth=0.5, zorder=2.0)
-    longest = max(loops.values(), key=lambda loop: len(loop.steps)).until(last_step)
-    axes.plot(*longest.together(plane, "_reference").T, **_REFERENCE)
-    label_plane(axes, plane, units)
-    return legend_above(figure)
-
-
-_KINDS: Final[dict[str, dict[str, Any]]] = {
-    "drawn": INITIAL_STATE_STYLES["on"] | {"linewidth": 2.0, "label": "drawn disturbances"},
-    "greedy": INITIAL_STATE_STYLES["above"] | {"label": "greedy ones"},
-    "constant": INITIAL_STATE_STYLES["below"] | {"label": "constant ones"},
-}
 _TUBE: Final[dict[str, Any]] = {"facecolor": BLUE, "alpha": 0.16, "zorder": 1.5, "label": "tube"}
 _RANGE: Final = _TUBE | {"alpha": 0.34, "zorder": 1.6}
 _FOLLOWED: Final[dict[str, Any]] = {"color": ORANGE, "linewidth": 1.3, "zorder": 3.4, "label": "reference"}
 _SINGLE: Final[dict[str, Any]] = {"color": NAVY, "linewidth": 0.4, "zorder": 3}
-_SHOWN: Final = (-0.03, 0.12)
-"""The range of margins, as parts of a width, that a panel shows; it is larger if no loop has such small margins."""
 
 
 @with_style
@@ -330,41 +222,6 @@ def tube_runs(
     return legend_above(figure)
 
 
-@with_style
-def disturbed_loops(
-    loops: Mapping[str, Mapping[str, Course]], failures: Mapping[str, float | None], plant: ConstrainedSystem
-) -> Figure:
-    """Draw the smallest margins of states and inputs, one column for each pair of controller and reference by label.
-
-    `loops` are by this label, then by the kind of disturbance. Margins are parts of a width, and negative if a bound is
-    broken; large margins are cut off. `failures` are the first steps without a plan or outside of the bounds, by the
-    same labels, None without a failure. Steps at which no loop of a column has a plan are shaded.
-    """
-    figure, panels = panels_of(3.4, 2, len(loops), sharex=True, sharey="row")
-    last, every = max(course.steps[-1] for by_kind in loops.values() for course in by_kind.values()), []
-    for column, (label, by_kind) in zip(panels.T, loops.items(), strict=True):
-        first = failures[label]
-        # Whether loops fail is said in the title, because a text inside the panel would hide curves.
-        column[0].set_title(f"{label}:\n{'never fails' if first is None else f'fails at step {first:.0f}'}")
-        column[-1].set_xlabel(step_label(plant.sampling_time))
-        lost = set.intersection(*(set(course.infeasible.tolist()) for course in by_kind.values()))
-        for kind, course in by_kind.items():
-            every.append(_margins(course, plant))
-            for axes, values in zip(column, every[-1], strict=True):
-                axes.plot(course.steps, values, **_KINDS[kind])
-        for axes in column:
-            _shade_no_plan(axes, np.array(sorted(lost)))
-            axes.axhspan(_SHOWN[0], 0, **OUTSIDE)
-            axes.axhline(0, **BOUND)
-            if first is not None:
-                axes.axvline(first, color=INK, **DOTTED, zorder=2.8)
-    for axes, name, of_all in zip(panels[:, 0], ("states", "inputs"), zip(*every, strict=True), strict=True):
-        most = max(float(np.nanmin(of)) for of in of_all)
-        axes.set(ylabel=f"smallest margin\nof {name} / width [–]", ylim=(_SHOWN[0], max(_SHOWN[1], 1.25 * most)))
-    panels[0, 0].set_xlim(0, last)
-    return legend_above(figure)
-
-
 def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval | None) -> None:
     """Draw the bounds minus the reference as lines, and shade the area beyond them, within the panel's limits."""
     if bounds is None:
@@ -374,9 +231,3 @@ def _shade_beyond(axes: Axes, steps: Array, reference: Array, bounds: Interval |
         axes.plot(steps, beyond, **BOUND)
         outside = np.minimum(beyond, end) if bound == bounds.lower else np.maximum(beyond, end)
         axes.fill_between(steps, beyond, outside, **OUTSIDE)
-
-
-def _margins(course: Course, plant: ConstrainedSystem) -> list[Array]:
-    """Return the smallest margins of the states and of the inputs at each step, as parts of widths: shapes (K,)."""
-    sets = (plant.state_set, plant.system.states), (plant.input_set, plant.system.inputs)
-    return [np.min(slacks(bounded, course.together(names)), axis=1) for bounded, names in sets]

@@ -13,7 +13,6 @@ from matplotlib.ticker import NullLocator
 
 from pipeline.drawings.style import DOTTED, GREY, TRUTH, Units, axis_label, direct_label
 from pipeline.margins import MarginProfile
-from pipeline.storage.archive import Tightness
 from trackably.arrays import Array
 from trackably.checker.certificate import TrueSignal
 from trackably.exports.figures import (
@@ -162,15 +161,9 @@ def path(
     _draw_direction(axes, list(courses.values())[-1])
     if len(samples) == 2 and np.array_equal(samples[0].times, samples[1].times):
         axes.plot(samples[0].values, samples[1].values, **SAMPLE | {"markersize": 4})
-    label_plane(axes, plane, units)
-    return legend_above(figure, columns=3)
-
-
-def label_plane(axes: Axes, plane: tuple[str, str], units: Units) -> None:
-    """Label both axes with the states and their units, and give them the same scale."""
-    first, second = (axis_label(name, units) for name in plane)
-    axes.set(xlabel=first, ylabel=second)
+    axes.set(xlabel=axis_label(plane[0], units), ylabel=axis_label(plane[1], units))
     axes.set_aspect("equal", adjustable="datalim")
+    return legend_above(figure, columns=3)
 
 
 def states_of(reference: Reference, names: Sequence[str], times: Array) -> Array:
@@ -205,19 +198,19 @@ _MARKS: Final = "so^"
 
 
 @with_style
-def tightness(found: Mapping[str, Tightness], baseline: str, least: float, noise_std: float) -> Figure:
+def tightness(found: Mapping[str, Mapping[str, Array]], baseline: str, least: float, noise_std: float) -> Figure:
     """Draw price, misfit and error of references by their labels over the upper bound of the state, tightest last.
 
     The price is J minus `least`, the l of the reference `baseline`. References have the styles of other figures, in
     which `baseline` is the first one. `noise_std` is drawn beside the misfit.
     """
     figure, (panels,) = panels_of(2.7, 1, 3)
-    uppers = sorted({upper for of in found.values() for upper in of.uppers.tolist()}, reverse=True)
+    uppers = sorted({upper for of in found.values() for upper in of["uppers"].tolist()}, reverse=True)
     _, *styles = reference_styles((baseline, *found)).values()
     for of, style, marker in zip(found.values(), styles, cycle(_MARKS), strict=False):
-        curves = (of.objectives - least, of.misfits, of.errors)
+        curves = (of["objectives"] - least, of["misfits"], of["errors"])
         for axes, values in zip(panels, curves, strict=True):
-            axes.plot(of.uppers, values, **style, marker=marker, markersize=3.5)
+            axes.plot(of["uppers"], values, **style, marker=marker, markersize=3.5)
     labels = (r"price $J - \min l$ [–]", "misfit of the samples [–]", "error to the truth [–]")
     for axes, label in zip(panels, labels, strict=True):
         axes.set(xscale="log", yscale="log", xlabel="upper bound of the state [–]", ylabel=label)

@@ -115,7 +115,6 @@ UnitField = Annotated[str, AfterValidator(_plain_unit)]
 MOST_STEPS = 1_000_000
 StepCount = Annotated[PositiveInt, Field(le=MOST_STEPS)]
 """A number of sampling steps; a larger one would take days of computation, and logs that fill the disk."""
-Counts = Annotated[tuple[PositiveInt, ...], LISTED]
 
 
 class Steps(Fields):
@@ -180,18 +179,6 @@ class Verification(Fields):
     instants_per_step: PositiveInt = 1
 
 
-class StudyFields(Fields):
-    """The studies: program (8) of the paper with each number of intervals η in `conservatism`, and other problems.
-
-    References are also learned from samples drawn with each of the first `draws` seeds, and for each upper bound of the
-    state in `tightness`.
-    """
-
-    conservatism: Counts = ()
-    draws: NonNegativeInt = 0
-    tightness: Annotated[tuple[float, ...], LISTED] = ()
-
-
 class Published(Fields):
     """Files with curves that the paper prints, for figures that show these curves beside ours."""
 
@@ -231,12 +218,11 @@ class Control(Fields):
     """Tracking MPC over `horizon` steps, for `steps` steps from each initial state.
 
     The cost is the squared error relative to the widths of the sets. A loop ends after more than `patience` infeasible
-    steps. Figures show the first `shown` steps of a loop. Feasible sets are computed for each of the `horizons`.
+    steps. Figures show the first `shown` steps of a loop.
     """
 
     horizon: PositiveInt = 20
     steps: StepCount = 600
     patience: NonNegativeInt = 100
     shown: PositiveInt = 150
-    horizons: Counts = (2, 5, 10, 20)
     online: Relearning | None = None

@@ -19,13 +19,12 @@ from pipeline.experiments.fields import (
     ProjectPath,
     Published,
     Search,
-    StudyFields,
     UnitField,
     Verification,
     by_name,
 )
 from pipeline.experiments.plants import Disturbance, ModelField, SetField, TruthField, tightened
-from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Drawn, Source, SourceField
+from pipeline.experiments.sources import GROUND_TRUTHS_FILE, Source, SourceField
 from pipeline.methods import METHODS, REQUIRED, ROBUST, Algorithm1, Method, Periodic, Task
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth
 from pipeline.yaml_file import Fields
@@ -113,7 +112,8 @@ class Experiment(Fields):
     in the plane of the two states `plane`, if given. All references keep the part `margin` of each width free at either
     bound. Robust methods also leave room for every error that a `disturbance` may cause; the other methods ignore it.
     Certificates bound the distance from every true signal that fits `truth`, by the name of its samples. `algorithm1`
-    and `periodic` are read by the methods that need them. Without `verification`, it is chosen as `verified` says.
+    and `periodic` are read by the methods that need them. References are also learned for each upper bound of the only
+    state in `tightness`. Without `verification`, it is chosen as `verified` says.
     """
 
     name: str
@@ -138,7 +138,7 @@ class Experiment(Fields):
     control: Control = Control()
     algorithm1: Algorithm1 | None = None
     periodic: Periodic | None = None
-    study: StudyFields | None = None
+    tightness: Annotated[tuple[float, ...], LISTED] = ()
     published: Published = Published()
 
     @model_validator(mode="after")
@@ -218,22 +218,14 @@ class Experiment(Fields):
                 f"got {self.verification.last_step}"
             )
 
-    def _mistakes_of_the_study(self) -> Iterator[str]:
-        if self.study is None:
-            return
-        if (self.study.conservatism or self.study.draws) and self.periodic is None:
-            yield "study: expected the block periodic too, as conservatism and draws compare periodic programs"
-        if self.study.draws and not all(isinstance(source, Drawn) for source in self.samples.values()):
-            yield "study.draws: expected samples with a ground_truth and a seed, as it draws them with other seeds"
-        if len(self.samples) > 1 and (self.study.draws or self.study.tightness):
-            yield f"study: draws and tightness are for samples of one name, got {', '.join(self.samples)}"
-        if self.study.tightness and not (self.truths and self.state_set.rows.tolist() == [[1.0]]):
-            yield "study.tightness: expected one state in a box, and its ground truth, as the bound is moved"
-        for upper in self.study.tightness:
+    def _mistakes_of_tightness(self) -> Iterator[str]:
+        if self.tightness and not (self.truths and self.state_set.rows.tolist() == [[1.0]] and len(self.samples) == 1):
+            yield "tightness: expected samples of one state in a box, and its ground truth, as the bound is moved"
+        for upper in self.tightness:
             try:
                 _ = self.with_upper_bound(upper).plant
             except ValueError as error:
-                yield f"study.tightness: {upper:g}: {error}"
+                yield f"tightness: {upper:g}: {error}"
 
     @property
     def plant(self) -> ConstrainedSystem:
@@ -362,7 +354,7 @@ _CHECKS = (
     Experiment._mistakes_of_figures,
     Experiment._mistakes_of_origin,
     Experiment._mistakes_of_methods,
-    Experiment._mistakes_of_the_study,
+    Experiment._mistakes_of_tightness,
 )
 """Checks of an experiment: each yields one sentence for each field that does not fit, or raises ValueError."""
 

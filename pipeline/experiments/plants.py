@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from pydantic import PlainValidator, PositiveFloat, model_validator
 
@@ -42,35 +42,28 @@ TruthField = Annotated[
 ]
 
 
-class DisturbanceSetFields(Fields):
-    """A box, the convex hull of `vertices`, or a zonotope.
+_SETS: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
+    ("lower", "upper"): Zonotope.box,
+    ("vertices",): ConvexHull,
+    ("centre", "generators"): Zonotope,
+}
+_OF_SETS = tuple(name for form in _SETS for name in form)
 
-    The zonotope has the points `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1.
+
+def disturbance_set_of(written: object) -> DisturbanceSet:
+    """Return the box (`lower`, `upper`), the convex hull of `vertices`, or the zonotope that a mapping describes.
+
+    The zonotope has the points `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1. ValueError or TypeError: `written`
+    describes no set.
     """
+    given = fields_of(written, _OF_SETS)
+    form = tuple(name for name in _OF_SETS if name in given)
+    if form not in _SETS:
+        raise ValueError("expected lower with upper, vertices, or centre with generators")
+    return _SETS[form](*(given[name] for name in form))
 
-    lower: Vector | None = None
-    upper: Vector | None = None
-    vertices: Matrix | None = None
-    centre: Vector | None = None
-    generators: Matrix | None = None
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
-        read_by(lambda fields: fields.set)(self)
-        return self
-
-    @property
-    def set(self) -> DisturbanceSet:
-        """Return the set. Raises ValueError if shapes do not fit."""
-        forms: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
-            ("lower", "upper"): Zonotope.box,
-            ("vertices",): ConvexHull,
-            ("centre", "generators"): Zonotope,
-        }
-        given = tuple(name for form in forms for name in form if getattr(self, name) is not None)
-        if given not in forms:
-            raise ValueError("expected lower with upper, vertices, or centre with generators")
-        return forms[given](*(getattr(self, name) for name in given))
+DisturbanceSetField = Annotated[DisturbanceSet, PlainValidator(read_by(disturbance_set_of))]
 
 
 class VertexFields(Fields):
@@ -81,18 +74,28 @@ class VertexFields(Fields):
     c: Vector | None = None
 
 
-class Disturbance(DisturbanceSetFields):
+class Disturbance(Fields):
     """The set W of disturbances w in x(k+1) = A x(k) + B u(k) + c + w(k), and of measurement noise if there is any.
 
-    `noise` is the set V of v in the measured state y(k) = x(k) + v(k). With a `model_error`, (A, B, c) of a linear
-    system is anywhere in the convex hull of its vertices. `feedback` is K in u = u_r + K (y − x_r); by default, a
-    regulator is chosen. References are also learned for W, V and model error multiplied by each of `sizes`.
+    The fields of the `set` W stand beside the others. `noise` is the set V of v in the measured state
+    y(k) = x(k) + v(k). With a `model_error`, (A, B, c) of a linear system is anywhere in the convex hull of its
+    vertices. `feedback` is K in u = u_r + K (y − x_r); by default, a regulator is chosen. References are also learned
+    for W, V and model error multiplied by each of `sizes`.
     """
 
-    noise: DisturbanceSetFields | None = None
+    set: DisturbanceSetField
+    noise: DisturbanceSetField | None = None
     model_error: Annotated[tuple[VertexFields, ...], LISTED] = ()
     feedback: Matrix | None = None
     sizes: Annotated[tuple[PositiveFloat, ...], LISTED] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gathered(cls, written: object) -> object:
+        if not isinstance(written, dict):
+            return written
+        others = {name: of for name, of in written.items() if name not in _OF_SETS}
+        return {**others, "set": {name: of for name, of in written.items() if name in _OF_SETS}}
 
 
 @lru_cache(maxsize=64)
@@ -106,9 +109,8 @@ def tightened(
     given = ConstrainedSystem(system.discrete, state_set, input_set)
     if disturbance is None:
         return tightening(given, margin=margin)
-    noise = disturbance.noise.set if disturbance.noise else None
     wrong = _model_error(system, disturbance.model_error) if disturbance.model_error else None
-    return tightening(given, disturbance.set, disturbance.feedback, margin, noise, wrong)
+    return tightening(given, disturbance.set, disturbance.feedback, margin, disturbance.noise, wrong)
 
 
 def _model_error(system: WrittenSystem, plants: tuple[VertexFields, ...]) -> ModelError:

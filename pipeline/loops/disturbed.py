@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from typing import Any
 
@@ -24,7 +23,7 @@ from trackably.gp.signal import KernelSum
 from trackably.learning import learner
 from trackably.learning.joint.search import learn_from
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
+from trackably.systems.disturbances import DisturbanceSet
 from trackably.systems.polytopes import slacks
 from trackably.systems.reference import Reference, Window
 from trackably.systems.tightening import Tightening
@@ -254,9 +253,3 @@ def near_bounds(plant: ConstrainedSystem, rng: np.random.Generator, steps: int, 
         for values, bounded in ((wild.state(k), plant.state_set), (wild.input(k), plant.input_set))
     )
     return Reference(tuple(KernelSum(kernel, 0.0, centres, part / used * w) for w in weights), plant)
-
-
-def scaled(W: DisturbanceSet, factor: Fraction) -> DisturbanceSet:
-    """Return factor · W."""
-    vectors = [[factor * value for value in of] for of in W.vectors]
-    return ConvexHull(vectors) if isinstance(W, ConvexHull) else Zonotope(vectors[0], vectors[1:])

@@ -143,7 +143,7 @@ def runs_of(steps: Array) -> list[tuple[int, int]]:
 
 
 Courses = Mapping[str, Course]
-"""Courses by topic: /loops/REFERENCE/START, /feasible/horizon_N, /online, /offers, /disturbed/REFERENCE/…"""
+"""Courses by topic: /loops/REFERENCE/START, /online, /offers, /disturbed/REFERENCE/…"""
 
 
 def many_courses(steps: Array, plant: ConstrainedSystem, runs: Array, kept: int) -> dict[str, Course]:

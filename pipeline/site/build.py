@@ -50,8 +50,7 @@ _LOGS = {
     "samples": "the samples",
     "fit": "references, and the iterations on the way to them",
     "verification": "margins to all bounds",
-    "control": "closed loops and feasible sets",
-    "scene": "the scene, with what is proved and where no plan was found",
+    "control": "closed loops",
 }
 
 

@@ -1,4 +1,4 @@
-"""Write and read the logs by which stages pass on results: samples, references with their studies, and margins."""
+"""Write and read the logs by which stages pass on results: samples, references, and margins."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain, groupby
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +14,14 @@ from pipeline.margins import MarginProfile
 from pipeline.methods import LearnedReference
 from pipeline.published.algorithm1 import Trace
 from pipeline.published.scalar import is_scalar, reachable_tube
-from pipeline.storage.logs import Documents, Log, Series, read_log, write_log
+from pipeline.storage.logs import Log, Series, read_log, write_log
 from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.form import encode_certificate
 from trackably.codec import dumps, loads
 from trackably.errors import InputError
-from trackably.files import to_json
+from trackably.files import from_json, to_json
 from trackably.gp.joint import JointPosterior
 from trackably.gp.samples import Samples
 from trackably.systems.pieces import Signal
@@ -70,63 +71,6 @@ class Sampled:
         return dict(zip(self.held_out_names, self.held_out, strict=True))
 
 
-@dataclass(frozen=True)
-class Conservatism:
-    """A study of program (8) with η = `counts` intervals: l at the optimum, and the smallest margins over all phases.
-
-    All shapes are (n,). An η for which (8) has no solution is left out.
-    """
-
-    counts: Array
-    objectives: Array
-    state_margins: Array
-    input_margins: Array
-
-
-@dataclass(frozen=True)
-class Draws:
-    """A study of samples drawn with other `seeds`: arrays with one entry for each seed.
-
-    `free_…` describes the unconstrained optimum, `exact_…` the optimum with all phases constrained; both are the same
-    if the unconstrained optimum keeps all bounds. Each has l (the negative log marginal likelihood), the learned period
-    [s] and the root mean square distance to the true reference. The margins are the smallest ones of the unconstrained
-    optimum over all phases.
-    """
-
-    seeds: Array
-    free_objectives: Array
-    free_periods: Array
-    free_errors: Array
-    state_margins: Array
-    input_margins: Array
-    exact_objectives: Array
-    exact_periods: Array
-    exact_errors: Array
-
-
-@dataclass(frozen=True)
-class Tightness:
-    """A study of one method with other upper bounds of the state: arrays with one entry for each of `uppers`.
-
-    Each proved reference has its objective J, and the root mean square distances to its samples and to the true
-    reference. Bounds for which no reference was proved are left out.
-    """
-
-    uppers: Array
-    objectives: Array
-    misfits: Array
-    errors: Array
-
-
-@dataclass(frozen=True)
-class Study:
-    """The studies of one experiment; `tightness` is by the name of the method."""
-
-    conservatism: Conservatism
-    draws: Draws
-    tightness: dict[str, Tightness] = field(default_factory=dict)
-
-
 _SAMPLES = "samples.json"
 _STUDY = "study.json"
 _WRITTEN_BY = {"samples": "generate", "verification": "verify"}  # other logs have the names of their stages
@@ -154,12 +98,15 @@ def read_samples(results: Results) -> Sampled:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The results of the fit stage: samples, references and traces by method, and the study if there is one."""
+    """The results of the fit stage: samples, references and traces by method.
+
+    `tightness` has, by method, columns over other upper bounds of the state, as `pipeline.fit.tightness` returns them.
+    """
 
     sampled: Sampled
     learned: Mapping[str, LearnedReference]
     traces: Mapping[str, Trace]
-    study: Study | None = None
+    tightness: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
 
 
 def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
@@ -173,8 +120,11 @@ def write_fit(results: Results, fitted: Fitted, times: Array) -> None:
         *chain.from_iterable(map(_active_bounds, fitted.learned.values())),
     ]
     attachments = {f"{name}.json": dumps(reference) for name, reference in fitted.learned.items()}
-    if fitted.study:
-        attachments[_STUDY] = dumps(fitted.study)
+    if fitted.tightness:
+        tables = {
+            method: {name: of.tolist() for name, of in table.items()} for method, table in fitted.tightness.items()
+        }
+        attachments[_STUDY] = to_json({"tightness": tables})
     write_stage(results, "fit", series, {_SAMPLES: dumps(fitted.sampled), **attachments})
 
 
@@ -183,11 +133,14 @@ def read_fit(results: Results) -> Fitted:
     log = read_stage(results, "fit")
     attachments = dict(log.attachments)
     sampled = loads(Sampled, attachments.pop(_SAMPLES))
-    study = attachments.pop(_STUDY, None)
+    study: Any = from_json(attachments.pop(_STUDY, b'{"tightness": {}}'))
+    tables = {
+        method: {name: np.array(of) for name, of in table.items()} for method, table in study["tightness"].items()
+    }
     learned = {name.removesuffix(".json"): loads(LearnedReference, data) for name, data in attachments.items()}
     topics = {series.topic: series for series in log.series}
     traces = {name: topics[topic].fields for name in learned if (topic := f"/iterations/{name}") in topics}
-    return Fitted(sampled, learned, traces, loads(Study, study) if study else None)
+    return Fitted(sampled, learned, traces, tables)
 
 
 def write_margins(
@@ -265,13 +218,11 @@ def write_stage(
     stage: str,
     series: Sequence[Series],
     attachments: Mapping[str, bytes],
-    documents: Sequence[Documents] = (),
 ) -> None:
-    """Write the log of a stage: one series for each topic, attachments of JSON, and topics of other messages."""
+    """Write the log of a stage: one series for each topic, and attachments of JSON."""
     parameters = {"parameters": results.parameters} if results.parameters else {}
     about = {"experiment": {"name": results.experiment, "written_by": stage, **parameters}}
-    log = Log(tuple(series), about, attachments, tuple(documents))
-    write_log(results.log(stage), log)
+    write_log(results.log(stage), Log(tuple(series), about, attachments))
 
 
 def read_stage(results: Results, stage: str) -> Log:
@@ -287,3 +238,9 @@ def read_stage(results: Results, stage: str) -> Log:
     if log.metadata.get("experiment", {}).get("written_by") != stage:
         raise InputError(f"{path}: expected the log of the stage {stage}, got another log")
     return log
+
+
+def topics_of(results: Results) -> dict[str, Series]:
+    """Return the topics with messages in all logs of an experiment, by name. Raises as `read_stage`."""
+    logs = (read_stage(results, stage) for stage in ("samples", "fit", "verification", "control"))
+    return {of.topic: of for log in logs for of in log.series if len(of.times)}

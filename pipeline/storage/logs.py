@@ -1,4 +1,4 @@
-"""Write and read the logs of an experiment as MCAP files: series of numbers, and other messages.
+"""Write and read the logs of an experiment as MCAP files: series of numbers over time.
 
 Equal logs are equal files. So damage is found by encoding again the log that was read, and comparing the bytes.
 Messages of a series are flat JSON objects of numbers with a JSON schema, so that any MCAP viewer can plot them."""
@@ -7,7 +7,7 @@ import json
 import math
 import struct
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from io import BytesIO
@@ -18,35 +18,12 @@ import numpy as np
 from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from pipeline.storage.results import Results
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.files import from_json, read_bytes, write_atomically
 from trackably.recordings.mcap_file import records_in
 
 T = TypeVar("T")
-KNOWN = "foxglove."
-"""The beginning of the names of schemas that viewers know and draw."""
-
-
-@dataclass(frozen=True)
-class Documents:
-    """A topic with messages other than numbers over time: pairs (time [ns], JSON object) in the order of time.
-
-    All messages have the JSON `schema` with this `name`.
-    """
-
-    topic: str
-    name: str
-    schema: Mapping[str, Any]
-    messages: tuple[tuple[int, Mapping[str, Any]], ...]
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """The names of a message's fields, without that of a series' time."""
-        return tuple(name for name in self.schema["properties"] if name != TIME)
-
-
 LIBRARY = "trackably"
 TIME = "t"
 
@@ -64,37 +41,37 @@ class Series:
     units: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def documents(self) -> Documents:
-        """The messages, one for each row, with the fields that have a value, and their schema."""
+    def schema(self) -> dict[str, Any]:
+        """The JSON schema of the messages."""
         if TIME in self.fields:
             raise ValueError(f"{self.topic}: a field has another name than {TIME!r}, the name of the time: rename it")
-        columns, units = {TIME: self.times, **self.fields}, {TIME: "s", **self.units}
+        units = {TIME: "s", **self.units}
         properties = {
-            name: {"type": "number", **({"description": units[name]} if name in units else {})} for name in columns
+            name: {"type": "number", **({"description": units[name]} if name in units else {})}
+            for name in (TIME, *self.fields)
         }
-        schema = {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
-        rows = zip(*(np.asarray(column, dtype=float).tolist() for column in columns.values()), strict=True)
-        messages = (
-            {name: value for name, value in zip(columns, row, strict=True) if not math.isnan(value)} for row in rows
-        )
-        return Documents(self.topic, self.topic[1:], schema, tuple((round(of[TIME] * 1e9), of) for of in messages))
+        return {"type": "object", "properties": properties, "required": [TIME], "additionalProperties": False}
+
+    @property
+    def messages(self) -> Iterator[dict[str, float]]:
+        """The messages, one for each row, with the time and the fields that have a value."""
+        columns = {TIME: self.times, **self.fields}
+        for row in zip(*(np.asarray(column, dtype=float).tolist() for column in columns.values()), strict=True):
+            yield {name: value for name, value in zip(columns, row, strict=True) if not math.isnan(value)}
 
     @classmethod
-    def of(cls, documents: Documents) -> Self:
-        """Return the series with these messages."""
-        properties = documents.schema["properties"]
-        rows = [message for _, message in documents.messages]
-        columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=float) for name in properties}
+    def of(cls, topic: str, schema: Mapping[str, Any], messages: Sequence[Mapping[str, Any]]) -> Self:
+        """Return the series with this schema and these messages."""
+        properties = schema["properties"]
+        columns = {name: np.array([of.get(name, np.nan) for of in messages], dtype=float) for name in properties}
         units = {name: about["description"] for name, about in properties.items() if "description" in about}
         units.pop(TIME, None)
-        return cls(documents.topic, columns.pop(TIME), columns, units)
+        return cls(topic, columns.pop(TIME), columns, units)
 
 
 @dataclass(frozen=True)
 class Log:
     """Series of different topics, `metadata` (record → key → text) and `attachments` (name → JSON, at least one).
-
-    `documents` are topics of other messages; their channels follow those of the series.
 
     The writer adds a metadata record of its own, with the name of the library.
     """
@@ -102,12 +79,6 @@ class Log:
     series: tuple[Series, ...]
     metadata: Mapping[str, Mapping[str, str]]
     attachments: Mapping[str, bytes]
-    documents: tuple[Documents, ...] = ()
-
-    @property
-    def topics(self) -> tuple[Documents, ...]:
-        """All topics, in the order of their channels."""
-        return (*(series.documents for series in self.series), *self.documents)
 
 
 _FORMAT = "1"
@@ -129,13 +100,13 @@ def encode(log: Log) -> bytes:
     for name, data in log.attachments.items():
         writer.add_attachment(create_time=0, log_time=0, name=name, media_type=_JSON, data=data)
     messages: list[tuple[int, int, int, bytes]] = []
-    for topic in log.topics:
-        schema = json.dumps(topic.schema, ensure_ascii=False).encode()
-        number = writer.register_schema(name=topic.name, encoding="jsonschema", data=schema)
-        channel = writer.register_channel(topic=topic.topic, message_encoding="json", schema_id=number)
+    for series in log.series:
+        schema = json.dumps(series.schema, ensure_ascii=False).encode()
+        number = writer.register_schema(name=series.topic[1:], encoding="jsonschema", data=schema)
+        channel = writer.register_channel(topic=series.topic, message_encoding="json", schema_id=number)
         messages += [
-            (time, channel, row, _COMPACT.encode(message).encode())
-            for row, (time, message) in enumerate(topic.messages)
+            (round(message[TIME] * 1e9), channel, row, _COMPACT.encode(message).encode())
+            for row, message in enumerate(series.messages)
         ]
     for time, channel, row, data in sorted(messages):
         writer.add_message(channel, time, data, publish_time=time, sequence=row)
@@ -155,19 +126,14 @@ def decode(records: Iterable[McapRecord]) -> Log:
     if (version := metadata.pop(LIBRARY, {}).get("format")) != _FORMAT:
         raise ValueError(f"its format is {version!r}, and this program reads format {_FORMAT!r}; run its stage again")
     schemas = {record.id: record for record in found[Schema]}
-    messages: dict[int, list[tuple[int, dict[str, Any]]]] = defaultdict(list)
+    messages: dict[int, list[dict[str, Any]]] = defaultdict(list)
     for record in found[Message]:
-        messages[record.channel_id].append((record.log_time, _object(record.data)))
-    series, documents = [], []
-    for number, channel in sorted({record.id: record for record in found[Channel]}.items()):
-        schema = schemas[channel.schema_id]
-        topic = Documents(channel.topic, schema.name, _object(schema.data), tuple(messages[number]))
-        if schema.name.startswith(KNOWN):
-            documents.append(topic)
-        else:
-            series.append(Series.of(topic))
-    attachments = {record.name: record.data for record in found[Attachment]}
-    return Log(tuple(series), metadata, attachments, tuple(documents))
+        messages[record.channel_id].append(_object(record.data))
+    series = tuple(
+        Series.of(channel.topic, _object(schemas[channel.schema_id].data), messages[number])
+        for number, channel in sorted({record.id: record for record in found[Channel]}.items())
+    )
+    return Log(series, metadata, {record.name: record.data for record in found[Attachment]})
 
 
 def _object(data: bytes) -> dict[str, Any]:
@@ -203,12 +169,6 @@ def _decoded(path: Path, data: bytes) -> Log:
     if again != data:
         raise InputError(f"{path}: damaged, or written by another program: its content gives other bytes")
     return log
-
-
-def topics_of(results: Results) -> dict[str, Documents]:
-    """Return the topics with messages in all logs of an experiment, by name. Raises InputError."""
-    logs = map(read_log, sorted(results.folder.glob("*.mcap")))
-    return {of.topic: of for log in logs for of in log.topics if of.messages}
 
 
 def below(topics: Mapping[str, T], *path: str) -> dict[str, T]:

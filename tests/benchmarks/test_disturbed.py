@@ -9,7 +9,8 @@ import pytest
 
 from benchmarks.disturbed import Case, disturbed_runs, random_case
 from pipeline.loops import disturbed as loops
-from pipeline.loops.disturbed import many_runs, scaled
+from pipeline.loops.disturbed import many_runs
+from tests.trackably.systems.disturbance.instances import scaled
 
 SEEDS = (0, 3, 11, 12)
 

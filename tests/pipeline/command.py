@@ -16,12 +16,6 @@ few_periods = mock.patch.object(search, "_FEWEST_BASINS", 6)
 """With few periods to begin from: how many are tried says nothing about a stage."""
 
 
-studies_here = mock.patch(
-    "pipeline.fit.in_processes", lambda calls: (of(*given, **named) for of, given, named in calls)
-)
-"""With studies in this process: others take seconds to start."""
-
-
 def call(*arguments: str, folder: Path = ROOT) -> Done:
     """`python -m pipeline …` in this process, called in a folder."""
     out, errors = io.StringIO(), io.StringIO()
@@ -48,7 +42,6 @@ def refused(done: Done, said: str, code: int = 2) -> None:
 
 
 @few_periods
-@studies_here
 def _main(stages: str, *arguments: str) -> int:
     for stage in stages.split(","):
         done = call(stage, *arguments)

@@ -72,7 +72,7 @@ EXAMPLE1 = changed(
     "example1",
     ("algorithm1: {first_step: 70", "algorithm1: {first_step: 128"),
     ("tightness: [0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]", "tightness: [0.002]"),
-    ("      steps: 2000\n", "      steps: 200\n      shown: 30\n      horizons: [2, 20]\n"),
+    ("      steps: 2000\n", "      steps: 200\n      shown: 30\n"),
     ("steps: {first: 70, last: 120, every: 10}", "steps: {first: 70, last: 80, every: 10}"),
     ("sizes: [0.5, 1.5, 1.9, 2.0]", "sizes: [0.5]"),
 )

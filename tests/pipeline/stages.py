@@ -15,7 +15,7 @@ from pipeline.drawings.style import svg
 from pipeline.experiments import load_experiment
 from pipeline.figures import drawings
 from pipeline.storage.results import Results
-from tests.pipeline.command import Done, call, few_periods, studies_here
+from tests.pipeline.command import Done, call, few_periods
 from tests.pipeline.params import written_to
 from tests.project import ROOT
 from trackably.exports import figures as style
@@ -49,7 +49,7 @@ def sketched() -> Iterator[None]:
 def run_all_here(folder: Path, experiment: str, text: str, stages: tuple[str, ...] = STAGES) -> Path:
     """Stages one after the other in this process alone, with these parameters: they have to end without a word."""
     written_to(folder, text)
-    with few_periods, studies_here, sketched():
+    with few_periods, sketched():
         for stage in stages:
             done = run_here(stage, folder, experiment)
             assert (done.returncode, done.stdout, done.stderr) == (0, "", ""), f"{stage}: {done.stderr}"
@@ -58,7 +58,7 @@ def run_all_here(folder: Path, experiment: str, text: str, stages: tuple[str, ..
 
 def is_shown(name: str) -> bool:
     """Whether a file is one that the last stage writes, from what the others left."""
-    return "/figures/" in name or name.endswith(("/scene.mcap", "/layout.json"))
+    return "/figures/" in name or name.endswith("/layout.json")
 
 
 def written(folder: Path) -> dict[str, bytes]:

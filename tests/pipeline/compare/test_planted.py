@@ -75,12 +75,12 @@ MOVED: dict[str, tuple[Plant, str, str]] = {
     "a number in a notebook": (
         edit_text(NOTEBOOK, "0.659325", "0.659345"),
         "notebooks/example1.ipynb",
-        "cell 'table', output 1, stdout, line 2, number 1",
+        "cell 'table', output 1, text[1], number 1",
     ),
     "a word in a notebook": (
         edit_text(NOTEBOOK, "learned", "failed"),
         "notebooks/example1.ipynb",
-        "cell 'table', output 1, stdout, line 1",
+        "cell 'table', output 1, text[0]",
     ),
 }
 

@@ -57,8 +57,8 @@ WRONG = [
     (
         "vehicle",
         "    search: {starts: 8}\n",
-        "    search: {starts: 8}\n    study: {tightness: [1.0]}\n",
-        r"study\.tightness: expected one state",
+        "    search: {starts: 8}\n    tightness: [1.0]\n",
+        r"tightness: expected samples of one state",
     ),
     (
         "hand",
@@ -123,12 +123,6 @@ WRONG = [
         r"kernel: left: expected a mapping with a `type`, got 3",
     ),
     ("tank", "field: level", "field: level\n        time: now", r"time: expected log, publish, or \{field: header\.s"),
-    (
-        "tank",
-        "    claim: all_times\n",
-        "    claim: all_times\n    study: {draws: 3}\n",
-        r"expected the block periodic too.*study.draws: expected samples with a ground_truth",
-    ),
 ]
 
 
@@ -144,7 +138,7 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
     alone_wrong = [
         ("starts: 8", "starts: 0", r"search\.starts: expected greater than 0"),
         ("A: [[0.9]]", "A: fast", r"system: A: expected numbers"),
-        ("tightness: [0.05, 0.02,", "tightness: [0.05, true,", r"study\.tightness\.1: .*got True"),
+        ("tightness: [0.05, 0.02,", "tightness: [0.05, true,", r"tightness\.1: .*got True"),
     ]
     together_wrong = [
         ("{state: –, input: –}", "{speed: m}", r"units: expected states and inputs among state, input, got speed"),

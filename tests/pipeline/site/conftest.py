@@ -24,7 +24,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Only what is small, so that the pages are built in a second or two."""
     folder = tmp_path_factory.mktemp("project")
     results = Path("data") / "results" / NAME
-    shutil.copytree(ROOT / results, folder / results, ignore=shutil.ignore_patterns("[!s]*.mcap", "scene.mcap"))
+    shutil.copytree(ROOT / results, folder / results, ignore=shutil.ignore_patterns("[!s]*.mcap"))
     (folder / "notebooks").mkdir()
     shutil.copy(ROOT / "notebooks" / f"{NAME}.ipynb", folder / "notebooks")
     title = "A tank between two levels: nonlinear, learned from an MCAP recording"

@@ -1,6 +1,7 @@
 """Systems with disturbance sets: full and flat ones, boxes, zonotopes, and hulls of vertices."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -68,3 +69,9 @@ def random_disturbed(seed: int) -> Disturbed:
 
 RANDOM = {f"random {seed}": random_disturbed(seed) for seed in range(4)}
 ALL = {**DISTURBED, **RANDOM}
+
+
+def scaled(W: DisturbanceSet, factor: Fraction) -> DisturbanceSet:
+    """Return factor · W."""
+    vectors = [[factor * value for value in of] for of in W.vectors]
+    return ConvexHull(vectors) if isinstance(W, ConvexHull) else Zonotope(vectors[0], vectors[1:])

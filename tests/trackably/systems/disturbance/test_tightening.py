@@ -6,8 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from pipeline.loops.disturbed import scaled
-from tests.trackably.systems.disturbance.instances import CART, DISTURBED, OBLIQUE
+from tests.trackably.systems.disturbance.instances import CART, DISTURBED, OBLIQUE, scaled
 from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import ConvexHull, Zonotope, disturbances_of_errors

@@ -1,1 +1,0 @@
-"""What Lichtblick and Foxglove show of an experiment's logs: its scene, its events, and the layout of panels."""
