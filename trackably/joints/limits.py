@@ -178,7 +178,10 @@ def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
     else:
         each = [given] if isinstance(given, str) else [*given]
         if len(each) != len(known):
-            raise ValueError(f"joints: {order}: expected a limit for each of {len(known)} joints, as [(lower, upper)] for one joint, got {len(each)}")
+            raise ValueError(
+                f"joints: {order}: expected a limit for each of {len(known)} joints, as [(lower, upper)] for one, got "
+                f"{len(each)}"
+            )
     found = np.array([_limit(f"joints: {order} of {name}", one) for name, one in zip(known, each, strict=True)])
     found.flags.writeable = False
     return found
