@@ -18,7 +18,7 @@ from trackably.arrays import Array
 from trackably.given.conversion import shift
 from trackably.joints.certify import BrokenLimits, CertifiedTrajectory, certify_joints, stretch_joints
 from trackably.joints.limits import Joints
-from trackably.joints.trajectory import JointTrajectory, shared_breakpoints
+from trackably.joints.trajectory import JointTrajectory
 from trackably.systems.pieces import piece_at
 
 PROBLEMS, ROUNDING = 20, 1e-9
@@ -49,10 +49,21 @@ def _waypoints(rng: np.random.Generator) -> Array:
     return np.cumsum(rng.uniform(-0.8, 0.8, (6, len(NAMES))), axis=0)
 
 
+def _shared_breakpoints(ends: Sequence[Array]) -> Array:
+    """Return the breakpoints of all curves [s] in the time that the curves share.
+
+    Breakpoints that agree up to rounding are returned once.
+    """
+    first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
+    every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
+    inner = every[(every > first + closest) & (every < last - closest)]
+    return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])
+
+
 def pieces_of_ruckig(given: Any) -> JointTrajectory:
     """Return pieces of constant jerk between the times at which the jerk of some joint changes."""
     changes = [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
-    ends = shared_breakpoints([np.append(times[times < given.duration], given.duration) for times in changes])
+    ends = _shared_breakpoints([np.append(times[times < given.duration], given.duration) for times in changes])
     part = np.diff(ends) / 4
     inside = (np.array([given.at_time(t)[:3] for t in ends[:-1] + k * part]) for k in (1, 3))
     (q, v, a), (_, _, later) = (np.moveaxis(states, 0, 2) for states in inside)
@@ -66,7 +77,7 @@ def pieces_of_toppra(given: Any) -> JointTrajectory:
     grid, speeds, times = np.array([given._ss, given._velocities, given._ts])[
         :, np.append(True, np.diff(given._ts) > 0)
     ]
-    s = shared_breakpoints([grid, cubic.breakpoints])
+    s = _shared_breakpoints([grid, cubic.breakpoints])
     i = piece_at(grid, s)
     v = np.sqrt(np.interp(s, grid, speeds**2))  # at constant acceleration, the square of the speed is linear in s
     t = times[i] + 2 * (s - grid[i]) / np.maximum(speeds[i] + v, np.finfo(float).tiny)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from reprlib import repr as short
 from typing import Any, Self
@@ -19,8 +19,8 @@ from trackably.joints.limits import different_names
 from trackably.systems.pieces import increasing, is_spline, piece_at, pieces_of_spline
 
 _ACCEPTED = (
-    "a spline of SciPy with a column for each joint, splines by name of a joint, a spline of TOPP-RA, or a "
-    "JointTrajectory, as JointTrajectory.through(times, positions)"
+    "a spline of SciPy with a column for each joint, a spline of TOPP-RA, or a JointTrajectory, as "
+    "JointTrajectory.through(times, positions)"
 )
 
 
@@ -53,31 +53,22 @@ class JointTrajectory:
     def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
         """Convert a planner's trajectory, for example a spline of SciPy with a column for each joint.
 
-        `given` is such a spline, as `CubicSpline(t, q)` with q of shape (N, J), splines by name of a joint, or the
-        spline that TOPP-RA's `compute_trajectory` returns by default. By default, `names` are q1, q2, …. Proofs are
-        about the float64 coefficients of the pieces; those of B-splines are computed here, with rounding errors.
+        `given` is such a spline, as `CubicSpline(t, q)` with q of shape (N, J), or the spline that TOPP-RA's
+        `compute_trajectory` returns by default. By default, `names` are q1, q2, …. Proofs are about the float64
+        coefficients of the pieces; those of B-splines are computed here, with rounding errors.
 
         TypeError: `given` is none of these. ValueError: a spline does not have one column for each name.
         """
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
-        if isinstance(given, Mapping):
-            for name, curve in given.items():
-                if isinstance(curve, Mapping | JointTrajectory):
-                    raise TypeError(f"trajectory: joint {name!r}: expected a spline of this joint, got {short(curve)}")
-            parts = [cls.of(curve, [name], rests) for name, curve in given.items()]
-            if not parts:
-                raise ValueError("trajectory: expected a spline for each joint, got an empty mapping")
-            ends = shared_breakpoints([part.breakpoints for part in parts])
-            return cls([*given], ends, join([part.on(ends).coefficients for part in parts]), rests)
         given = getattr(given, "cspl", given)  # the spline of SciPy in a trajectory of TOPP-RA
         if not is_spline(given):
             raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
-        ends, c = _of_spline(given)
-        known = _known(names, len(c))
-        if len(known) != len(c):
-            raise ValueError(f"trajectory: expected a column for each of {len(known)} names, got {len(c)}")
-        return cls(known, ends, c, rests)
+        ends, c = pieces_of_spline(given)
+        known = _known(names, c[0, 0].size)
+        if c.ndim > 3 or len(known) != c[0, 0].size:
+            raise ValueError(f"trajectory: expected a column for each of {len(known)} names, got shape {c.shape[2:]}")
+        return cls(known, ends, c.reshape(*c.shape[:2], -1).T, rests)
 
     @classmethod
     def through(
@@ -207,27 +198,7 @@ def hermite(start: Array, end: Array, widths: Array) -> Array:
     return np.concatenate([start / factorials, found / powers[high]]).T
 
 
-def shared_breakpoints(ends: Sequence[Array]) -> Array:
-    """Return the breakpoints of all curves [s] in the time that the curves share.
-
-    Breakpoints that agree up to rounding are returned once. ValueError: the curves share no time.
-    """
-    first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
-    if not first < last:
-        raise ValueError("trajectory: expected curves of all joints over a common time, got curves without one")
-    every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
-    inner = every[(every > first + closest) & (every < last - closest)]
-    return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])
-
-
 def join(parts: Sequence[Array], axis: int = 0) -> Array:
     """Join pieces (J, K, n) of several degrees into one array, along axis 0 (more joints) or axis 1 (more times)."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis)
-
-
-def _of_spline(given: Any) -> tuple[Array, Array]:
-    ends, c = pieces_of_spline(given)
-    if c.ndim > 3:
-        raise ValueError(f"trajectory: expected one value for each joint, got shape {c.shape[2:]}")
-    return ends, np.transpose(c.reshape(*c.shape[:2], -1), (2, 1, 0))
