@@ -89,6 +89,7 @@ WRONG = {
         lambda: write_joint_trajectory(JointTrajectory(["a"], [0, 1], np.ones((1, 1, 8))), "a.yaml"),
         "pieces of degree 5 at most, got degree 7",
     ),
+    "a spline to write": (lambda: write_joint_trajectory(CURVE, "a.yaml"), "expected a JointTrajectory, got"),
     "accelerations alone": (lambda: through(T, Q, None, A), "accelerations need velocities"),
     "joints that must move": (
         lambda: stretch_joints(CURVE, Joints(velocity={"a": (0.5, 1), "b": (0.5, 1)})),
