@@ -15,7 +15,7 @@ from trackably.gp.samples import Samples
 from trackably.learning.problem import ConstrainedProblem
 from trackably.recordings import Column, CsvLayout, read_csv
 from trackably.recordings.mcap_file import Field, read_mcap
-from trackably.recordings.recording import select, thin_out
+from trackably.recordings.recording import select
 from trackably.reference.input_warnings import doubts
 
 _SIGNAL = "signal"
@@ -118,3 +118,19 @@ def _excerpt(what: str, recorded: Samples, wanted: Excerpt | None) -> tuple[Samp
         after = following.times > wanted.end
         later = Samples(following.times[after] - wanted.start, following.values[after] - level)
     return replace(learned, times=learned.times - wanted.start, values=learned.values - level), later
+
+
+def thin_out(samples: Samples, seconds: float) -> Samples:
+    """Return samples about `seconds` apart.
+
+    Each sample is followed by the one nearest to `seconds` later, among those at least half of it later. Gaps are kept,
+    and thinning again by the same time changes nothing.
+    """
+    times, chosen = samples.times, [0]
+    while True:
+        due = times[chosen[-1]] + seconds
+        first = max(int(np.searchsorted(times, due - seconds / 2)), chosen[-1] + 1)
+        if first >= len(times):
+            return samples.only(np.array(chosen))
+        after = max(int(np.searchsorted(times, due)), first)
+        chosen.append(min(range(max(after - 1, first), min(after + 1, len(times))), key=lambda i: abs(times[i] - due)))

@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from math import radians
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -168,8 +167,7 @@ _ENDED = re.compile(r"\n---\s*\Z")
 def from_yaml(data: bytes) -> object:
     """Parse YAML. ValueError: `data` is not YAML, or is nested too deeply, or has too many values.
 
-    Each alias adds as many values as the part that it refers to has. Numbers with the tag !degrees, as robot
-    descriptions of ROS have them, become radians. ModuleNotFoundError: ruamel.yaml is not installed.
+    Each alias adds as many values as the part that it refers to has. ModuleNotFoundError: ruamel.yaml is not installed.
     """
     from ruamel.yaml import YAML  # noqa: PLC0415  an optional package
     from ruamel.yaml.error import YAMLError  # noqa: PLC0415
@@ -178,7 +176,6 @@ def from_yaml(data: bytes) -> object:
         text = _ENDED.sub("\n", data.decode())
         yaml = YAML(typ="safe", pure=True)
         yaml.parser.get_event = partial(next, _within_limits(iter(yaml.parser.get_event, None)))
-        yaml.constructor.add_constructor("!degrees", lambda of, node: radians(float(of.construct_scalar(node))))
         content: object = yaml.load(text)
     except (YAMLError, ValueError) as error:
         said = str(error).partition("To suppress this check")[0]

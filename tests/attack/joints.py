@@ -27,7 +27,7 @@ class Stream:
         turning = self.rng.random() < 0.3
         position = None if turning else [(-1.5, 1.5)] * 3
         self.joints = Joints(position=position, names=_NAMES, continuous=turning, **chosen)
-        self.gate = Gate(self.joints, lead=float(self.rng.choice([0.0, 0.01, 0.05])), budget=1.0)
+        self.gate = Gate(self.joints, lead=float(self.rng.choice([0.0, 0.01, 0.05])))
         self.now = float(self.rng.uniform(0, 100))
         self.running = self.gate.at_rest(self.rng.uniform(-1, 1, 3), self.now)
         self.kinds: Counter[str] = Counter()

@@ -174,7 +174,7 @@ for moved in (certify_joints(moves, arm), stretch_joints(moves, arm)):
     assert_type(moved, CertifiedTrajectory | BrokenLimits | Unproved)
     if isinstance(moved, BrokenLimits):
         assert_type(moved.first, BrokenLimit)
-gate = Gate(arm, lead=0.02, budget=0.1)
+gate = Gate(arm, lead=0.02)
 answered = gate(moves, gate.at_rest([0.0, 0.0], now=0.0), now=0.1)
 assert_type(answered, GateAnswer)
 near = learn_reference(

@@ -177,12 +177,15 @@ def samples_of(cells: tables.Table, times: Array, plant: ConstrainedSystem) -> d
 def spline_through(samples: Samples, degree: int, claim: str | None) -> "BSpline":
     """Return a spline through samples: at rest at both ends or periodic, as the claim needs it, or not-a-knot.
 
-    ValueError: there are too few samples, or those of a periodic curve begin and end at different values.
+    Through fewer than `degree` + 1 samples, a not-a-knot spline is the polynomial through all of them.
+
+    ValueError: there is one sample only, or those of a periodic curve begin and end at different values.
     """
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415  loaded for curves only
 
-    if len(samples) < (fewest := 2 if claim else degree + 1):
-        raise ValueError(f"--interpolation: this spline needs {fewest} rows at least, got {len(samples)}")
+    if len(samples) < 2:
+        raise ValueError("--interpolation: expected two rows at least, got one")
+    degree = degree if claim else min(degree, len(samples) - 1)
     first, last = samples.values[[0, -1]].tolist()
     if claim == "all_phases" and not np.isclose(first, last, atol=1e-15):
         raise ValueError(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
@@ -19,7 +18,7 @@ from trackably.checker import Failed
 from trackably.given.accepted import NotAcceptedError
 from trackably.joints.certify import TOLERANCE, CertifiedTrajectory, fit_joints, within_limits
 from trackably.joints.limits import Joints
-from trackably.joints.repair import beyond_limits, repair_joints
+from trackably.joints.repair import beyond_limits
 from trackably.joints.trajectory import JointTrajectory, hermite
 
 _CLOSEST = 1e-6  # s: the gate makes no shorter pieces
@@ -31,12 +30,12 @@ _STOPS = np.geomspace(0.01, 20.0, 40)
 class GateAnswer:
     """The motion `running` from now on, which is proved for all times and ends at rest, and the `reason` for it.
 
-    `kind` says what runs. "stitched": the chunk, from the time at which the running motion reaches it. "repaired": the
-    motion nearest to the chunk that can be reached from the running one. "stopped": a stop. "kept": the motion that ran
-    before, up to its stop, because no part of the chunk can be run, or no earlier stop was found.
+    `kind` says what runs. "stitched": the chunk, from the time at which the running motion reaches it. "stopped": a
+    stop. "kept": the motion that ran before, up to its stop, because no part of the chunk can be run, or no earlier
+    stop was found.
     """
 
-    kind: Literal["stitched", "repaired", "stopped", "kept"]
+    kind: Literal["stitched", "stopped", "kept"]
     running: CertifiedTrajectory
     reason: str
 
@@ -51,24 +50,20 @@ class Gate:
     point of the chunk that it reaches within all limits. Its degree is 2 R − 1, where R is the order of the highest
     limited derivative. At its ends, it has the positions and derivatives below order R of the two motions. A chunk that
     does not end at rest is followed by the shortest stop that keeps all limits, among some durations; if there is none,
-    the chunk is cut at an earlier point. Positions of continuous joints may differ by whole turns. If all this fails,
-    quadratic programs look for the nearest motion (`repair_joints`), as long as `budget` [s] of computation is not used
-    up.
+    the chunk is cut at an earlier point. Positions of continuous joints may differ by whole turns.
 
-    ValueError: `lead` is negative, or `budget` or `tolerance` is not positive.
+    ValueError: `lead` is negative, or `tolerance` is not positive.
     """
 
     joints: Joints
     lead: float = 0.0
-    budget: float = 0.3
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
         instance("gate: joints", self.joints, Joints, "Joints")
         if real("gate: lead", self.lead) < 0:
             raise ValueError(f"gate: lead must not be negative, got {self.lead}")
-        for name in ("budget", "tolerance"):
-            positive(f"gate: {name}", getattr(self, name))
+        positive("gate: tolerance", self.tolerance)
 
     def at_rest(self, positions: ArrayLike, now: float) -> CertifiedTrajectory:
         """Return the first running motion: joints at rest at positions of shape (J,), from `now` [s] on.
@@ -86,25 +81,20 @@ class Gate:
         The chunk is an argument of `certify_joints`. ValueError: the chunk has other joints, or `running` does not rest
         at its end or begins after `now`. TypeError: the chunk is no trajectory, or `running` is not proved.
         """
-        began, given = perf_counter(), fit_joints(chunk, self.joints)
-        before = self._until(running, now)
+        given, before = fit_joints(chunk, self.joints), self._until(running, now)
         start = before.span[1]
         if given.span[1] <= start + _CLOSEST:
             over = f"the chunk ends at {given.span[1]:.6g} s, but a new motion can begin at {start:.6g} s only"
             return GateAnswer("kept", running, over)
-        given = self._turn(given, before)
-        reason = "no point of the chunk can be reached"
-        if (entry := self._entry(given, before)) is not None:
-            reason = "no stop was found behind the chunk"
-            if (stopping := self._stopping(entry)) is not None:
-                try:
-                    return GateAnswer("stitched", self._continue(before, stopping), "the chunk is reached")
-                except NotAcceptedError as refused:
-                    reason = f"the chunk is reached, but {_broken(refused)}"
-        left = self.budget - (perf_counter() - began)
-        if left > 0 and (repaired := self._repair(given, before, left)) is not None:
-            return GateAnswer("repaired", repaired, reason)
-        return GateAnswer("kept", running, reason)
+        if (entry := self._entry(self._turn(given, before), before)) is None:
+            return GateAnswer("kept", running, "no point of the chunk can be reached")
+        if (stopping := self._stopping(entry)) is None:
+            return GateAnswer("kept", running, "no stop was found behind the chunk")
+        try:
+            proved = self._prove(before.followed_by(stopping.breakpoints[1:], stopping.coefficients))
+        except NotAcceptedError as refused:
+            return GateAnswer("kept", running, f"the chunk is reached, but {_broken(refused)}")
+        return GateAnswer("stitched", proved, "the chunk is reached")
 
     def stop(self, running: CertifiedTrajectory, now: float) -> GateAnswer:
         """Return the shortest stop that is found `lead` after `now` [s]; the running motion if none ends earlier.
@@ -124,9 +114,6 @@ class Gate:
 
     def _prove(self, motion: JointTrajectory) -> CertifiedTrajectory:
         return CertifiedTrajectory(replace(motion, rests=True), self.joints, self.tolerance)
-
-    def _continue(self, before: JointTrajectory, after: JointTrajectory) -> CertifiedTrajectory:
-        return self._prove(before.followed_by(after.breakpoints[1:], after.coefficients))
 
     def _until(self, running: CertifiedTrajectory, now: float) -> JointTrajectory:
         """Return the part of the running motion that is executed in any case: up to the start of a new motion.
@@ -206,25 +193,6 @@ class Gate:
             c = np.concatenate([q.T[:, :, None], velocity / np.arange(1.0, velocity.shape[2] + 1)], axis=2)
             if len(open_ := np.flatnonzero(within_limits(c, _STOPS, self.joints))[:1]):
                 return motion.on(motion.breakpoints[: k + 2]).followed_by(ends[k] + _STOPS[open_], c[:, open_])
-        return None
-
-    def _repair(self, given: JointTrajectory, before: JointTrajectory, left: float) -> CertifiedTrajectory | None:
-        """Return `before`, a part of the running motion, continued by the motion nearest to the chunk `given`.
-
-        The chunk is followed by a pause in which the motion can stop: half as long as the chunk, but at least 0.1 s.
-        After `left` [s] of computation, no further quadratic program is begun. None if no such motion is found and
-        proved.
-        """
-        start, R = before.span[1], self._order
-        state = before.state(start, R)
-        ends = np.unique([start, *given.breakpoints[given.breakpoints > start + _CLOSEST]])
-        pause = max(0.5 * (ends[-1] - ends[0]), 0.1)
-        ends = np.append(ends, ends[-1] + pause * np.array([0.5, 1.0]))
-        wanted = replace(given.on(ends), rests=True)
-        found = repair_joints(wanted, self.joints, state, self.tolerance / 4, left)
-        if isinstance(found, CertifiedTrajectory):
-            with suppress(NotAcceptedError):
-                return self._continue(before, found.trajectory)
         return None
 
 

@@ -1,4 +1,4 @@
-"""Joints and their limits, as in robot descriptions, and chains of integrators as their plants."""
+"""Joints and their limits, as in robot descriptions (URDF), and chains of integrators as their plants."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from trackably.arguments import is_number, names, numbers, real
 from trackably.arrays import Array
 from trackably.checker.joints import ORDERS
-from trackably.files import errors_of, path_of, read_bytes, read_yaml
+from trackably.files import errors_of, path_of, read_bytes
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.linear import LinearSystem, require_names
 from trackably.systems.polytopes import Polytope
@@ -127,20 +127,6 @@ class Joints:
         with errors_of(path_of("joints", path)):
             return cls(**_of_urdf(Path(path)), acceleration=acceleration, jerk=jerk, snap=snap)
 
-    @classmethod
-    def from_joint_limits_yaml(cls, path: Path | str) -> Self:
-        """Return the joints of a `joint_limits.yaml`, in the form of MoveIt and ros2_control.
-
-        In such a file, `joint_limits` has for each joint has_velocity_limits and max_velocity, likewise for
-        acceleration and jerk, and has_position_limits, min_position and max_position. It may be inside of
-        `ros__parameters`. A limit is used only if its `has_…` is true. If decelerations have a limit of their own, the
-        smaller limit is used for accelerations and decelerations. Joints with angle_wraparound and no limits of
-        position are continuous. Effort and soft limits are not read. InputError: the file cannot be read, has another
-        form, or a limit that it declares is missing or negative.
-        """
-        with errors_of(path_of("joints", path)):
-            return cls(**_of_yaml(Path(path)))
-
 
 def _names(given: Sequence[str] | None, limits: Mapping[str, Limits]) -> tuple[str, ...]:
     by_name = [*dict.fromkeys(name for of in limits.values() if isinstance(of, Mapping) for name in of)]
@@ -178,7 +164,10 @@ def _limits(order: str, given: Any, known: Sequence[str]) -> Array:
     else:
         each = [given] if isinstance(given, str) else [*given]
         if len(each) != len(known):
-            raise ValueError(f"joints: {order}: expected a limit for each of {len(known)} joints, got {len(each)}")
+            raise ValueError(
+                f"joints: {order}: expected a limit for each of {len(known)} joints, as [(lower, upper)] for one, got "
+                f"{len(each)}"
+            )
     found = np.array([_limit(f"joints: {order} of {name}", one) for name, one in zip(known, each, strict=True)])
     found.flags.writeable = False
     return found
@@ -244,47 +233,3 @@ def _number(said: Mapping[str, str], field: str, joint: str, default: float | No
         raise ValueError(f"joint {joint!r}: its <limit> has no {field}") from None
     except ValueError:
         raise ValueError(f"joint {joint!r}: {field}: expected a finite number, got {said[field]!a:.60}") from None
-
-
-def _of_yaml(path: Path) -> dict[str, Any]:
-    by_joint = _joint_limits(read_yaml(path, _LARGEST_FILE))
-    if not by_joint:
-        raise ValueError("expected joint_limits, with limits by joint")
-    found: dict[str, dict[str, Limit]] = {order: {} for order in ORDERS[:4]}
-    turning = []
-    for name, said in by_joint.items():
-        if not isinstance(said, Mapping):
-            raise ValueError(f"joint_limits: expected limits by joint, got {name!r}: {said!r:.60}")
-        for order, limits in found.items():
-            limits[name] = _read_limit(name, order, said)
-        if found["position"][name] is None and said.get("angle_wraparound") is True:
-            turning.append(name)
-    return {**found, "continuous": turning}
-
-
-def _joint_limits(content: Any) -> Mapping[str, Any] | None:
-    """Return the value of `joint_limits`, at the top of a file, or inside of nodes and their ros__parameters."""
-    for _ in range(5):
-        if not isinstance(content, Mapping):
-            return None
-        if isinstance(found := content.get("joint_limits"), Mapping):
-            return found
-        content = content.get("ros__parameters") or (next(iter(content.values())) if len(content) == 1 else None)
-    return None
-
-
-def _read_limit(joint: str, order: str, said: Mapping[str, Any]) -> Limit:
-    has = said.get(f"has_{order}_limits", False)
-    if not isinstance(has, bool):
-        raise ValueError(f"{joint}: has_{order}_limits must be true or false, got {has!r:.40}")
-    if not has:
-        return None
-    wanted = ["min_position", "max_position"] if order == "position" else [f"max_{order}"]
-    if order == "acceleration" and said.get("has_deceleration_limits") is True:
-        wanted.append("max_deceleration")
-    if missing := [field for field in wanted if field not in said]:
-        raise ValueError(f"{joint}: has_{order}_limits is true, but there is no {missing[0]}")
-    ends = [real(f"{joint}: {field}", said[field]) for field in wanted]
-    if order != "position" and min(ends) < 0:
-        raise ValueError(f"{joint}: {wanted[0]} must not be negative, got {min(ends)}")
-    return (ends[0], ends[1]) if order == "position" else min(ends)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from trackably.arguments import names, numbers, text, whole
+from trackably.arguments import instance, names, numbers, text, whole
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.exports import ros2
@@ -133,6 +133,7 @@ def write_joint_trajectory(trajectory: JointTrajectory, path: Path | str, topic:
 
     ValueError: the degree is above 5, derivatives in the points jump, or the kind of file is unknown.
     """
+    instance("write_joint_trajectory: trajectory", trajectory, JointTrajectory, "a JointTrajectory")
     if trajectory.degree > 5:
         raise ValueError(
             f"write_joint_trajectory: the controller takes pieces of degree 5 at most, got degree {trajectory.degree}"

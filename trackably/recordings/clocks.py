@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta, tzinfo
 from decimal import ROUND_FLOOR, Context, Decimal, Inexact, Overflow, Subnormal
@@ -94,6 +95,7 @@ def shorten(value: object) -> str:
 
 _ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?([Z+-].*)?)?", re.ASCII)
 """Stamps for fromisoformat, which accepts any character between date and time, too, and fractions of a minute."""
+_SPACE, _FRACTION = re.compile(" (?=[Z+-])"), re.compile("%S[.,]%f")  # before a zone; in a format
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
 _MICROSECOND, _MICRO = timedelta(microseconds=1), Decimal("1e-6")
 _EXAMPLE = datetime(2024, 5, 1, 13, tzinfo=UTC)
@@ -108,9 +110,9 @@ class DateTimes:
     """Stamps that are dates with a time of day, dates alone, which mean midnight, or times of day without a date.
 
     They are in ISO 8601, 2024-05-01T12:00:00.25+02:00 or 2024-05-01, of which six digits of a fraction of a second are
-    read; or in a `format` of strptime like "%d.%m.%Y %H:%M:%S,%f", where %f is a fraction of up to six digits. Stamps
-    that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like "+01:00". Times of day, "%H:%M:%S", count
-    from midnight.
+    read; or in a `format` of strptime like "%d.%m.%Y %H:%M:%S", where seconds (%S) may have a fraction of up to six
+    digits after a point or a comma. Stamps that name no zone are in `zone`: "Z", which is UTC, or a fixed offset like
+    "+01:00". Times of day, "%H:%M:%S", count from midnight.
 
     ValueError: a format with a part of a date, or with neither date nor time, or an invalid zone.
     """
@@ -188,13 +190,22 @@ class DateTimes:
         other = f"trackably.recordings.DateTimes({_GERMAN}) as time unit reads other formats"
         return f' ({other}; time=("Date", "Time") joins a date and a time of day from two columns)'
 
+    @cached_property
+    def _formats(self) -> list[str]:
+        """The format, without spaces at its ends, and the same with and without a fraction of a second."""
+        whole = _FRACTION.sub("%S", given := (self.format or "").strip())
+        others = [] if "%f" in whole else [whole.replace("%S", f"%S{mark}%f") for mark in DECIMAL_MARKS]
+        return [given, whole, *others]
+
     def _read(self, stamp: str) -> datetime:
         text = stamp.strip()
         if self.format is not None:
-            return datetime.strptime(text, self.format)
-        if not _ISO.fullmatch(text):
-            raise ValueError
-        return datetime.fromisoformat(text)
+            for form in self._formats:
+                with suppress(ValueError):
+                    return datetime.strptime(text, form)
+        elif _ISO.fullmatch(text := _SPACE.sub("", text.replace("UTC", "Z"))):
+            return datetime.fromisoformat(text)
+        raise ValueError
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,7 @@ def read_text(path: Path, encoding: str) -> str:
 
 
 _NO_HEADER = ": if these are values, the file has no header, and `columns` of the layout names its columns"
+_LATER = ": if line {} is the header, `skip` of the layout names the lines above it"
 SEPARATORS = (",", ";", "\t")
 MISSING = ("", "-", "na", "n/a", "nan", "null")
 
@@ -109,7 +110,7 @@ def csv_table(path: str | Path, layout: CsvLayout, wanted: Collection[str] | Non
     separator = layout.separator or _separator(next((line for _, line in lines if line.strip()), ""))
     records = [*_records(path, lines, separator)]
     header = [*layout.columns] or [cell.strip() for cell in (records.pop(0)[1] if records else ())]
-    _check_header(path, header, separator, layout, wanted)
+    _check_header(path, header, separator, layout, wanted, lines)
     for line, row in records:
         if len(row) < len(header) or any(row[len(header) :]):
             named = "the layout names" if layout.columns else "in the header"
@@ -140,7 +141,12 @@ def _separator(line: str) -> str:
 
 
 def _check_header(
-    path: Path, header: Sequence[str], separator: str, layout: CsvLayout, wanted: Collection[str] | None
+    path: Path,
+    header: Sequence[str],
+    separator: str,
+    layout: CsvLayout,
+    wanted: Collection[str] | None,
+    lines: Sequence[tuple[int, str]],
 ) -> None:
     """Raise InputError if there is no header, or it does not have each of the `wanted` names once."""
     if not header:
@@ -149,7 +155,8 @@ def _check_header(
         if name not in header:
             listed = ", ".join(map(repr, header))
             is_value = not layout.columns and all(name[:1] in {*"+-.0123456789", ""} for name in header)
-            hint = _NO_HEADER if is_value else ""
+            later = (_LATER.format(number) for number, line in lines[1:] if all(of in line for of in wanted or ()))
+            hint = _NO_HEADER if is_value else next(later, "")
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trackably.arguments import numbers, positive
+from trackably.arguments import numbers
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
 from trackably.recordings.clocks import describe_origin
@@ -71,14 +71,6 @@ class Recording:
         """Return the samples with start ≤ time ≤ end [s]; the origin stays. InputError: a signal has none there."""
         return replace(self, signals={name: select(repr(name), of, start, end) for name, of in self.signals.items()})
 
-    def every(self, seconds: float) -> "Recording":
-        """Thin out each signal to samples about `seconds` apart.
-
-        Each sample is followed by the one nearest to `seconds` later, among those at least half of it later. Gaps are
-        kept, and thinning again by the same time changes nothing. ValueError: `seconds` is not positive and finite.
-        """
-        return replace(self, signals={name: thin_out(of, seconds) for name, of in self.signals.items()})
-
     def __repr__(self) -> str:
         return f"Recording({'; '.join(self._contents())})"
 
@@ -104,19 +96,6 @@ def select(what: str, samples: Samples, start: float, end: float) -> Samples:
             f"{what}: no sample lies in [{start:g}, {end:g}] s; there are samples from {first:g} to {last:g} s"
         )
     return samples.only(chosen)
-
-
-def thin_out(samples: Samples, seconds: float) -> Samples:
-    """Return samples about `seconds` apart: see `Recording.every`."""
-    positive("every: seconds", seconds)
-    times, chosen = samples.times, [0]
-    while True:
-        due = times[chosen[-1]] + seconds
-        first = max(int(np.searchsorted(times, due - seconds / 2)), chosen[-1] + 1)
-        if first >= len(times):
-            return samples.only(np.array(chosen))
-        after = max(int(np.searchsorted(times, due)), first)
-        chosen.append(min(range(max(after - 1, first), min(after + 1, len(times))), key=lambda i: abs(times[i] - due)))
 
 
 def _gaps(samples: Samples) -> str:

@@ -65,7 +65,8 @@ ANSWERS = {
     "at a bound": (TOUCHING, [], 0, "proved for the steps 0 to 29"),
     "at a bound between the steps": (TOUCHING, LINEAR, 3, "the margin is smaller than the error of float64 evaluation"),
     "no period": (table(), [*CUBIC, "--claim", "all_phases"], 2, "expected the first value, -0.3, again in"),
-    "too few rows": ("k,position\n0,0\n1,0\n", CUBIC, 2, "this spline needs 4 rows at least, got 2"),
+    "three rows": ("t,position\n0,0\n.5,0.1\n1,0\n", CUBIC, 0, "proved for all real t from 0 s to 1 s"),
+    "one row": ("k,position\n0,0\n", CUBIC, 2, "expected two rows at least, got one"),
     "times": (positions("time,position,note"), LINEAR, 0, "proved for all real t from 0 s to 1.45 s"),
     "times by a heading": (GERMAN, [*LINEAR, "--time", "Zeit [s]"], 0, "proved for all real t from 0 s to 1.45 s"),
     "times in milliseconds": (

@@ -1,10 +1,10 @@
-"""A recording is thinned as `Recording.every` says."""
+"""Excerpts of recordings are thinned as `thin_out` says."""
 
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.generate import thin_out
 from trackably.gp.samples import Samples
-from trackably.recordings.recording import thin_out
 
 TIMES = st.lists(st.floats(0, 100), min_size=1, max_size=60, unique=True).map(sorted)
 
