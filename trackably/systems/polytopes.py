@@ -162,7 +162,7 @@ class Polytope:
 
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
-        H, h, units, centre = self._centred
+        H, h, units, centre = self.centred
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: each can be at its middle
             return 0.5, units * centre
         found = deepest(H, np.full(len(H), 2.0), h)
@@ -190,13 +190,13 @@ class Polytope:
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:
-            (H, h, units, centre), direction = self._centred, np.eye(self.dimension)[coordinate]
+            (H, h, units, centre), direction = self.centred, np.eye(self.dimension)[coordinate]
             ends = np.array([_least(direction, H, h), -_least(-direction, H, h)])
             low, high = np.sort(units[coordinate] * (centre[coordinate] + ends))  # of thin sets, rounding may swap them
         return Interval(float(low), float(high)) if np.isfinite([low, high]).all() else None
 
     @property
-    def _centred(self) -> tuple[Array, Array, Array, Array]:
+    def centred(self) -> tuple[Array, Array, Array, Array]:
         """H (2r, n), h (2r,), s (n,), z (n,) such that x = s (y + z) satisfies the bounds if and only if H y ≤ h.
 
         Linear programs are solved for y, whose entries are near 1 in all units: solvers treat numbers above 1e15 as
