@@ -100,6 +100,16 @@ INSTANCES = {
         ),
         {"a": far(1.5)[0]},
     ),
+    "held by a formula without slope at the likeliest mean": (
+        ConstrainedSystem(
+            NonlinearSystem.of(
+                lambda x, u: [x[0] + 0.1 * (u[0] - x[0] ** 2), x[1] + 0.1 * (u[1] - x[1])], ("a", "b"), ("p", "q"), 0.1
+            ),
+            Polytope([[1, 1]], [1], [9]),
+            Polytope.box([-2, -9], [0.1, 9]),
+        ),
+        {"a": Samples(T, 0 * T), "b": Samples(T, 0 * T)},
+    ),
 }
 
 
