@@ -73,14 +73,14 @@ class ErrorSet:
         """
         off, shape = (e - self.centre) / self._extents, self.directions.T / self._extents[:, None]
         reached = np.ones(len(self.directions))
-        for _ in range(_STEPS if off.any() else 0):
-            row = np.linalg.lstsq(shape / reached @ shape.T, off)[0]
-            if (row / self._extents) @ e - self.support(row / self._extents) > _ROUNDING * np.abs(row).sum():
+        for _ in range(_STEPS):
+            row = np.linalg.lstsq(shape / reached @ shape.T, off)[0] / self._extents
+            if row @ e - self.support(row) > _ROUNDING * np.abs(row) @ self._extents:
                 return False
-            sizes = np.abs(row @ shape)
-            if np.all(sizes <= reached) and not len(self.sums):  # p = row · shape / reached
+            sizes = np.abs(self.directions @ row)
+            if np.all(sizes <= reached) and not len(self.sums):  # |p| of least weighted squares is sizes / reached
                 return True
-            reached = np.maximum(sizes, _LEAST * np.max(sizes))
+            reached = np.maximum(sizes / (np.max(sizes) or 1.0), _LEAST)
         rows, aim = np.vstack([shape, self.sums]), np.append(off, np.ones(len(self.sums)))
         found = lsq_linear(rows, aim, (self.lower, np.ones_like(self.lower)), method="bvls", tol=_CONVERGED)
         return bool(np.all(np.abs(found.fun) <= _ROUNDING))
