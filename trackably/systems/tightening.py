@@ -182,7 +182,7 @@ class InvariantSet(Errors):
     @cached_property
     def feedback(self) -> Array:
         """K in float64, shape (m, n)."""
-        return array("feedback: K", self.K, None, None)
+        return np.array(self.K)
 
     @cached_property
     def closed_loop(self) -> Array:
