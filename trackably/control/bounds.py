@@ -37,7 +37,7 @@ def weight_in_widths(bounded: Polytope) -> Array:
     without bounds count in the coordinates' own units.
     """
     rows = bounded.rows / bounded.widths[:, None]
-    free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
+    free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows
     weight = rows.T @ rows + np.where(np.abs(free) > 1e-9, free, 0.0)
     return (weight + weight.T) / 2
 

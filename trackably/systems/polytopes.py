@@ -66,11 +66,7 @@ class Polytope:
         if self.moves:
             for t in np.unique(np.concatenate([of.breakpoints for of in self.bounds])).tolist():
                 self.at(t)  # raises ValueError if it has no interior
-            return
-        constant = np.array([lower, upper], dtype=float)
-        constant.flags.writeable = False
-        vars(self).update(lower=constant[0], upper=constant[1])
-        if r and not self.depth > 0:
+        elif r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
     if TYPE_CHECKING:
@@ -79,9 +75,10 @@ class Polytope:
     else:  # hidden from type checkers, which would then accept any attribute
 
         def __getattr__(self, name):
-            if name in {"lower", "upper"}:  # only sets with a bound that moves lack them: an interval raises ValueError
-                return [getattr(of, name) for of in self.bounds]
-            raise AttributeError(name)
+            if name not in {"lower", "upper"}:
+                raise AttributeError(name)
+            ends = np.array([getattr(of, name) for of in self.bounds], dtype=float)  # ValueError if a bound moves
+            return vars(self).setdefault(name, ends)
 
     @property
     def moves(self) -> bool:
