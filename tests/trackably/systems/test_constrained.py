@@ -56,7 +56,7 @@ def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
 
 
 def test_weights_of_a_sum_at_shifts_that_are_no_neighbours():
-    weights = {"now": (Fraction(1),), "later": (Fraction(0), Fraction(0), Fraction(1))}
+    weights = {"now": (1,), "later": (0, 0, 1)}
     total = Trajectory.of_formula(
         Operation("+", Name("now"), Name("later")),
         {name: Functional(Fraction(0), (w,), 0.1) for name, w in weights.items()},
