@@ -1,7 +1,6 @@
 """A system with its sets: which quantities are bounded, what they are called, and what is refused."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
@@ -59,6 +58,6 @@ def test_weights_of_a_sum_at_shifts_that_are_no_neighbours():
     weights = {"now": (1,), "later": (0, 0, 1)}
     total = Trajectory.of_formula(
         Operation("+", Name("now"), Name("later")),
-        {name: Functional(Fraction(0), (w,), 0.1) for name, w in weights.items()},
+        {name: Functional(0, (w,), 0.1) for name, w in weights.items()},
     )
     assert total.stencil == (0, Stencil((1.0, 0.0, 1.0), 0.1))
