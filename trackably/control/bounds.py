@@ -21,13 +21,15 @@ class Scales(NamedTuple):
         """Return the scales of a plant and a cost.
 
         The scale of a coordinate is how far it may move in its set. The scale of the cost is the largest cost of a
-        single coordinate that is off by its scale. The scale of an unbounded coordinate follows from the dynamics
-        (`_spread`).
+        single coordinate that is off by its scale, 1 if nothing is bounded. The scale of an unbounded coordinate is the
+        change that costs as much, 1 if the coordinate has no cost.
         """
         widths = np.concatenate([extents(plant.state_set), extents(plant.input_set)])
-        states, inputs = np.split(_spread(widths, _gains(plant), 1 / np.sqrt(np.diag(R))), [len(Q)])
-        costs = np.concatenate([np.diag(Q) * states**2, np.diag(R) * inputs**2])
-        return cls(states, inputs, float(np.max(costs)))
+        weights, bounded = np.concatenate([np.diag(Q), np.diag(R)]), np.isfinite(widths)
+        cost = np.max(weights[bounded] * widths[bounded] ** 2, initial=0.0) or 1.0
+        as_costly = np.sqrt(np.divide(cost, weights, out=np.ones_like(weights), where=weights > 0))
+        states, inputs = np.split(np.where(bounded, widths, as_costly), [len(Q)])
+        return cls(states, inputs, float(cost))
 
 
 def weight_in_widths(bounded: Polytope) -> Array:
@@ -35,39 +37,9 @@ def weight_in_widths(bounded: Polytope) -> Array:
     without bounds count in the coordinates' own units.
     """
     rows = bounded.rows / bounded.widths[:, None]
-    free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows if len(rows) else np.eye(bounded.dimension)
+    free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows
     weight = rows.T @ rows + np.where(np.abs(free) > 1e-9, free, 0.0)
     return (weight + weight.T) / 2
-
-
-def _gains(plant: ConstrainedSystem) -> Array:
-    """Return |[A, B]| entry by entry (n, n + m), linearised in the middle of the sets; undefined entries count as 0."""
-    x, u = plant.state_set.at(0.0).centre, plant.input_set.at(0.0).centre
-    with np.errstate(all="ignore"):
-        A, B = plant.system.slopes(x, u)
-    gains = np.abs(np.hstack([A, B]))
-    return np.where(np.isfinite(gains), gains, 0.0)
-
-
-def _spread(widths: Array, gains: Array, otherwise: Array) -> Array:
-    """Return `widths` (n + m,) with each infinite entry replaced by a scale that follows from known scales.
-
-    With the `gains` g (n, n + m), a state gets as scale its largest change in one step that a coordinate j with a known
-    scale s_j causes, max_j g_ij s_j. Inputs, and states that depend on no such coordinate, get the change that moves a
-    state i with a known scale by this scale, min_i s_i / g_ij. If no scale follows in this way, inputs get `otherwise`
-    (m,). All remaining coordinates get 1.
-    """
-    scales, n = widths.copy(), len(gains)
-    for _ in scales:
-        unknown = np.isinf(scales)
-        forward = np.max(gains * np.where(unknown, 0.0, scales), axis=1)
-        with np.errstate(divide="ignore"):
-            backward = np.min(scales[:n, None] / gains, axis=0, initial=np.inf)
-        found = np.concatenate([np.where(forward > 0, forward, backward[:n]), backward[n:]])
-        if not np.any(unknown & np.isfinite(found)):
-            found = np.concatenate([np.full(n, np.inf), otherwise])
-        scales = np.where(unknown, found, scales)
-    return np.where(np.isfinite(scales), scales, 1.0)
 
 
 _SHRINK = 1 - 2.0**-50

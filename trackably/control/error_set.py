@@ -16,6 +16,7 @@ from trackably.systems.tightening import InvariantSet, powers
 _ROUNDING = 1e-10
 """A point counts as in Z if it is off a point of Z by no more than this part of the width of Z along each axis."""
 
+_STEPS, _LEAST = 8, 1e-9  # steps of the weighted least squares; least |row · direction|, relative to the largest
 _CONVERGED = 1e-15  # tolerance of SciPy's search for the least squares
 
 
@@ -66,10 +67,21 @@ class ErrorSet:
     def contains(self, e: Array) -> bool:
         """Whether an error e (n,) is in Z, up to rounding: whether `centre` + p · `directions` = e for an admissible p.
 
-        p is found by least squares, within its bounds.
+        Least squares in which each direction is weighted by 1 / |row · direction| for the row before lead to the row
+        with the largest row · e / h_Z(row), and to the p of least size. If this decides nothing in a few steps, p is
+        found by least squares within its bounds, which takes long outside of Z.
         """
-        rows = np.vstack([self.directions.T / self._extents[:, None], self.sums])
-        aim = np.append((e - self.centre) / self._extents, np.ones(len(self.sums)))
+        off, shape = (e - self.centre) / self._extents, self.directions.T / self._extents[:, None]
+        reached = np.ones(len(self.directions))
+        for _ in range(_STEPS):
+            row = np.linalg.lstsq(shape / reached @ shape.T, off)[0] / self._extents
+            if row @ e - self.support(row) > _ROUNDING * np.abs(row) @ self._extents:
+                return False
+            sizes = np.abs(self.directions @ row)
+            if np.all(sizes <= reached) and not len(self.sums):  # |p| of least weighted squares is sizes / reached
+                return True
+            reached = np.maximum(sizes / (np.max(sizes) or 1.0), _LEAST)
+        rows, aim = np.vstack([shape, self.sums]), np.append(off, np.ones(len(self.sums)))
         found = lsq_linear(rows, aim, (self.lower, np.ones_like(self.lower)), method="bvls", tol=_CONVERGED)
         return bool(np.all(np.abs(found.fun) <= _ROUNDING))
 

@@ -26,15 +26,9 @@ def starts(problem: StepProblem, initial_guess: Array | None) -> list[Window]:
     system, N = plant.system, problem.formulation.horizon
     middle = np.tile(plant.input_set.centre, (N, 1))
     line = np.linspace(state, window.states[-1], N + 1)
-    found = [
-        window,
-        apply_inputs(system, state, window.inputs),
-        Window(line, window.inputs),
-        apply_inputs(system, state, middle),
-    ]
-    if initial_guess is not None:
-        found.insert(0, apply_inputs(system, state, initial_guess))
-    return [between(problem, trajectory) for trajectory in found]
+    guessed = [] if initial_guess is None else [apply_inputs(system, state, initial_guess)]
+    found = window, apply_inputs(system, state, window.inputs), Window(line, window.inputs)
+    return [between(problem, trajectory) for trajectory in (*guessed, *found, apply_inputs(system, state, middle))]
 
 
 def between(problem: StepProblem, trajectory: Window) -> Window:
@@ -199,10 +193,9 @@ def _search(problem: StepProblem, initial_guess: Array | None, near: Infeasible 
                 return plan
     if isinstance(near, Infeasible):
         return near
-    closest = min(tried, key=lambda at: missed_by(problem.formulation, at))
-    if not np.isfinite(missed := missed_by(problem.formulation, closest)):
-        raise ArithmeticError("a plan leads where the system is not defined: bound states and inputs more tightly")
-    return _explain(problem, closest, missed)
+    closest = replace(problem, nominal=min(tried, key=lambda at: missed_by(problem.formulation, at)))
+    _ = closest.defects  # computed here, to raise ArithmeticError if the system is undefined along the trajectory
+    return _explain(closest)
 
 
 def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
@@ -222,24 +215,23 @@ def _converge_from(problem: StepProblem, found: Window) -> Plan | None:
         return None
 
 
-def _explain(problem: StepProblem, closest: Window, missed: float) -> Infeasible:
-    """Return why the linearisation along the trajectory with the smallest defects has no plan.
+def _explain(closest: StepProblem) -> Infeasible:
+    """Return why the problem along the trajectory with the smallest defects has no plan.
 
-    `missed` is the sum of these defects, for the message. Raises ArithmeticError if the linearisation has a plan
-    although the search found none, or if the solver fails.
+    Raises ArithmeticError if it has a plan although the search found none, or if the solver fails.
     """
     try:
-        near = replace(problem, nominal=closest)
-        result = _by_full_steps(near)
+        result = _by_full_steps(closest)
         if isinstance(result, Infeasible):
             return result
-        if isinstance(answer := near.answer, Infeasible):
+        if isinstance(answer := closest.answer, Infeasible):
             return answer
     except (ArithmeticError, np.linalg.LinAlgError):
         pass
     raise ArithmeticError(
-        f"no plan was found; the best trajectory of the search violates the system's equations by {missed:.3g}, "
-        "the sum over all steps and states of errors relative to the states' ranges"
+        "no plan was found; the best trajectory of the search violates the system's equations by "
+        f"{missed_by(closest.formulation, closest.nominal):.3g}, the sum over all steps and states of errors relative "
+        "to the states' ranges"
     )
 
 

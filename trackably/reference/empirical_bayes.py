@@ -294,18 +294,21 @@ def _nearest(
     with indices in `moving` change, and quantities that do not depend on these means need no slack. None if no such
     means are found.
     """
-    bounded = [of for of in at_rest if of.rates_at_rest(means)[moving].any()]
-    ends = np.array([(of.bounds.rest.lower, of.bounds.rest.upper) for of in bounded]).reshape(-1, 2)
-    start, middle, width = np.zeros(len(moving)), ends.mean(axis=1), np.ptp(ends, axis=1)
-    # Changes are measured in units of the least one that meets a bound: steps of the search are of about one unit.
-    outside = np.abs([of.at_rest(means) for of in bounded] - middle) - (0.5 - room) * width
-    sizes = np.array([np.linalg.norm(of.rates_at_rest(means)[moving] / stiffness) for of in bounded])
-    stiffness = stiffness / (np.max(outside / sizes, initial=0.0) or 1.0)
 
     def moved(by: Array) -> list[float]:
         found = np.array(means)
         found[moving] += by / stiffness
         return [*found.tolist()]
+
+    beside = moved(np.ones(len(moving)))  # a quantity may depend on a mean at which its derivative is zero
+    bounded = [of for of in at_rest if any(of.rates_at_rest(levels)[moving].any() for levels in (means, beside))]
+    ends = np.array([(of.bounds.rest.lower, of.bounds.rest.upper) for of in bounded]).reshape(-1, 2)
+    start, middle, width = np.zeros(len(moving)), ends.mean(axis=1), np.ptp(ends, axis=1)
+    # Changes are measured in units of the least one that meets a bound: steps of the search are of about one unit.
+    outside = np.abs([of.at_rest(means) for of in bounded] - middle) - (0.5 - room) * width
+    sizes = np.array([np.linalg.norm(of.rates_at_rest(means)[moving] / stiffness) for of in bounded])
+    changes = np.divide(outside, sizes, out=np.zeros_like(sizes), where=sizes > 0)
+    stiffness = stiffness / (np.max(changes, initial=0.0) or 1.0)
 
     def evaluate(by: Array) -> sqp.Evaluation | None:
         """Return half the sum of squares, and the relative distance from the nearer bound; None if it is undefined."""

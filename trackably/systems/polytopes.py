@@ -66,11 +66,7 @@ class Polytope:
         if self.moves:
             for t in np.unique(np.concatenate([of.breakpoints for of in self.bounds])).tolist():
                 self.at(t)  # raises ValueError if it has no interior
-            return
-        constant = np.array([lower, upper], dtype=float)
-        constant.flags.writeable = False
-        vars(self).update(lower=constant[0], upper=constant[1])
-        if r and not self.depth > 0:
+        elif r and not self.depth > 0:
             raise ValueError(f"set: must have an interior, but no point lies strictly inside {self}")
 
     if TYPE_CHECKING:
@@ -79,9 +75,10 @@ class Polytope:
     else:  # hidden from type checkers, which would then accept any attribute
 
         def __getattr__(self, name):
-            if name in {"lower", "upper"}:  # only sets with a bound that moves lack them: an interval raises ValueError
-                return [getattr(of, name) for of in self.bounds]
-            raise AttributeError(name)
+            if name not in {"lower", "upper"}:
+                raise AttributeError(name)
+            ends = np.array([getattr(of, name) for of in self.bounds], dtype=float)  # ValueError if a bound moves
+            return vars(self).setdefault(name, ends)
 
     @property
     def moves(self) -> bool:
@@ -162,7 +159,7 @@ class Polytope:
 
     @cached_property
     def _deepest(self) -> tuple[float, Array]:
-        H, h, units, centre = self._centred
+        H, h, units, centre = self.centred
         if np.all(np.count_nonzero(self.rows, axis=0) <= 1):  # rows share no coordinate: each can be at its middle
             return 0.5, units * centre
         found = deepest(H, np.full(len(H), 2.0), h)
@@ -190,13 +187,13 @@ class Polytope:
             ends = np.stack([self.lower, self.upper])[:, involved] / self.rows[involved, coordinate]
             low, high = np.max(np.min(ends, axis=0), initial=-np.inf), np.min(np.max(ends, axis=0), initial=np.inf)
         else:
-            (H, h, units, centre), direction = self._centred, np.eye(self.dimension)[coordinate]
+            (H, h, units, centre), direction = self.centred, np.eye(self.dimension)[coordinate]
             ends = np.array([_least(direction, H, h), -_least(-direction, H, h)])
             low, high = np.sort(units[coordinate] * (centre[coordinate] + ends))  # of thin sets, rounding may swap them
         return Interval(float(low), float(high)) if np.isfinite([low, high]).all() else None
 
     @property
-    def _centred(self) -> tuple[Array, Array, Array, Array]:
+    def centred(self) -> tuple[Array, Array, Array, Array]:
         """H (2r, n), h (2r,), s (n,), z (n,) such that x = s (y + z) satisfies the bounds if and only if H y ≤ h.
 
         Linear programs are solved for y, whose entries are near 1 in all units: solvers treat numbers above 1e15 as

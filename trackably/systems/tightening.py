@@ -182,7 +182,7 @@ class InvariantSet(Errors):
     @cached_property
     def feedback(self) -> Array:
         """K in float64, shape (m, n)."""
-        return array("feedback: K", self.K, None, None)
+        return np.array(self.K)
 
     @cached_property
     def closed_loop(self) -> Array:
@@ -196,15 +196,15 @@ def invariant_set(plant: ConstrainedSystem, feedback: Array, disturbance: Distur
     For W = {0} it is {0}. Raises NoInvariantSetError if the error does not decay, or decays too slowly.
     """
     scales, A_K = unit_scales(plant.state_set), closed_loop(plant.linear, feedback)
-    (A, B, K), n = (of.tolist() for of in (plant.linear.A, plant.linear.B, feedback)), len(scales)
+    (A, B, K), n = (tuple(map(tuple, of.tolist())) for of in (plant.linear.A, plant.linear.B, feedback)), len(scales)
     extents = np.maximum(*errors_reach(plant, feedback, disturbance, np.eye(n)))
     size = float(np.max(extents / scales))
     if not size:
-        return InvariantSet(A, B, K, disturbance, 1, 1, 0.0, [0.0] * n)
+        return InvariantSet(A, B, K, disturbance, 1, 1, 0.0, (0.0,) * n)
     box = np.maximum(extents, _LEAST_EXTENT * size * scales) * (1 + _ROUNDING)
     terms, contraction = _contraction(A_K, box)
     head = _head(A_K, disturbance, box, terms, contraction, error_rows(plant, feedback), bound_widths(plant))
-    return InvariantSet(A, B, K, disturbance, head, terms, contraction, box.tolist())
+    return InvariantSet(A, B, K, disturbance, head, terms, contraction, tuple(box.tolist()))
 
 
 def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
@@ -397,8 +397,8 @@ def _largest_fraction(bounded: Polytope, taken: Sequence[Taken], margin: float) 
     """Return the largest f ≤ 1e6 for which a point satisfies all rows, with bounds tightened by f times `taken`.
 
     Both bounds are also tightened by `margin` times the width. f is the optimum of a linear program in which each row
-    is divided by half its width; f ≤ 0 if the margin alone leaves no point. If a bound moves in time, or rows are
-    independent, each row is considered alone, at its least width.
+    is divided by half its width (`Polytope.centred`); f ≤ 0 if the margin alone leaves no point. If a bound moves in
+    time, or rows are independent, each row is considered alone, at its least width.
     """
     if not len(bounded.rows):
         return _LARGEST_FRACTION
@@ -407,11 +407,8 @@ def _largest_fraction(bounded: Polytope, taken: Sequence[Taken], margin: float) 
     most = float(min(np.min(alone), _LARGEST_FRACTION))  # rows one by one; exact if they are independent
     if bounded.moves or np.linalg.matrix_rank(bounded.rows) == len(bounded.rows):
         return most
-    scales = unit_scales(bounded)
-    matrix, middle = bounded.rows * scales / half[:, None], (bounded.upper + bounded.lower) / 2 / half
-    room, (low, high) = 1 - 2 * margin, by.T / half * most
-    limits = np.append(middle + room, room - middle)
-    return most * deepest(np.vstack([matrix, -matrix]), np.append(high, low), limits)[0]
+    (H, h, _, _), (low, high) = bounded.centred, by.T / half * most
+    return most * deepest(H, np.append(high, low), h - 2 * margin)[0]
 
 
 # The plant for learning, with its bounds tightened for disturbances.

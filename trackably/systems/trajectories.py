@@ -141,7 +141,8 @@ class Trajectory:
         if any(map(np.isnan, anywhere.values())):  # a slope that depends on an argument is NaN if the argument is
             return None
         count = len(self.arguments[0][1].weights)
-        signals = self.weights_at([np.zeros_like] * count, np.zeros(()))
+        slopes = self.slopes(self.arguments_at([np.zeros_like] * count, np.zeros(())))
+        signals = self._functionals.combined(np.array([slopes[name].item() for name, _ in self.arguments]))
         if len(signals) != 1:
             return None
         ((signal, weights),) = signals
@@ -192,13 +193,6 @@ class Trajectory:
     def slopes(self, arguments: Mapping[str, Array]) -> dict[str, Array]:
         """Return the derivatives ∂q/∂q_i at these values of the arguments q_i, by name."""
         return slopes_in_floats(self.formula, arguments)
-
-    def weights_at(self, signals: Signals, t: Array) -> list[tuple[int, Array]]:
-        """Linearise q at one time t [s]: pairs (c, w_c) with δq = Σ_c Σ_j w_cj δz_c(t + j T_s) for small δz_c."""
-        if self.functional is not None:
-            return self.functional.rounded
-        slopes = self.slopes(self.arguments_at(signals, t))
-        return self._functionals.combined(np.array([slopes[name].item() for name, _ in self.arguments]))
 
 
 def weighted_sum(row: Sequence[Fraction], coordinates: Sequence[Trajectory]) -> Trajectory:

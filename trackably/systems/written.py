@@ -39,7 +39,8 @@ def system_of(written: object) -> System:
     given = {**fields_of(written, _LINEAR, ["A", "B", "sampling_time"])}
     if not isinstance(continuous := given.pop("continuous", False), bool):
         raise ValueError(f"continuous: expected true or false, got {short(continuous)}")
-    return (LinearSystem.discretised if continuous else LinearSystem)(**given)
+    matrices = {name: _objects(given[name]) for name in "ABc" if given.get(name) is not None}
+    return (LinearSystem.discretised if continuous else LinearSystem)(**given | matrices)
 
 
 def set_of(written: object) -> Polytope:
@@ -58,14 +59,19 @@ def set_of(written: object) -> Polytope:
             "expected lower with upper, H with h, or all four; or rows with lower and upper; got "
             f"{', '.join(known) or 'no field'}"
         )
-    return _SETS[known](*(_ends(name, given[name]) if name in _FREE else given[name] for name in known))
+    return _SETS[known](*(_ends(name, given[name]) if name in _FREE else _objects(given[name]) for name in known))
 
 
 def _ends(name: str, written: Any) -> Any:
     """Return the lower or the upper ends of a set (`name` says which), where null stands for an infinite one."""
     if not isinstance(written, list):
         raise ValueError(f"{name}: expected a list of numbers, of null (free) and of mappings, got {short(written)}")
-    return np.array([_FREE[name] if end is None else end for end in written], dtype=object)  # true is no number there
+    return _objects([_FREE[name] if end is None else end for end in written])
+
+
+def _objects(written: Any) -> Any:
+    """Return an array of the objects in a file, in which true is no number: lists of numbers would take it for 1."""
+    return np.array(written, dtype=object)
 
 
 def _cut_box(lower: Ends, upper: Ends, H: ArrayLike, h: ArrayLike) -> Polytope:

@@ -137,7 +137,7 @@ def test_all_mistakes_of_an_entry_are_told_at_once(tmp_path: Path) -> None:
     """Of all fields by themselves; where these are right, of all that do not fit others."""
     alone_wrong = [
         ("starts: 8", "starts: 0", r"search\.starts: expected greater than 0"),
-        ("A: [[0.9]]", "A: fast", r"system: A: expected numbers"),
+        ("A: [[0.9]]", "A: [[true]]", r"system: A\[0, 0\]: expected a number, got True"),
         ("tightness: [0.05, 0.02,", "tightness: [0.05, true,", r"tightness\.1: .*got True"),
     ]
     together_wrong = [

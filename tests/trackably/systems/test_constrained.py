@@ -1,13 +1,13 @@
 """A system with its sets: which quantities are bounded, what they are called, and what is refused."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 
 from tests.trackably.gp.instances import over
 from tests.trackably.systems.nonlinear_instances import INSTANCES
 from trackably.checker.formulas import Name, Operation
+from trackably.gp.stencil import Stencil
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.intervals import Interval
 from trackably.systems.linear import LinearSystem
@@ -54,12 +54,10 @@ def test_quantities_are_the_rows_of_the_states_and_inputs(plant):
     np.testing.assert_allclose(together.margins_of(which, t), margins)
 
 
-def test_weights_of_a_product_at_shifts_that_are_no_neighbours():
-    weights = {"now": (Fraction(1),), "later": (Fraction(0), Fraction(0), Fraction(1))}
-    product = Trajectory.of_formula(
-        Operation("*", Name("now"), Name("later")),
-        {name: Functional(Fraction(0), (w,), 0.1) for name, w in weights.items()},
+def test_weights_of_a_sum_at_shifts_that_are_no_neighbours():
+    weights = {"now": (1,), "later": (0, 0, 1)}
+    total = Trajectory.of_formula(
+        Operation("+", Name("now"), Name("later")),
+        {name: Functional(0, (w,), 0.1) for name, w in weights.items()},
     )
-    [(signal, found)] = product.weights_at([np.exp], np.array(0.5))
-    assert signal == 0
-    np.testing.assert_allclose(found, [np.exp(0.7), 0.0, np.exp(0.5)])
+    assert total.stencil == (0, Stencil((1.0, 0.0, 1.0), 0.1))

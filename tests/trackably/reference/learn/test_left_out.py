@@ -88,17 +88,22 @@ def far(*levels_of: float) -> list[Samples]:
     return [Samples(t, level + 0.3 * np.sin(t + c) + 0.02 * NOISE[c, ::3]) for c, level in enumerate(levels_of)]
 
 
+def squares(names: str) -> NonlinearSystem:
+    """Return a system whose inputs at rest are the squares of its states."""
+    return NonlinearSystem.of(lambda x, u: x + 0.1 * (u - x**2), [*names], [*names.upper()], 0.1)
+
+
 INSTANCES = {
     "far below": (AXIS, {"position": far(-4000.0)[0]}),
     "held by an input": (CART, dict(zip("ab", far(1.9, -7.0), strict=True))),
     "held by a sum": (walled(), dict(zip("xy", far(1.0, 0.8), strict=True))),
     "held by a formula": (
-        ConstrainedSystem(
-            NonlinearSystem.of(lambda x, u: [x[0] + 0.1 * (u[0] - x[0] ** 2)], ("a",), ("p",), 0.1),
-            Polytope.box([0.1], [3]),
-            Polytope.box([-2], [1]),
-        ),
+        ConstrainedSystem(squares("a"), Polytope.box([0.1], [3]), Polytope.box([-2], [1])),
         {"a": far(1.5)[0]},
+    ),
+    "held by a formula without slope at the likeliest mean": (
+        ConstrainedSystem(squares("ab"), Polytope([[1, 1]], [1], [9]), Polytope.box([-2, -9], [0.1, 9])),
+        dict.fromkeys("ab", Samples(T, 0 * T)),
     ),
 }
 
