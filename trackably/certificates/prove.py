@@ -72,26 +72,19 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
         return Unproved(first.name, first.bounds, (0.0, math.inf), 0.0, str(error))
 
 
-def _earliest(origin: float, step: float, near: float, holds: Callable[[float], bool]) -> float | None:
+def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
     """Return about the earliest time [s] after `origin` at which `holds` is true; None if none is found.
 
-    Distances from half a step on are bisected on a logarithmic scale, after strides that grow, from the distance `near`
-    [s] on. Once `holds` is true, it must stay true at later times.
+    Distances from half a step on are bisected on a logarithmic scale. Once `holds` is true, it must stay true at later
+    times.
     """
-
-    def is_late(i: int) -> bool:
-        return holds(later(i))
 
     def later(i: int) -> float:
         return origin + step / 2 * math.exp2(i / _BY_DOUBLING)
 
-    low, high, stride = -1, _DOUBLINGS * _BY_DOUBLING, _BY_DOUBLING
-    i = min(max(round(_BY_DOUBLING * math.log2(2 * near / step)), 0), high - 1)
-    while low < i < high:
-        low, high, i = (low, i, i - stride) if is_late(i) else (i, high, i + stride)
-        stride *= 2
-    i = bisect_left(range(high), True, low + 1, key=is_late)
-    return later(i) if i < _DOUBLINGS * _BY_DOUBLING else None
+    every = range(_DOUBLINGS * _BY_DOUBLING)
+    i = bisect_left(every, True, key=lambda i: holds(later(i)))
+    return later(i) if i < len(every) else None
 
 
 @dataclass(frozen=True)
@@ -191,8 +184,7 @@ class _ProofProblem:
             return None
         moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
         origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
-        near = min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
-        return _earliest(origin, self.reference.plant.sampling_time, near, self.draft.is_settled)
+        return _earliest(origin, self.reference.plant.sampling_time, self.draft.is_settled)
 
     def _certificate(self, proof: Cover | Steps) -> Certificate:
         return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)
