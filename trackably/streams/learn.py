@@ -177,18 +177,15 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
     """
     given = measured.given
     start, end = recorded_span(given.values())
-    most, best, whole = -1.0, dict[str, Samples](), {name: _motion(of) or 1.0 for name, of in given.items()}
-    for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)):
-        since = start + i * length / 2
-        parts = {name: part_of(of, since, since + length) for name, of in given.items()}
-        found = {name: of for name, of in parts.items() if of is not None}
-        motion = sum(_motion(of) / whole[name] for name, of in found.items())
-        if len(found) == len(given) and motion > most:
-            most, best = motion, found
-    if not best:
+    whole = {name: _motion(of) or 1.0 for name, of in given.items()}
+    begins = (start + i * length / 2 for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)))
+    every = ({name: part_of(of, begin, begin + length) for name, of in given.items()} for begin in begins)
+    full = [{name: of for name, of in parts.items() if of} for parts in every if all(parts.values())]
+    if not full:
         raise ValueError(
             f"window: none of {length:g} s holds samples of each of {', '.join(given)}; give a longer window"
         )
+    best = max(full, key=lambda parts: sum(_motion(of) / whole[name] for name, of in parts.items()))
     share, centres = max(len(of) / len(given[name]) for name, of in best.items()), measured.centres
     centres = max(NODES, round(centres * share)) if isinstance(centres, int) else centres
     return replace(measured, given=best, centres=centres)
