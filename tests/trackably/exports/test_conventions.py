@@ -32,6 +32,8 @@ def test_times_that_are_not_proved_are_refused(t: object) -> None:
     for use in (on_window(), on_window().eval):
         with pytest.raises(ValueError, match=r"^t = .* s is outside of what is proved, all real t from 0 s to 3 s"):
             use(t)  # type: ignore[operator]
+    with pytest.raises(ValueError, match=r"^step 1e\+06 \(.* s\) is outside of what is proved"):
+        on_window().to_acados(1).at(10**6)
     with pytest.raises(ValueError, match="up to which the proof covers the rounding"):
         periodic()([0.0, np.inf, 2.3e12])
     with pytest.raises(TypeError, match=r"^times: expected numbers"):
