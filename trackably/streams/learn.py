@@ -12,6 +12,7 @@ import numpy as np
 
 from trackably.arguments import positive
 from trackably.arrays import ArrayLike
+from trackably.certificates.certified import constraints_at
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.checker.certificate import AllTimes, Window
@@ -32,7 +33,7 @@ from trackably.reference.request import Measurements, Noise, SamplesLike, check_
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, by_default, prove_waypoints, waypoints
 from trackably.streams.reference import StreamReference
-from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
+from trackably.streams.windows import BACKOFFS, Stream, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.reference import Reference
@@ -206,9 +207,8 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
 
     def learn_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
         space = SearchSpace.around(samples, prior, starts)
-        return learn_jointly(
-            ConstrainedProblem(samples, prior, space, constraints_at(Window(*recorded_span(samples)), plant))
-        )
+        constraints = constraints_at(Window(*recorded_span(samples)), plant, BACKOFFS[0], {})
+        return learn_jointly(ConstrainedProblem(samples, prior, space, constraints))
 
     solution, _ = begun.learn_enough(
         lambda of, _: found_or_raise(first.best(partial(learn_with, of))),
