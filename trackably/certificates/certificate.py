@@ -98,19 +98,15 @@ class Certificate:
         """Return the index of the first of the times t [s] that is not proved, and the reason; None if all are."""
         (first, last), until, flat, claimed = self.claim.span, self.last_time, t.ravel(), times_of(self.claim)
         tolerance, step = self.time_tolerance * np.abs(flat), self.reference.plant.sampling_time
-        apart = np.abs(flat - np.round(flat / step) * step) if isinstance(self.proof, Steps) else np.zeros(flat.shape)
         rounding = f"further from zero than {until:g} s, up to which the proof covers the rounding of evaluation"
-        for refused, why in (
-            (~((flat >= first - tolerance) & (flat <= last + tolerance)), f"outside of what is proved, {claimed}"),
-            (np.abs(flat) > until, rounding),
-            (
-                apart > tolerance,
-                f"between the sampled instants, which alone are proved, {claimed}",
-            ),
-        ):
-            if refused.any():
-                return int(np.argmax(refused)), why
-        return None
+        refused = {
+            f"outside of what is proved, {claimed}": ~((flat >= first - tolerance) & (flat <= last + tolerance)),
+            rounding: np.abs(flat) > until,
+        }
+        if isinstance(self.proof, Steps):
+            apart = np.abs(flat - np.round(flat / step) * step)
+            refused[f"between the sampled instants, which alone are proved, {claimed}"] = apart > tolerance
+        return next(((int(np.argmax(where)), why) for why, where in refused.items() if where.any()), None)
 
 
 def _truth(of: TrueSignal) -> str:

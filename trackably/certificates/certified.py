@@ -10,7 +10,7 @@ the objective of a learner: l (minus twice the logarithm of the marginal likelih
 is the least rise of a function's misfit and norm that they cause for given hyperparameters.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -218,7 +218,7 @@ class _Learning:
                     self.rounding[outcome.quantity] = min(2 * own, most)
                 else:
                     backoff = self._larger(backoff, found)
-            if isinstance(outcome, Counterexample):  # twice the violation, as back-offs are halved (`_problem`)
+            if isinstance(outcome, Counterexample):  # twice the violation, as back-offs are halved (`constraints_at`)
                 backoff = max(backoff, min(backoff + 2 * _missing(outcome), self._enough(found)))
             found = learner.continued(found, self._problem(goal, backoff))
             if most > _LARGEST_BACKOFF and not isinstance(found, Solution):
@@ -319,15 +319,7 @@ class _Learning:
         return True
 
     def _problem(self, goal: Goal, backoff: float) -> ConstrainedProblem:
-        """Return the problem with bounds that are tightened twice, each time by half of the back-off.
-
-        One half is for times between those at which the bounds are imposed, the other for the optimiser's tolerance.
-        """
-        halves = [max(backoff, self.rounding.get(q.name, 0.0)) / 2 for q in self.plant.quantities]
-        constraints = tuple(
-            tightened_constraint(q, half, goal.times) for q, half in zip(self.plant.quantities, halves, strict=True)
-        )
-        return replace(self.problem, constraints=constraints)
+        return replace(self.problem, constraints=constraints_at(goal.times, self.plant, backoff, self.rounding))
 
 
 def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> NothingFeasible:
@@ -347,10 +339,19 @@ def _of_given_bounds(found: NothingFeasible, plant: ConstrainedSystem) -> Nothin
     return replace(found, quantity=own, violation=violation, broken_at_rest=broken)
 
 
-def tightened_constraint(quantity: Quantity, by: float, times: AllPhases | Window) -> Constraint:
-    """Return the bounds of a quantity at some times, tightened by a part of their width, the constraint's back-off."""
-    bounds = quantity.bounds.shrunk(by * quantity.bounds.width)
-    return Constraint(replace(quantity, bounds=bounds), RealTimes(times), by)
+def constraints_at(
+    times: AllPhases | Window, plant: ConstrainedSystem, backoff: float, own: Mapping[str, float]
+) -> tuple[Constraint, ...]:
+    """Return the bounds of a plant at some times, tightened by a back-off: a part of their width.
+
+    It is `backoff`, or the quantity's own one if that is larger. One half of it is for times between those at which the
+    bounds are imposed, the other is the constraint's back-off, for the optimiser's tolerance.
+    """
+    halves = [(q, max(backoff, own.get(q.name, 0.0)) / 2) for q in plant.quantities]
+    return tuple(
+        Constraint(replace(q, bounds=q.bounds.shrunk(half * q.bounds.width)), RealTimes(times), half)
+        for q, half in halves
+    )
 
 
 def _affordable(found: Solution, quantities: Iterable[Quantity]) -> float:

@@ -23,9 +23,11 @@ from trackably.certificates.sketch import lowest_margins
 from trackably.checker.answers import FailedStepError
 from trackably.checker.certificate import AllPhases, AllTimes, Claim, Cover, Instants, Steps, Window
 from trackably.checker.intervals import UndefinedError
+from trackably.checker.moving import ends_at
 from trackably.checker.piecewise import keeps, row_of
 from trackably.checker.watch import UndecidedError, watch
 from trackably.gp.signal import KernelSum
+from trackably.systems.intervals import Interval
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import require_bounds
 from trackably.systems.trajectories import Quantity
@@ -72,26 +74,19 @@ def prove(reference: Reference, claim: Claim | None = None) -> Outcome:
         return Unproved(first.name, first.bounds, (0.0, math.inf), 0.0, str(error))
 
 
-def _earliest(origin: float, step: float, near: float, holds: Callable[[float], bool]) -> float | None:
+def _earliest(origin: float, step: float, holds: Callable[[float], bool]) -> float | None:
     """Return about the earliest time [s] after `origin` at which `holds` is true; None if none is found.
 
-    Distances from half a step on are bisected on a logarithmic scale, after strides that grow, from the distance `near`
-    [s] on. Once `holds` is true, it must stay true at later times.
+    Distances from half a step on are bisected on a logarithmic scale. Once `holds` is true, it must stay true at later
+    times.
     """
-
-    def is_late(i: int) -> bool:
-        return holds(later(i))
 
     def later(i: int) -> float:
         return origin + step / 2 * math.exp2(i / _BY_DOUBLING)
 
-    low, high, stride = -1, _DOUBLINGS * _BY_DOUBLING, _BY_DOUBLING
-    i = min(max(round(_BY_DOUBLING * math.log2(2 * near / step)), 0), high - 1)
-    while low < i < high:
-        low, high, i = (low, i, i - stride) if is_late(i) else (i, high, i + stride)
-        stride *= 2
-    i = bisect_left(range(high), True, low + 1, key=is_late)
-    return later(i) if i < _DOUBLINGS * _BY_DOUBLING else None
+    every = range(_DOUBLINGS * _BY_DOUBLING)
+    i = bisect_left(every, True, key=lambda i: holds(later(i)))
+    return later(i) if i < len(every) else None
 
 
 @dataclass(frozen=True)
@@ -191,8 +186,7 @@ class _ProofProblem:
             return None
         moving = [float(end) for quantity in self.reference.quantities for end in quantity.bounds.breakpoints[-1:]]
         origin = max(0.0, *moving, *(max(signal.centres) for signal in self.draft.subject.signals))
-        near = min(signal.kernel.correlation_time for signal in self.reference.kernel_sums)
-        return _earliest(origin, self.reference.plant.sampling_time, near, self.draft.is_settled)
+        return _earliest(origin, self.reference.plant.sampling_time, self.draft.is_settled)
 
     def _certificate(self, proof: Cover | Steps) -> Certificate:
         return Certificate(self.reference, self.claim, proof, dict(self.draft.errors), self.draft.certificate.until)
@@ -241,28 +235,15 @@ class _ProofProblem:
         """Return how a quantity fails at `time` [s]; None if it keeps its bounds there.
 
         If only instants k T_s are to be proved, the nearest instant takes the place of this time. The value is
-        enclosed, which takes long for many kernels. If a bound jumps at this time, the float64 times just before and
-        after are examined too.
-        """
-        found = self._failure_exactly_at(quantity, time)
-        beside = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
-        # A bound that jumps at this time may be kept on one side of it: examine the float64 times before and after.
-        if isinstance(found, Counterexample) and found.step is None and len(quantity.bounds.breakpoints_in(*beside)):
-            inside = [t for t in beside if self.claim.span[0] <= t <= self.claim.span[1]]
-            failures = [self._failure_exactly_at(quantity, t) for t in inside]
-            found = next((found for found in failures if isinstance(found, Counterexample)), failures[0])
-        return found
-
-    def _failure_exactly_at(self, quantity: Quantity, time: float) -> Failure | None:
-        """Return how a quantity fails at exactly `time` [s], or at the nearest instant; None if it does not fail.
-
-        The times just before and after are not examined.
+        enclosed, which takes long for many kernels. If a bound jumps at this time, only values outside of the bounds on
+        both sides of the jump fail; times beside it are further candidates.
         """
         step, at, T = None, Fraction(time), self.reference.plant.sampling_time
         if isinstance(self.claim, Instants):
             step = max(round(time / T), 0)
             time, at = step * T, step * Fraction(T)
-        bounds, reserve = quantity.bounds.at(time), self.draft.errors[quantity.name]
+        low, high = ends_at(next(of for of in self.draft.subject.bounds if of.name == quantity.name), at)
+        bounds, reserve = Interval(float(low), float(high)), self.draft.errors[quantity.name]
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:

@@ -35,7 +35,8 @@ class SlidingReferences:
         """
         k = whole("to_acados: k", k)
         reference = self.proved.reference
-        proved_times(self.proved, reference.instants(k + np.arange(self.horizon + 1.0)))
+        steps = k + np.arange(self.horizon + 1.0)
+        proved_times(self.proved, reference.instants(steps), steps)
         states, inputs = reference.window(k, self.horizon)
         if state is not None:
             states = reference.plant.unwrap(states, state)

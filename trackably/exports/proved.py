@@ -100,7 +100,7 @@ def values_at(proved: Proved, steps: Array) -> dict[str, Array]:
 
     ValueError: a step is not proved.
     """
-    proved_times(proved, proved.reference.instants(steps))
+    proved_times(proved, proved.reference.instants(steps), steps)
     reference, plant = proved.reference, proved.reference.plant
     values = np.hstack([plant.unwrap(reference.state(steps)), reference.input(steps)])
     return dict(zip(plant.names, values.T, strict=True))

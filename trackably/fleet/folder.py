@@ -86,8 +86,8 @@ def outcome_of(failure: NotTrackableError) -> Outcome:
 
 ROW, TABLE = "row.json", "fleet.csv"
 
-_FILES = ("certificate*.json", "counterexample.json", "reference.json", ROW)
-"""The files in a recording's folder."""
+_FILES = re.compile(r"(certificate(\.at[0-9]+)?|counterexample|reference|row)\.json")
+"""Names of the files that are written in a recording's folder; others there are the user's."""
 
 _PLAIN = re.compile(r"(?!(con|prn|aux|nul|(com|lpt)[0-9])\Z)[a-z0-9_-]+( [a-z0-9_-]+)*")
 """Texts that every file system takes as they are, and keeps apart; some are names of devices on Windows."""
@@ -156,7 +156,7 @@ class FleetFolder:
 
 
 def _files(folder: Path) -> list[Path]:
-    return sorted(path for pattern in _FILES for path in folder.glob(pattern))
+    return sorted(path for path in folder.iterdir() if _FILES.fullmatch(path.name))
 
 
 def _part(text: str) -> str:

@@ -10,7 +10,7 @@ import signal
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -104,6 +104,7 @@ def _as_number(value: object) -> Any:
     )
 
 
+_QUESTIONS = DoubtfulInputWarning, IgnoresSamplesWarning
 _UNREAD = "0" * 64  # the digest of a recording that could not be read
 
 
@@ -122,10 +123,7 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
     fingerprint = request.fingerprint(samples)
     if kept is not None and kept.request == fingerprint:
         return kept
-    with warnings.catch_warnings(record=True) as asked:
-        warnings.simplefilter("ignore")
-        for ours in (DoubtfulInputWarning, IgnoresSamplesWarning):
-            warnings.simplefilter("always", ours)
+    with _questions() as asked:
         try:
             reference = request.learn_from(samples)
         except NotTrackableError as failure:
@@ -144,12 +142,27 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
         misfit=reference.misfit,
         hyperparameters=reference.hyperparameters,
         fingerprint=reference.fingerprint,
-        questions=tuple(str(each.message) for each in asked),
+        questions=tuple(asked),
     )
     if isinstance(reference, TrackableReference):
         of_function = ("method", "objective", "price", "unconstrained_misfit")
         row = dataclasses.replace(row, **{name: getattr(reference, name) for name in of_function})
     return where.write(row, certificate=reference.save_certificate, reference=reference.save)
+
+
+@contextmanager
+def _questions() -> Iterator[list[str]]:
+    """Collect the texts of this library's warnings in a list; those of other packages are issued at the end."""
+    asked: list[str] = []
+    with warnings.catch_warnings(record=True) as every:
+        for ours in _QUESTIONS:
+            warnings.simplefilter("always", ours)
+        yield asked
+    for each in every:
+        if issubclass(each.category, _QUESTIONS):
+            asked.append(str(each.message))
+        else:
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
 
 
 def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:

@@ -168,9 +168,8 @@ class Courses:
         A multiplier is positive at an upper bound, and negative at a lower one. None if the program is not solved.
         """
         sparse, (K, n, size) = _scipy.sparse, self.steps.shape
-        blocks = np.stack([-self.steps, np.broadcast_to(np.eye(n, size), self.steps.shape)], axis=1)
-        places = (np.arange(K)[:, None] + [0, 1]).ravel(), 2 * np.arange(K + 1)
-        equal = sparse.bsr_array((blocks.reshape(2 * K, n, size), *places), shape=(K * n, (K + 1) * size))
+        moves = sparse.bsr_array((self.steps, np.arange(K), np.arange(K + 1)), shape=(K * n, (K + 1) * size))
+        equal = sparse.kron(sparse.eye_array(K, K + 1, k=1), np.eye(n, size)) - moves
         grown = -self.growth[:, None]
         limited = [sparse.hstack([of, grown]) for of in (self.rows, -self.rows)]
         found = _scipy.optimize.linprog(

@@ -76,7 +76,7 @@ class ProvedReference(ABC):
 
     def state(self, k: Array | int) -> Array:
         """Return x_r(k) at steps k of any shape: (*k.shape, n). ValueError: a step is not proved."""
-        self._refuse_unproved(k)
+        self._require_proved(k)
         return self.reference.state(k)
 
     def input(self, k: Array | int) -> Array:
@@ -84,7 +84,7 @@ class ProvedReference(ABC):
 
         ValueError as for states.
         """
-        self._refuse_unproved(k)
+        self._require_proved(k)
         return self.reference.input(k)
 
     def window(self, k: int, horizon: int) -> Window:
@@ -92,7 +92,7 @@ class ProvedReference(ABC):
 
         ValueError: a step is not proved, or the horizon is below one step. TypeError: the horizon is no whole number.
         """
-        self._refuse_unproved(np.array([whole("window: k", k), k + whole("window: horizon", horizon, least=1)]))
+        self._require_proved(np.array([whole("window: k", k), k + whole("window: horizon", horizon, least=1)]))
         return self.reference.window(k, horizon)
 
     @property
@@ -118,11 +118,8 @@ class ProvedReference(ABC):
         every = zip((self.certificate, *self.pin_certificates), (file, *beside), strict=True)
         return tuple(save_accepted("save_certificate", certificate, path) for certificate, path in every)
 
-    def _refuse_unproved(self, k: Array | int) -> None:
-        proved_times(self, self._times(k), k)
-
-    def _times(self, k: Array | int) -> Array:
-        return np.asarray(self.reference.instants(numbers("steps", k)), dtype=float)
+    def _require_proved(self, k: Array | int) -> None:
+        proved_times(self, self.reference.instants(numbers("steps", k)), k)
 
     # Evaluation at times, and exports in the conventions of common tools.
 

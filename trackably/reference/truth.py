@@ -236,11 +236,9 @@ def sides_at(known: TrueSignal, times: Array) -> tuple[Array, Array]:
 def true_signal(reference: Reference, sought: TrueSignal, robust: Tightening | None = None) -> TrueSignal:
     """Bound the distance between a state of the reference and every signal of a class, at the times that are `sought`.
 
-    If the plant is disturbed, the distance of the plant's state at sampling instants is bounded too. ValueError: the
-    reference is piecewise polynomial, or no bound is found.
+    The reference is a sum of kernels. If the plant is disturbed, the distance of the plant's state at sampling instants
+    is bounded too. ValueError: no bound is found.
     """
-    if reference.pieces:
-        raise ValueError("truth: expected a reference of kernels, as from learn_reference, got one of pieces")
     state, subject = reference.plant.system.states.index(sought.state), as_subject(reference)
     found = _with_sides(sought, _CELLS, lambda t: reference.state_at(t)[:, :, state])
     ends = np.array(found.ends)

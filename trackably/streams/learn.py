@@ -12,6 +12,7 @@ import numpy as np
 
 from trackably.arguments import positive
 from trackably.arrays import ArrayLike
+from trackably.certificates.certified import constraints_at
 from trackably.certificates.claim import Written, as_claim, refusal
 from trackably.certificates.judge import found_or_raise
 from trackably.checker.certificate import AllTimes, Window
@@ -32,7 +33,7 @@ from trackably.reference.request import Measurements, Noise, SamplesLike, check_
 from trackably.reference.truth import TruthLike, true_signals, with_truth
 from trackably.reference.waypoints import Waypoints, by_default, prove_waypoints, waypoints
 from trackably.streams.reference import StreamReference
-from trackably.streams.windows import Stream, constraints_at, learn_proved, part_of
+from trackably.streams.windows import BACKOFFS, Stream, learn_proved, part_of
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.disturbances import DisturbanceSet, ModelError
 from trackably.systems.reference import Reference
@@ -177,18 +178,15 @@ def _busiest(measured: Measurements, length: float) -> Measurements:
     """
     given = measured.given
     start, end = recorded_span(given.values())
-    most, best, whole = -1.0, dict[str, Samples](), {name: _motion(of) or 1.0 for name, of in given.items()}
-    for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)):
-        since = start + i * length / 2
-        parts = {name: part_of(of, since, since + length) for name, of in given.items()}
-        found = {name: of for name, of in parts.items() if of is not None}
-        motion = sum(_motion(of) / whole[name] for name, of in found.items())
-        if len(found) == len(given) and motion > most:
-            most, best = motion, found
-    if not best:
+    whole = {name: _motion(of) or 1.0 for name, of in given.items()}
+    begins = (start + i * length / 2 for i in range(max(1, math.ceil(2 * (end - start) / length) - 1)))
+    every = ({name: part_of(of, begin, begin + length) for name, of in given.items()} for begin in begins)
+    full = [{name: of for name, of in parts.items() if of} for parts in every if all(parts.values())]
+    if not full:
         raise ValueError(
             f"window: none of {length:g} s holds samples of each of {', '.join(given)}; give a longer window"
         )
+    best = max(full, key=lambda parts: sum(_motion(of) / whole[name] for name, of in parts.items()))
     share, centres = max(len(of) / len(given[name]) for name, of in best.items()), measured.centres
     centres = max(NODES, round(centres * share)) if isinstance(centres, int) else centres
     return replace(measured, given=best, centres=centres)
@@ -209,9 +207,8 @@ def _as_known(begun: Measurements, first: EmpiricalPrior, plant: ConstrainedSyst
 
     def learn_with(samples: tuple[Samples, ...], prior: JointPrior) -> Solution | NoSolution:
         space = SearchSpace.around(samples, prior, starts)
-        return learn_jointly(
-            ConstrainedProblem(samples, prior, space, constraints_at(Window(*recorded_span(samples)), plant))
-        )
+        constraints = constraints_at(Window(*recorded_span(samples)), plant, BACKOFFS[0], {})
+        return learn_jointly(ConstrainedProblem(samples, prior, space, constraints))
 
     solution, _ = begun.learn_enough(
         lambda of, _: found_or_raise(first.best(partial(learn_with, of))),

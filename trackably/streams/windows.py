@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackably.certificates.certificate import Certificate
-from trackably.certificates.certified import tightened_constraint
+from trackably.certificates.certified import constraints_at
 from trackably.certificates.prove import Outcome, prove
 from trackably.checker.certificate import Claim, Window
 from trackably.gp.joint import JointPrior
 from trackably.gp.samples import Samples, recorded_span
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint
 from trackably.learning.joint.search import learn_function
 from trackably.learning.problem import ConstrainedProblem, NoSolution, Solution
 from trackably.learning.space import SearchSpace
@@ -52,7 +51,7 @@ def with_memory(samples: Samples, base: KernelSum, since: float, now: float, end
 
 _MEMORY = 12.0  # correlation times: samples older than this change a function by less than 1/1000 of the noise
 _SHORTEST = 1.0  # correlation times: windows whose program is too large are divided into parts of at least this length
-_BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2  # of a bound's width: how much it is tightened, so that a proof has room
+BACKOFFS = 1e-5, 1e-4, 1e-3, 1e-2  # of a bound's width: how much it is tightened, so that a proof has room
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ def learn_proved(stream: Stream) -> Outcome | NoSolution:
     If the proof fails, all windows are learned again with a larger back-off.
     """
     outcome: Outcome | None = None
-    for backoff in _BACKOFFS:
+    for backoff in BACKOFFS:
         signals = _signals(stream, backoff)
         if isinstance(signals, NoSolution):
             return outcome or signals
@@ -145,7 +144,7 @@ def _problem(
     earliest = stream.claim.span[0]
     until = recorded_span(given)[1] + memory + stream.plant.sampling_time
     times = Window(max(min(earliest, now), now - 2 * memory), until)
-    constraints = constraints_at(times, stream.plant, backoff)
+    constraints = constraints_at(times, stream.plant, backoff, {})
     space = SearchSpace.around(given, stream.prior, starts=1)
     # Required values at the `times` at which bounds are imposed. Those before the first sample count as if
     # they were at its time, and those after the last sample likewise.
@@ -153,8 +152,3 @@ def _problem(
     within = (at for at in stream.pinned if times.start <= min(max(at.time, first), last) <= times.end)
     required = tuple(value for at in within for value in at.required_values(stream.plant))
     return ConstrainedProblem(given, stream.prior, space, constraints, required, bases=bases)
-
-
-def constraints_at(times: Window, plant: ConstrainedSystem, backoff: float = _BACKOFFS[0]) -> tuple[Constraint, ...]:
-    """Return the bounds of a plant at the given times, tightened by a part `backoff` of their width."""
-    return tuple(tightened_constraint(q, backoff / 2, times) for q in plant.quantities)

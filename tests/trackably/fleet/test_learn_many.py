@@ -2,6 +2,7 @@
 
 import math
 import shutil
+import warnings
 from functools import partial
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from tests.trackably.fleet.recordings import KERNEL, PLANT, TWO_MOTIONS, content
 from trackably import Samples, Source, SquaredExponential, check, learn_reference, learn_stream
 from trackably.checker import Proved
 from trackably.errors import InputError
+from trackably.fleet.learn_many import Request
 
 
 def written(folder: Path) -> dict[str, int]:
@@ -72,11 +74,24 @@ def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
     assert written(tmp_path) == before
 
 
+def test_warnings_of_other_packages_reach_the_caller(tmp_path, monkeypatch):
+    def learn(*_):
+        warnings.warn("theirs", stacklevel=1)
+        raise ValueError("no samples")
+
+    monkeypatch.setattr(Request, "learn_from", learn)
+    with pytest.warns(UserWarning, match="theirs"):
+        assert learned({"run": motion(0)}, tmp_path).rows[0].sentence == "no samples"
+
+
 def test_certificates_of_waypoints_are_written_too(tmp_path):
     fleet = learned({"run": motion(0)}, tmp_path, at={np.float32(0.3): {"state": -0.1}}, at_tolerance=0.02)
     assert fleet.rows[0].files.keys() == {"certificate.json", "certificate.at1.json", "reference.json"}
     assert isinstance(check(tmp_path / "run" / "certificate.at1.json"), Proved)
+    own = tmp_path / "run" / "certificate of mine.json"
+    own.touch()
     assert learned({"run": motion(0)}, tmp_path).rows[0].files.keys() == {"certificate.json", "reference.json"}
+    assert own.exists(), "no file of the user's is removed"
 
 
 def test_the_recorded_window_reaches_to_the_steps_around_it(tmp_path):

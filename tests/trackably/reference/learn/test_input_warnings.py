@@ -77,6 +77,8 @@ DOUBTFUL = {
     "degrees": (asked(np.mod(5 - 99 * TIMES, 360) - 180, plant=WIDE), r"np.unwrap\(values, period=360\) counts turns"),
     "an outlier": (asked(np.where(FOURTH, 1e6, SAMPLES.values)), r"position is 1e\+06 at 0\.6 s, beside -0\.8"),
     "one sample off its neighbours": (asked(lost(19), OFTEN, noise_std=1e-3), r"at 0\.95 s, beside -0\.402\d+ and"),
+    "the first": (asked(lost(0), OFTEN, noise_std=1e-3), r"is -0\.2 at 0 s, beside -0\.49"),
+    "the last but one": (asked(lost(58), OFTEN, noise_std=1e-3), r"at 2\.9 s, beside -0\.59\d+ and"),
     "a sensor that starts late": (asked(np.where(OFTEN < 0.1, 2000.0, 0.1 * OFTEN), OFTEN), "2000 at 0 s, beside"),
     "a lost sample": (asked(np.sin(np.arange(-30, 31) / 7) * (np.arange(61) != 41), np.arange(61) / 9), "is 0 at 4.5"),
     "noise in millimetres": (asked(lost(), OFTEN, noise_std=1.0), "noise_std: that of position is 1, but its samples"),

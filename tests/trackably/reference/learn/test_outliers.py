@@ -6,7 +6,7 @@ import pytest
 from tests.trackably.plants import AXIS, moved
 from trackably import DoubtfulInputWarning, Samples, SquaredExponential, learn_reference
 from trackably.checker.certificate import Window
-from trackably.reference.input_warnings import doubts
+from trackably.reference.input_warnings import doubts, warn_about
 
 
 def noisy(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -14,8 +14,8 @@ def noisy(count: int) -> tuple[np.ndarray, np.ndarray]:
     return times, moved(times) + 0.005 * np.random.default_rng(1).standard_normal(count)
 
 
-def asked(values: np.ndarray, times: np.ndarray | None = None) -> list[str]:
-    samples = Samples(np.arange(len(values)) * 0.1 if times is None else times, values)
+def asked(values: np.ndarray) -> list[str]:
+    samples = Samples(np.arange(len(values)) * 0.1, values)
     return [*doubts(Window(0.0, float(samples.times[-1])), {"x": samples}, AXIS)]
 
 
@@ -44,6 +44,13 @@ def test_noise_is_not_asked_about(n):
     normal = rng.standard_normal(n)
     for off in (normal, rng.uniform(-1, 1, n), np.sign(normal), rng.laplace(size=n), np.round(normal / 2)):
         assert asked(off) == []
+
+
+def test_samples_near_the_largest_number_are_asked_about_too():
+    values = np.where(np.arange(20) == 7, -1.7e308, np.sin(np.arange(20)))
+    values[12] = 1.7e308
+    with pytest.warns(DoubtfulInputWarning, match=r"e\+308 at"):
+        warn_about(doubts(Window(0.0, 1.9), {"x": Samples(np.arange(20) * 0.1, values)}, AXIS), 1)
 
 
 @pytest.mark.parametrize("size", [0.3, 0.5, 1.0])
