@@ -51,26 +51,22 @@ WRONG = {
     "dates": (lambda: Samples(DAYS, [1, 2]), f"times: expected numbers, got datetime64[ns]; {SECONDS}"),
     "nothing": (lambda: Samples([0, 1], [None, 1.0]), "samples: values[0]: expected a number, got None"),
     "an index of dates": (
-        lambda: Samples(pd.DatetimeIndex(DAYS), [1, 2]),
-        "times: expected numbers, got datetime64[ns]",
-    ),
-    "a column": (
-        lambda: learn(samples=pd.Series([1.0, 2.0], index=[0.0, 1.0])),
-        "a mapping from names to such Samples, got Series; `recording.samples(name)` gives those of a recording, and "
-        "Samples(column.index, column) those of a pandas column",
-    ),
-    "columns by name": (
-        lambda: learn(samples={"position": [1.0, 2.0]}),
-        "samples: expected Samples(times, values) of position, got [1.0, 2.0]",
+        lambda: learn(samples=pd.Series([1.0, 2.0], index=pd.DatetimeIndex(DAYS))),
+        "samples: index: expected times in seconds, got dates; set frame.index = (frame.index - frame.index[0]).total",
     ),
     "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), "some values are masked"),
     "columns": (
         lambda: Samples([0, 1], [[1], [2]]),
         "values must be a non-empty one-dimensional array, got shape",
     ),
+    "nothing but NaN": (
+        lambda: learn(samples=pd.Series([NAN, NAN], index=[0.0, 1.0])),
+        "samples: expected numbers, but every value is NaN",
+    ),
     "a tuple of arrays": (
         lambda: learn(samples=([0, 1], [0, 0])),
-        "samples: expected Samples(times, values), or a mapping from names to such Samples, got tuple",
+        "samples: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
+        "times as its index, got tuple",
     ),
     "endless": (lambda: Samples([0, INF, NAN], [0, 0, 0]), "samples: times[1] must be finite, got inf"),
     "no number": (lambda: system([[1, NAN], [0, 1]], [[0], [1]]), "A: the number at [0, 1] must be finite, got nan"),

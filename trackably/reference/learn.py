@@ -89,7 +89,8 @@ def learn_reference(
         Samples by the name of the sampled state (or of a flat output, z1, z2, …). Each flat output of the system needs
         at least one name. Samples of several states that depend on the same flat output, such as position and velocity,
         are used together. "rate of x" is the velocity of a state x whose velocity is not a state: the change of x in
-        one step, per second. A system with one flat output takes samples of its first state without a name.
+        one step, per second. A system with one flat output takes samples of its first state without a name. A pandas
+        Series or DataFrame is accepted, with times in seconds as its index; NaN is no sample.
     kernel
         One kernel for all flat outputs, or one for each, by the name of its samples (by the first name, if several
         states depend on the flat output). Each hyperparameter is a number (known), a pair (learned in this interval),

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self, TypeVar
+from typing import Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
-from trackably.arguments import instance, is_number, real
+from trackably.arguments import is_number, numbers, real
 from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.gp.factorise import LARGEST_DENSE
 from trackably.gp.hyperparameter import Learned
@@ -53,8 +54,59 @@ def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | N
         raise ValueError(f"{error}{'' if name in str(error) else f' for {name}'}") from None
 
 
-SamplesLike = Samples | Mapping[str, Samples]
-"""Samples by name; without a name, those of the first state of a system with one flat output."""
+# Samples in tables with an index of times, as in pandas, which is not imported.
+
+
+@runtime_checkable
+class SeriesLike(Protocol):
+    """Values over an index of times: a pandas Series."""
+
+    @property
+    def index(self) -> Iterable[object]: ...
+
+    def to_numpy(self) -> npt.NDArray[np.generic]: ...
+
+
+@runtime_checkable
+class FrameLike(Protocol):
+    """Columns of values over one index of times: a pandas DataFrame."""
+
+    @property
+    def index(self) -> Iterable[object]: ...
+
+    @property
+    def columns(self) -> Iterable[object]: ...
+
+    def __getitem__(self, key: object, /) -> SeriesLike: ...
+
+
+_SECONDS_OF_DATES = "set frame.index = (frame.index - frame.index[0]).total_seconds()"
+
+
+def _of_column(what: str, column: SeriesLike) -> Samples:
+    """Return the values of a column at the times [s] of its index; values that are NaN are left out.
+
+    Times may be durations (timedelta64). TypeError: they are dates, whose zero is unknown, or the index only counts
+    rows. ValueError as `Samples` raises it, for example if times are not in order.
+    """
+    if type(column.index).__name__ == "RangeIndex":
+        raise TypeError(
+            f"{what}: expected an index of times in seconds, got row numbers; set it by `frame.set_index(times)`"
+        )
+    times = np.asarray(column.index)
+    if times.dtype.kind == "M" or hasattr(column.index, "tz"):
+        raise TypeError(f"{what}: index: expected times in seconds, got dates; {_SECONDS_OF_DATES}")
+    if times.dtype.kind == "m":
+        times = times / np.timedelta64(1, "s")
+    times, values = numbers(f"{what}: index", times), numbers(what, column.to_numpy())
+    there = ~np.isnan(values)
+    if len(there) and not there.any():
+        raise ValueError(f"{what}: expected numbers, but every value is NaN")
+    return Samples(times[there], values[there])
+
+
+SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLike]
+"""Samples in the forms that users have, including pandas Series and DataFrames with an index of times [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,17 +255,24 @@ def _kinds(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ..
 
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
     """Return samples by the sampled name. TypeError: `given` is no form of samples that is accepted."""
-    if isinstance(given, Samples):
-        return {default_sample(plant): given}
+    if isinstance(given, FrameLike):
+        return {str(name): _of_column(f"{what}[{str(name)!r}]", given[name]) for name in given.columns}
+    if isinstance(given, Samples | SeriesLike):
+        return {default_sample(plant): _samples(what, given)}
     if not isinstance(given, Mapping):
         raise TypeError(
-            f"{what}: expected Samples(times, values), or a mapping from names to such Samples, got "
-            f"{type(given).__name__}; `recording.samples(name)` gives those of a recording, and Samples(column.index, "
-            "column) those of a pandas column"
+            f"{what}: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
+            f"times as its index, got {type(given).__name__}; `recording.samples(name)` gives those of a recording"
         )
-    for name, of_name in given.items():
-        instance(what, of_name, Samples, f"Samples(times, values) of {name}")
-    return dict(given)
+    return {name: _samples(what, of_name, f" of {name}") for name, of_name in given.items()}
+
+
+def _samples(what: str, given: object, of: str = "") -> Samples:
+    if isinstance(given, SeriesLike) and not isinstance(given, FrameLike):
+        return _of_column(f"{what}{of}", given)
+    if not isinstance(given, Samples):
+        raise TypeError(f"{what}: expected Samples(times, values){of}, got {type(given).__name__}")
+    return given
 
 
 # The prior mean: if all times are claimed, it has to be an equilibrium within the bounds.

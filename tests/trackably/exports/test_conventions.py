@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from tests.trackably.exports.references import EVERY, on_window, periodic
-from tests.trackably.plants import SAMPLES
-from trackably import Samples
+from tests.trackably.plants import AXIS, SAMPLES
 from trackably.exports.proved import ends, html
+from trackably.reference.request import samples_by_name
 
 every = pytest.mark.parametrize("name", EVERY)
 
@@ -61,8 +61,17 @@ def test_texts_are_escaped() -> None:
     assert "<script>alert(1)</script> & more" in "".join(root.itertext())
 
 
-def test_columns_of_frames_are_samples() -> None:
+def test_frames_are_samples() -> None:
     times, values = SAMPLES.times, SAMPLES.values
-    column = pd.Series(values, times).reindex(np.union1d(times, times + 0.01)).dropna()
-    found = Samples(column.index, column)
-    np.testing.assert_array_equal([found.times, found.values], [times, values])
+    sparse = pd.Series(values, times).reindex(np.union1d(times, times + 0.01))
+    frame = pd.DataFrame({"position": sparse, "velocity": 0.0})
+    of_frame = samples_by_name(frame, AXIS)
+    assert of_frame["velocity"].times.size == 2 * times.size
+    for found in (
+        samples_by_name(sparse, AXIS)["position"],
+        samples_by_name({"position": sparse}, AXIS)["position"],
+        samples_by_name(pd.Series(values, pd.to_timedelta(times, "s")), AXIS)["position"],
+        of_frame["position"],
+    ):
+        np.testing.assert_allclose(found.times, times, rtol=1e-9)
+        np.testing.assert_array_equal(found.values, values)
