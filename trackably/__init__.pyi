@@ -67,6 +67,7 @@ from trackably.recordings.recording import Recording as Recording
 from trackably.recordings.tables import Column as Column
 from trackably.reference.explanation import IgnoresSamplesWarning as IgnoresSamplesWarning
 from trackably.reference.learn import learn_reference as learn_reference
+from trackably.reference.saved import Unchecked as Unchecked
 from trackably.reference.trackable import TrackableReference as TrackableReference
 from trackably.reference.truth import Truth as Truth
 from trackably.streams.learn import learn_stream as learn_stream

@@ -68,6 +68,7 @@ from trackably import (
     TrackableReference,
     Truth,
     TubeController,
+    Unchecked,
     Undecided,
     Unproved,
     Unsolved,
@@ -141,6 +142,8 @@ except NotTrackableError as error:
 pushed, cut = Zonotope.box([0, -0.1], [0, 0.1]), ConvexHull([[0.1, 0], [-0.1, 0.1], [0, -0.1]])
 learn_reference(Samples([0], [0]), plant, kernel, (0, 9), at={6.0: "rest"}, disturbance=cut, measurement_noise=pushed)
 assert_type(learn_stream(Samples([0], [0]), plant, kernel, "all_times", window=20.0), StreamReference)
+soon = TrackableReference.load("reference.json", seconds=1.0)
+assert_type(soon, TrackableReference | Unchecked[TrackableReference])
 several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
 fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)
 assert_type(fleet, Fleet)

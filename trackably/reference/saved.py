@@ -2,10 +2,14 @@
 
 import re
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
-from typing import Self
+from time import monotonic
+from typing import Generic, Self, TypeVar
 
+from trackably.arguments import real
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.claim import as_claim
 from trackably.certificates.form import as_written
@@ -18,6 +22,10 @@ from trackably.reference.fit import Fit
 from trackably.reference.waypoints import Waypoint
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
+from trackably.work import BudgetEnded, until
+
+T = TypeVar("T")
+
 
 _SAVED_BY = {"fit": "TrackableReference", "learned": "StreamReference"}
 """The classes of saved references, by a name that only their files have."""
@@ -93,6 +101,37 @@ class Saved(ABC):
         found = found_or_raise(prove(self.reference, self.window))
         pinned = tuple(found_or_raise(at.prove(self.reference)) for at in self.waypoints)
         return replace(found.with_robust(self.tightening), truth=self.truth or ()), pinned
+
+
+@dataclass(frozen=True, repr=False)
+class Unchecked(Generic[T]):
+    """A reference that was read from `path`, but not checked within `seconds`, so that nothing is known about it.
+
+    `check` checks it without a time limit, and returns the reference or raises the errors of `load`.
+    """
+
+    path: Path
+    seconds: float
+    check: Callable[[], T]
+
+    @property
+    def explanation(self) -> str:
+        return (
+            f"{self.path}: is unchecked after {self.seconds:g} s, so that nothing is known about the reference; call "
+            "`check()` to check it without a time limit"
+        )
+
+    def __repr__(self) -> str:
+        return f"Unchecked({self.explanation})"
+
+
+def checked_within(seconds: float | None, path: Path, check: Callable[[], T]) -> T | Unchecked[T]:
+    """Return what `check` returns, or Unchecked if that takes longer than `seconds`; None means no limit."""
+    try:
+        with until(inf if seconds is None else monotonic() + real("load: seconds", seconds)):
+            return check()
+    except BudgetEnded:
+        return Unchecked(path, seconds or 0.0, check)
 
 
 @dataclass(frozen=True, eq=False)

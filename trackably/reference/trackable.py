@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, overload
 
 from trackably.certificates.certificate import Certificate
 from trackably.checker.certificate import AllTimes, Window
@@ -23,7 +23,7 @@ from trackably.reference.explanation import (
 )
 from trackably.reference.fit import Fit, Misfit
 from trackably.reference.proved import ProvedReference
-from trackably.reference.saved import Saved, SavedReference
+from trackably.reference.saved import Saved, SavedReference, Unchecked, checked_within
 from trackably.reference.truth import Accuracy, accuracy
 from trackably.systems.constrained import ConstrainedSystem
 from trackably.systems.reference import Reference
@@ -95,15 +95,25 @@ class LearnedReference(ProvedReference):
         """
         return accuracy(self.certificate, name)
 
+    @overload
     @classmethod
-    def load(cls, path: Path | str) -> Self:
+    def load(cls, path: Path | str) -> Self: ...
+
+    @overload
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None) -> Self | Unchecked[Self]: ...
+
+    @classmethod
+    def load(cls, path: Path | str, seconds: float | None = None) -> Self | Unchecked[Self]:
         """Read a file that `save` wrote, and prove and check the reference again.
+
+        Return Unchecked if that takes longer than `seconds`.
 
         Raises InputError if the file cannot be read or holds a certificate, CodecError if `save` did not write it or it
         is damaged, and NotTrackableError if the reference cannot be proved to keep its bounds.
         """
-        saved = cls.form.read(path_of("load", path))
-        return cls(saved, *saved.proofs())
+        saved = cls.form.read(path := path_of("load", path))
+        return checked_within(seconds, path, lambda: cls(saved, *saved.proofs()))
 
     def save(self, path: Path | str) -> None:
         """Write what was learned to a JSON file, without loss. Raises OSError."""

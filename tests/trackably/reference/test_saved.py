@@ -1,14 +1,14 @@
-"""What is damaged or changed is refused in a sentence that names the file."""
+"""What is damaged or changed is refused in a sentence that names the file; what is not checked yet says nothing."""
 
 import json
-from functools import cache
+from functools import cache, partial
 
 import pytest
 
 from tests.trackably.checker.changes import changed
 from tests.trackably.gp.instances import over
 from tests.trackably.plants import AXIS, SAMPLES
-from trackably import NotTrackableError, SquaredExponential, TrackableReference, Zonotope, learn_reference
+from trackably import NotTrackableError, SquaredExponential, TrackableReference, Unchecked, Zonotope, learn_reference
 from trackably.codec import CodecError
 
 OPTIONS = {
@@ -77,6 +77,19 @@ BROKEN = {
 
 
 @over(BROKEN, "of", "damage")
-def test_what_breaks_its_bounds_is_refused(of, damage, write):
-    with pytest.raises(NotTrackableError, match=r"at t = .* s the \w+ certainly breaks"):
-        TrackableReference.load(write(of, damage))
+def test_what_breaks_its_bounds_is_refused_whenever_it_is_checked(of, damage, write):
+    path = write(of, damage)
+    for check in (partial(TrackableReference.load, path), TrackableReference.load(path, seconds=0.0).check):
+        with pytest.raises(NotTrackableError, match=r"at t = .* s the \w+ certainly breaks"):
+            check()
+
+
+def test_what_is_not_checked_in_time_is_unchecked_until_it_is(write):
+    """Nothing of a reference can be had before: neither its states, nor a certificate."""
+    found = TrackableReference.load(path := write("plain", bytes), seconds=0.0)
+    assert isinstance(found, Unchecked)
+    assert f"{path}: is unchecked after 0 s" in str(found)
+    assert "proved" not in str(found)
+    again = TrackableReference.load(path, seconds=600.0)
+    assert isinstance(again, TrackableReference)
+    assert found.check().explanation == again.explanation
