@@ -25,6 +25,7 @@ _LONGEST = (
     "test_theorem.py",
     "test_site.py",
     "test_study.py",
+    "test_near.py",
     "test_budget.py",
 )
 

@@ -12,7 +12,7 @@ from time import monotonic
 
 import numpy as np
 
-from trackably.arguments import positive
+from trackably.arguments import instance, positive
 from trackably.arrays import ArrayLike
 from trackably.certificates.certificate import Certificate
 from trackably.certificates.certified import Certified, learn_certified
@@ -22,10 +22,10 @@ from trackably.certificates.judge import NotTrackableError, found_or_raise
 from trackably.certificates.prove import Failure
 from trackably.checker.certificate import AllPhases, AllTimes
 from trackably.gp.joint import JointPosterior, JointPrior
-from trackably.gp.kernels.base import Kernel
+from trackably.gp.kernels.base import Kernel, Product, Sum
 from trackably.gp.samples import Samples
+from trackably.learning.joint.search import function_near, learn_jointly
 from trackably.learning.joint.search import learn_from as learn_from_starts
-from trackably.learning.joint.search import learn_jointly
 from trackably.learning.learner import FUNCTION, HYPERPARAMETERS, JOINT, Learner
 from trackably.learning.problem import ConstrainedProblem, Method, NoSolution, OutOfTime, Solution
 from trackably.learning.search import best_solution
@@ -52,6 +52,7 @@ Found = tuple[Fit, Certificate, tuple[Certificate, ...]]
 """What was learned, with the certificates of the reference and of its waypoints."""
 
 _SAME_VALUE = 1e-6  # relative to 1 + |J|: values of J that differ by less count as equal
+_FIRST = 200  # with a `budget` of time, a first stage learns from at most this many of the earliest samples of a name
 _CALLER = 3  # stack frames from `warn_about` up to the user's line, including the decorator of `learn_reference`
 _LEARNERS: dict[str, Learner] = {"joint": JOINT, "hyperparameters": HYPERPARAMETERS}
 
@@ -77,6 +78,7 @@ def learn_reference(
     margin: float = 0.0,
     truth: TruthLike | None = None,
     tolerance: Tolerance = None,
+    near: TrackableReference | None = None,
     starts: int = 8,
     budget: float | None = None,
     progress: bool = True,
@@ -172,6 +174,12 @@ def learn_reference(
         one, the state also keeps bounds that move in time, which exclude all values that are further than this from a
         possible true signal, and which the certificate states. If the plant is disturbed, its state keeps them at steps
         too.
+    near
+        A warm start: a reference learned for the same names with the same kernels, for other bounds, samples or times.
+        The search also starts at its hyperparameters and prior means (unless they are given as numbers, or learned from
+        `learn_from`), and the function for these is one more candidate. So if `near` keeps these bounds and was learned
+        from these samples, with the same numbers given, J is no larger than that of `near`, up to the duality gaps that
+        both explanations state and the cost of tightening bounds for the proof. It needs `method` "joint".
     starts
         The number of points from which the search starts.
     budget
@@ -217,7 +225,7 @@ def learn_reference(
     """
     # The input: samples, plant and claim.
     end = inf if budget is None else monotonic() + positive("budget [s]", budget)
-    learner = _learner(method, at, learn_from)
+    learner = _learner(method, at, learn_from, near)
     measured = Measurements.of(samples, plant, noise_std, centres)
     claim = as_claim(claim, measured.given, plant.sampling_time)
     level, between = split_means(mean, measured.names, measured.given)
@@ -249,9 +257,9 @@ def learn_reference(
 
         # The search, in which the checker judges each candidate.
         eased = by_default(at_tolerance, plant)
-        search = _Search(measured, goal, pinned, eased, starts)
+        search = _Search(measured, goal, pinned, eased, starts, () if keep else between)
         with _in_time(budget, end):
-            (fit, certificate, proofs), is_whole = _best_of(search.stages(first, learner, budget is not None))
+            (fit, certificate, proofs), is_whole = _best_of(search.stages(first, learner, near, budget is not None))
 
     # The reference, with what was learned about it.
     fit = replace(fit, budget=None if is_whole else budget, free=tuple(between))
@@ -265,11 +273,13 @@ def learn_reference(
     return learned
 
 
-def _learner(method: object, at: object, learn_from: object) -> Learner:
+def _learner(method: object, at: object, learn_from: object, near: object) -> Learner:
     """Return the learner for a method. ValueError: the method is unknown, or does not go with the other options."""
     if not isinstance(method, str) or method not in _LEARNERS:
         raise ValueError(f"method: expected {' or '.join(map(repr, _LEARNERS))}, got {method!r}")
-    for name, given in (("at", at or None), ("learn_from", learn_from)):
+    if near is not None:
+        instance("near", near, TrackableReference, "one that learn_reference returns")
+    for name, given in (("at", at or None), ("learn_from", learn_from), ("near", near)):
         if given is not None and method != "joint":
             raise ValueError(f'{name}: needs method="joint", got {method!r}, which learns hyperparameters alone')
     return _LEARNERS[method]
@@ -280,7 +290,7 @@ class _Search:
     """The search for the reference with the least J, among those that the checker accepts.
 
     The reference has to meet the `waypoints`; tolerances of the names in `eased` may be widened. `starts` is the number
-    of points from which each search starts.
+    of points from which each search starts, and `free` are the names whose prior mean is learned from these samples.
     """
 
     measured: Measurements
@@ -288,17 +298,20 @@ class _Search:
     waypoints: tuple[Waypoint, ...]
     eased: Collection[str]
     starts: int
+    free: Collection[str]
 
-    def stages(self, first: EmpiricalPrior, learner: Learner, has_budget: bool) -> Iterator[Callable[[], Found]]:
-        """Yield functions that each learn a reference: quickly if there is a budget, and last by the whole search.
+    def stages(
+        self, first: EmpiricalPrior, learner: Learner, near: TrackableReference | None, has_budget: bool
+    ) -> Iterator[Callable[[], Found]]:
+        """Yield functions that each learn a reference: from `near`, quickly if there is a budget, by the whole search.
 
-        A search for functions also starts at the minima of l that `first` knows.
+        ValueError: `near` has other names or kernels than this search.
         """
+        if near is not None:
+            yield partial(self.learn, *_of_neighbour(near, first, self.free))
         if has_budget and first.prior.learned:
             yield from self._quick_stages(first, learner)
-        if learner is not HYPERPARAMETERS:
-            learner = replace(learner, solve=partial(learn_jointly, minima=first.minima))
-        yield partial(self.learn, first, learner)
+        yield partial(self.learn, first, _informed(learner, first, near))
 
     def learn(self, first: EmpiricalPrior, learner: Learner) -> Found:
         """Return the best proved reference for a prior, with its proofs.
@@ -322,20 +335,24 @@ class _Search:
         sought = self._space(first.with_noise or first.prior).bounds
         limited = tuple(name for name, interval in sought.items() if interval != found.space.bounds.get(name, interval))
         met, proofs = prove_waypoints(found.reference, self.waypoints, self.eased)
-        # The fit is compared with a posterior without bounds, in the same space of hyperparameters.
-        own, learned = found.solution.unconstrained, found.solution.posterior
-        least = (None if limited else first.likeliest) or own or _likeliest(learned.samples, learned.prior, found.space)
-        fit = Fit.of(found.reference, found.solution, least or learned, met)
+        least = _unconstrained(None if limited else first.likeliest, found)
+        fit = Fit.of(found.reference, found.solution, least, met)
         return replace(fit, condensed=cost, limited=limited), found.certificate, proofs
 
     def _quick_stages(self, first: EmpiricalPrior, learner: Learner) -> Iterator[Callable[[], Found]]:
         """Yield functions that prove a reference sooner than the whole search does, for likely hyperparameters.
 
-        If `first` has no likely hyperparameters, they are learned here without bounds.
+        If `first` has no likely hyperparameters, they are learned here without bounds, from the first samples of each
+        name.
         """
-        likeliest = first.likeliest or _likeliest(self.measured.signals, first.prior, self._space(first.prior))
+        likeliest = first.likeliest
         if likeliest is None:
-            return
+            few = self._first_samples(first.prior)
+            space = SearchSpace.around(few, first.prior, self.starts)
+            free = best_solution(ConstrainedProblem(few, first.prior, space))
+            if not isinstance(free, Solution):
+                return
+            likeliest = JointPosterior(free.posterior.prior, self.measured.signals)
         held = replace(first, likeliest=likeliest, with_noise=None)
         if learner is HYPERPARAMETERS:
             yield partial(replace(self, starts=1).learn, held, learner)
@@ -348,8 +365,54 @@ class _Search:
             brief = replace(JOINT, solve=search, extended=lambda _, problem: search(problem), fallback=None)
             yield partial(self.learn, held, brief)
 
+    def _first_samples(self, prior: JointPrior) -> tuple[Samples, ...]:
+        """Return the first samples of each name; with a periodic kernel all, because a few may not cover a period."""
+        end = None if any(part.kernel.period is not None for part in prior.parts) else _FIRST
+        few = {name: of.only(np.arange(len(of))[:end]) for name, of in self.measured.given.items()}
+        return replace(self.measured, given=few).signals
+
     def _space(self, prior: JointPrior) -> SearchSpace:
         return SearchSpace.around(self.measured.signals, prior, self.starts)
+
+
+def _of_neighbour(
+    near: TrackableReference, first: EmpiricalPrior, free: Collection[str]
+) -> tuple[EmpiricalPrior, Learner]:
+    """Return a prior with the hyperparameters and means of `near`, and a learner that starts at the function of `near`.
+
+    Hyperparameters that are known, and means of names that are not in `free`, keep their values in `first`. ValueError:
+    `near` has other names or kernels.
+    """
+    own, theirs = first.prior, near.prior
+    kinds = [", ".join(_kind(part.kernel) for part in prior.parts) for prior in (own, theirs)]
+    if own.names != theirs.names or kinds[0] != kinds[1] or own.shared != theirs.shared:
+        raise ValueError(
+            f"near: expected a reference learned from samples of {', '.join(own.names)} with the same kinds of kernels "
+            f"({kinds[0]}), got one of {', '.join(theirs.names)} ({kinds[1]})"
+        )
+    given = first.with_noise or first.prior
+    known = {name: value for name, value in given.hyperparameters.items() if name not in given.learned}
+    every = zip(own.names, own.parts, theirs.as_known().with_hyperparameters(known).parts, strict=True)
+    parts = [part if name in free else replace(part, mean=ours.mean) for name, ours, part in every]
+    held = replace(first, prior=theirs.with_parts(parts), with_noise=None)
+    return held, replace(FUNCTION, solve=partial(function_near, near.fit.solution))
+
+
+def _kind(kernel: Kernel) -> str:
+    """Return the kind of a kernel as text, such as Matern52 or Sum(Matern52, Periodic)."""
+    parts = f"({_kind(kernel.left)}, {_kind(kernel.right)})" if isinstance(kernel, Sum | Product) else ""
+    return f"{type(kernel).__name__}{parts}"
+
+
+def _informed(learner: Learner, first: EmpiricalPrior, near: TrackableReference | None) -> Learner:
+    """Return `learner` with more starts: the minima of l that `first` knows, and the hyperparameters of `near`.
+
+    A learner of hyperparameters alone is returned unchanged.
+    """
+    if learner is HYPERPARAMETERS:
+        return learner
+    also = [np.log([of.prior.hyperparameters[name] for name in first.prior.learned]) for of in (near,) if of]
+    return replace(learner, solve=partial(learn_jointly, also=also, minima=first.minima))
 
 
 @contextmanager
@@ -390,7 +453,13 @@ def _best_of(stages: Iterable[Callable[[], Found]]) -> tuple[Found, bool]:
     return best, True
 
 
-def _likeliest(samples: tuple[Samples, ...], prior: JointPrior, space: SearchSpace) -> JointPosterior | None:
-    """Return the posterior with the least l without bounds; None if l cannot be evaluated."""
-    found = best_solution(ConstrainedProblem(samples, prior, space))
-    return found.posterior if isinstance(found, Solution) else None
+def _unconstrained(likeliest: JointPosterior | None, certified: Certified) -> JointPosterior:
+    """Return a posterior without bounds, to which a fit is compared.
+
+    This is `likeliest` if it is given, otherwise the posterior that the search found, otherwise one computed here.
+    """
+    if least := likeliest or certified.solution.unconstrained:
+        return least
+    learned = certified.solution.posterior
+    free = best_solution(ConstrainedProblem(learned.samples, learned.prior, certified.space))
+    return free.posterior if isinstance(free, Solution) else learned
