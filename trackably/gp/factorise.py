@@ -119,7 +119,9 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
 
     def of_blocks(rows: list[slice], tails: Sequence[Decay] = ()) -> Quasiseparable | None:
         terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
-        return Quasiseparable.of(row_blocks(terms, rows, tails, kernel.value_and_gradient), variances)
+        return Quasiseparable.of(
+            row_blocks(terms, rows, tails, None if tails else kernel.value_and_gradient), variances
+        )
 
     longest, tails, near = stencil.length, kernel.decays, list[slice]()
     is_resolved = n >= _FEWEST and is_allowed(_EPS * largest)
