@@ -37,6 +37,7 @@ from trackably.errors import NoReferenceError
 from trackably.files import write_json, write_text
 from trackably.gp.joint import JointPosterior, period_of
 from trackably.gp.samples import Samples
+from trackably.learning.constraint import closest
 from trackably.learning.problem import NoSolution, Solution
 from trackably.progress import progress_bar
 from trackably.reference.explanation import IgnoresSamplesWarning, ignores_samples
@@ -99,7 +100,7 @@ def _summary(solution: Solution, times: Array, truth: Array) -> list[float]:
 
 def _margins(plant: ConstrainedSystem, posterior: JointPosterior) -> list[float]:
     """Return the smallest margins of state and input over all phases."""
-    return [float(np.min(c.closest(posterior)[1])) * c.quantity.bounds.width for c in all_phases(plant)]
+    return [float(np.min(closest([c], posterior)[0][1])) * c.quantity.bounds.width for c in all_phases(plant)]
 
 
 def tightness_row(experiment: Experiment, samples: tuple[Samples, ...], method: str, upper: float) -> list[float]:

@@ -14,7 +14,6 @@ from trackably.gp.factors.quasiseparable import Quasiseparable
 from trackably.gp.kernels.base import Product, Sum
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.periodic import Periodic
-from trackably.gp.kernels.piecewise_polynomial import PiecewisePolynomial2
 from trackably.gp.kernels.rational_quadratic import RationalQuadratic
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.posterior import Posterior
@@ -47,7 +46,6 @@ FAMILIES = {name: KERNELS[name] for name in _NAMES} | {
 }
 SEEN = [
     *((noise, spread, POINT) for noise, spread in [(1.0, 0.0), (0.1, 1.0), (0.01, 0.0), (1e-3, 1.0), (1e-4, 0.0)]),
-    (0.1, 0.0, Stencil((0.5, 0.5), 0.05)),
     (0.1, 0.0, Stencil((-2.0, 2.0), 0.05)),
     (0.1, 0.0, Stencil((2.0, -3.0, 1.0), 0.3, 0.4)),
     (0.1, 0.0, Stencil((1.0, 1.0), 40.0)),
@@ -75,7 +73,6 @@ def test_all_factorisations_lead_to_the_same_answers(kernel, times):
         (SquaredExponential(1.0, 5.0), 1000, 0.1, Fourier),
         (FAMILIES["quasi_periodic_long"], 1000, 0.1, Fourier),
         (Matern32(1.0, 2.0), 500, 1e-5, Quasiseparable),
-        (PiecewisePolynomial2(1.0, 0.3), 1000, 0.1, Quasiseparable),
         (Periodic(1.0, 1.0, 10.0), 100, 0.1, Fourier),
     ],
 )
@@ -107,7 +104,7 @@ def cosine(waves, lengthscale=inf):
 
 
 @over(
-    {str(waves): cosine(waves) for waves in (120, 130, 255, 400, 511)}
+    {str(waves): cosine(waves) for waves in (120, 255, 511)}
     | {
         "no period": SquaredExponential(1.0, 0.06).value_and_gradient,
         "a weak wave": lambda r: (1 + 1e-13 * cosine(255)(r)[0], r[None][:0]),
@@ -127,7 +124,7 @@ def test_a_fast_wave_that_decays_is_not_taken_for_a_slow_one():
 
 def test_waves_that_are_kept_for_the_next_likelihoods_take_little_memory():
     samples = Samples(np.linspace(0.0, 1.0, 30_000), np.zeros(30_000))
-    for lengthscale in (0.02, 0.025, 0.03):
+    for lengthscale in (0.02, 0.03):
         assert samples.ladder.waves(SquaredExponential(1.0, lengthscale), 500)
     assert len(pickle.dumps(samples)) < 8e7
 
