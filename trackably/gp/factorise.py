@@ -10,7 +10,8 @@
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
 The factorisations that apply are tried in the order of their speed. Where a dense matrix is possible, the
-others apply only if their estimated difference from it is negligible.
+others apply only if their estimated difference from it is negligible; or by tails with many samples, where −2 ln p and
+weights are at least as exact as those of a dense matrix, however small the noise is.
 """
 
 import math
@@ -36,6 +37,7 @@ _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; 
 _WITHIN_A_LAG = 1.0
 _BLOCK = 64  # smallest number of samples in a block of a `Quasiseparable` by tails
 _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: `Quasiseparable` without tails is not used with a larger block
+_MANY = 500  # samples: from here on, `Quasiseparable` by tails is used even if rounding errors are not negligible
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
@@ -117,12 +119,15 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
 
     def of_blocks(rows: list[slice], tails: Sequence[Decay] = ()) -> Quasiseparable | None:
         terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
-        return Quasiseparable.of(row_blocks(terms, rows, tails, kernel.value_and_gradient), variances)
+        return Quasiseparable.of(
+            row_blocks(terms, rows, tails, None if tails else kernel.value_and_gradient), variances
+        )
 
     longest, tails, near = stencil.length, kernel.decays, list[slice]()
-    if n >= _FEWEST and is_allowed(_EPS * largest):
-        if tails and max(tail.rate for tail in tails) * longest <= _WITHIN_A_LAG:
-            yield of_blocks(blocks(times, longest, _BLOCK), tails)
+    is_resolved = n >= _FEWEST and is_allowed(_EPS * largest)
+    if (is_resolved or n >= _MANY) and tails and max(tail.rate for tail in tails) * longest <= _WITHIN_A_LAG:
+        yield of_blocks(blocks(times, longest, _BLOCK), tails)
+    if is_resolved:
         near = blocks(times, kernel.negligible_distance + longest)
         if max(row.stop - row.start for row in near) > _LARGEST_BLOCK or len(near) > n**2 / _PER_BLOCK:
             near = []

@@ -59,7 +59,7 @@ class RowSystem:
         places = np.empty(count, dtype=np.intp)
         places[order] = np.arange(count)
         cuts = blocks(first[order], longest, _BLOCK)
-        found = row_blocks(every.renumber(places), cuts, own, lambda r: (kernel(r), np.empty((0, *r.shape))))
+        found = row_blocks(every.renumber(places), cuts, own)
         return cls(part, found, places[:n], places[n:])
 
     @cached

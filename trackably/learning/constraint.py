@@ -58,7 +58,7 @@ _PARTS = 8  # an interval between two neighbouring times is searched in this num
 _INNER = (np.arange(1, _PARTS) / _PARTS)[:, None]  # the inner ends of the equal parts, as fractions of the interval
 # Number of further searches for a negative margin between two kinks of a signal, each in a quarter of the interval
 # before: the margin may be negative in only a hundredth of the time between two kinks.
-CLOSER = 2
+_CLOSER = 2
 
 
 class Signalled(Protocol):
@@ -79,21 +79,6 @@ class Constraint:
     quantity: Quantity
     index_set: IndexSet
     backoff: float = ROUNDING_BACKOFF
-
-    def closest(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return the places (times) of the margin's local minima, and the relative margins (n,) there.
-
-        A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where a
-        bound is violated, 1/2 in the middle between the bounds.
-        """
-        return closest([self], posterior)[0]
-
-    def missed_minima(self, posterior: Signalled) -> tuple[Array, Array]:
-        """Return the places (times) of violations that the grid of `closest` missed, and the relative margins there."""
-        centres = self.suspect_centres(posterior)
-        if not len(centres):
-            return self.index_set.none, np.empty(0)
-        return between([self], Quantities((self.quantity,), posterior.signals), [centres], CLOSER)[0]
 
     def slacks(self, found: Array, places: Array) -> Array:
         """Return the relative slacks of the tightened bounds with their p derivatives: shape (1 + p, 2 n).
@@ -159,7 +144,8 @@ def of_arguments(trajectory: Trajectory, found: Array) -> Array:
 def closest(constraints: Sequence[Constraint], posterior: Signalled) -> list[TimesAndMargins]:
     """Return, for each constraint, the places (times) of local minima of its margin, and the relative margins there.
 
-    Constraints with a common index set are evaluated together.
+    A relative margin is the distance to the nearer bound divided by the width of the bounds: negative where a bound is
+    violated, 1/2 in the middle between the bounds. Constraints with a common index set are evaluated together.
     """
     found, kernels = dict[int, TimesAndMargins](), [signal.kernel for signal in posterior.signals]
     for index_set in dict.fromkeys(constraint.index_set for constraint in constraints):
@@ -169,6 +155,12 @@ def closest(constraints: Sequence[Constraint], posterior: Signalled) -> list[Tim
         for i, (at, margins) in zip(members, index_set.minima_of_each(several, kernels), strict=True):
             found[i] = at, margins / constraints[i].quantity.bounds.width
     return [found[i] for i in range(len(constraints))]
+
+
+def overlooked(constraints: Sequence[Constraint], posterior: Signalled) -> list[TimesAndMargins]:
+    """Return, for each constraint, violations that the grid of `closest` missed: their times, and relative margins."""
+    together = Quantities(tuple(each.quantity for each in constraints), posterior.signals)
+    return between(constraints, together, [each.suspect_centres(posterior) for each in constraints], _CLOSER)
 
 
 def between(
@@ -181,7 +173,7 @@ def between(
     times [s] for each constraint, and `together` has the constraints' quantities.
     """
     if all(len(at) < 2 for at in places):
-        return [(np.empty(0), np.empty(0)) for _ in places]
+        return [(each.index_set.none, np.empty(0)) for each in constraints]
     starts, reach = [at[:-1] for at in places], [np.diff(at) for at in places]
     found = _lowest(constraints, together, starts, reach)
     for _ in range(closer):

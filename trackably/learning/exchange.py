@@ -10,9 +10,9 @@ values of objective and constraints there.
 """
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import count
 
 import numpy as np
@@ -21,7 +21,7 @@ from trackably.arrays import Array
 from trackably.gp.joint import JointPosterior
 from trackably.gp.posterior import IllConditioned
 from trackably.learning import sqp
-from trackably.learning.constraint import closest, joined, worst
+from trackably.learning.constraint import closest, joined, overlooked, worst
 from trackably.learning.nonlinear import Program
 from trackably.learning.problem import ConstrainedProblem, NoSolution, NothingFactored, NothingFeasible, Round, Solution
 
@@ -50,8 +50,7 @@ class Candidate:
 
     def with_overlooked(self, problem: ConstrainedProblem) -> "Candidate":
         """Return the candidate with further minima: times of violations that the grid of its evaluation missed."""
-        added = [constraint.missed_minima(self.posterior) for constraint in problem.constraints]
-        return replace(self, minima=tuple(joined(self.minima, added)))
+        return replace(self, minima=tuple(joined(self.minima, overlooked(problem.constraints, self.posterior))))
 
     @cached_property
     def worst(self) -> tuple[float, int, float]:
@@ -122,15 +121,6 @@ class _Descent:
     rounds: tuple[Round, ...] = ()
 
 
-Step = Callable[[Program, Array, Array | None, float, sqp.GiveUp], sqp.Minimum | None]
-"""A way to minimise a program: a function of (program, start, curvature at the start, precision, give_up).
-
-It returns None if the search is given up. See `Program.minimise`.
-"""
-
-_minimise_nearby: Step = partial(Program.minimise, radius=_NEARBY)
-
-
 @dataclass
 class Exchange:
     """Run local searches; keep the `best` feasible point, and the `closest`, the point with the smallest violation.
@@ -181,7 +171,7 @@ class Exchange:
             value, _, path, places = heapq.heappop(queue)
             best, paths, met = self.best, list[_Descent](), places
             if not path.rounds or value < self._least:
-                paths, met = self._advance([path], places, _minimise_nearby)
+                paths, met = self._advance([path], places, radius=_NEARBY)
             if self.best is not best:
                 self.active = met
                 continue
@@ -189,16 +179,17 @@ class Exchange:
                 if len(path.rounds) <= _MAX_ROUNDS and (len(path.rounds) > 1 or not _is_near(path.end, self._visited)):
                     heapq.heappush(queue, (path.rounds[-1].objective, next(order), path, met))
 
-    def together(self, points: Iterable[Array], step: Step = Program.minimise) -> None:
-        """Minimise from all points by `step` until no result violates a bound at a time that is not yet `active`.
+    def together(self, points: Iterable[Array], restores: bool = False) -> None:
+        """Minimise from all points until no result violates a bound at a time that is not yet `active`.
 
-        After each round, the programs impose bounds also at the times of the violations found.
+        After each round, the programs impose bounds also at the times of the violations found. With `restores`, they
+        minimise the largest violation, not the objective.
         """
         paths, places = [_Descent(point) for point in points], self.active or self._no_places
         for _ in range(_MAX_ROUNDS):
             if not paths:
                 break
-            paths, places = self._advance(paths, places, step)
+            paths, places = self._advance(paths, places, restores)
         self.active = places
 
     def restore(self, points: Iterable[Array]) -> None:
@@ -207,7 +198,7 @@ class Exchange:
         The points reached do not count as local minima of l.
         """
         known = len(self._ends)
-        self.together(points, Program.minimise_violation)
+        self.together(points, restores=True)
         del self._ends[known:]
 
     def keep_scaled_down(self, points: Iterable[Array]) -> None:
@@ -234,13 +225,17 @@ class Exchange:
         """The objective that a new solution has to undercut."""
         return self.ceiling if self.best is None else self.best.objective
 
-    def _advance(self, paths: Sequence[_Descent], places: Places, step: Step) -> tuple[list[_Descent], Places]:
+    def _advance(
+        self, paths: Sequence[_Descent], places: Places, restores: bool = False, radius: float = sqp.FIRST_RADIUS
+    ) -> tuple[list[_Descent], Places]:
         """Minimise the program with bounds at these `places` (times), once from the end of each path.
+
+        For `restores` see `Program`; for the `radius`, `sqp.minimise`.
 
         Return the paths whose minimisers violate bounds but may still lead to the best solution, and `places` extended
         by the times of these violations.
         """
-        program, met = Program(self.problem, places), places
+        program, met = Program(self.problem, places, restores), places
         promising, ends, size = list[_Descent](), list[Array](), sum(map(len, places))
         minima = list[Array]()
 
@@ -255,12 +250,12 @@ class Exchange:
             minima[:] = [end for _, end in self._ends if path.rounds or not _is_near(end, [path.end])]
             self.fits += 1
             # The curvature of the last program may be badly conditioned: with it, searches stop short of the minimum.
-            found = step(program, path.end, None, _ROUGH, give_up)
+            found = program.minimise(path.end, None, _ROUGH, give_up, radius)
             if found is None or any(np.max(np.abs(found.x - end), initial=0.0) <= _SAME_POINT for end in ends):
                 continue
             candidate = self._evaluate(found.x)
             if candidate is not None and self._may_be_best(candidate) and candidate.violated(places) is None:
-                found = step(program, found.x, found.curvature, sqp.PRECISION, sqp.never) or found
+                found = program.minimise(found.x, found.curvature, radius=radius) or found
                 candidate = self._evaluate(found.x)
             ends.append(found.x)
             if candidate is not None and candidate.is_feasible:

@@ -1,7 +1,7 @@
 """The problem with constraints at finitely many places: a nonlinear program in ln θ, with exact gradients."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,10 +18,15 @@ from trackably.learning.problem import ConstrainedProblem
 
 @dataclass(frozen=True)
 class Program:
-    """The `problem` with each constraint imposed at finitely many `places` (times): an array for each constraint."""
+    """The `problem` with each constraint imposed at finitely many `places` (times): an array for each constraint.
+
+    A program that `restores` feasibility has no objective: its minimum is a local minimum of the largest relative
+    violation.
+    """
 
     problem: ConstrainedProblem
     places: tuple[Array, ...]
+    restores: bool = False
 
     def minimise(
         self,
@@ -33,33 +38,15 @@ class Program:
     ) -> sqp.Minimum | None:
         """Return a local minimum found from ln θ = `start`. See `sqp.minimise` for the options.
 
-        None if the objective is undefined at the start, or if the search is given up.
+        None if the objective is undefined at the start, or if the search is given up. `curvature` and `give_up` belong
+        to the objective: a program without an objective ignores them.
         """
+        if self.restores:
+            curvature, give_up = None, sqp.never
         space = self.problem.space
         return sqp.minimise(
             self.evaluate, start, space.log_lower, space.log_upper, radius, curvature, precision, give_up
         )
-
-    def minimise_violation(
-        self,
-        start: Array,
-        curvature: Array | None = None,
-        precision: float = sqp.PRECISION,
-        give_up: sqp.GiveUp = sqp.never,
-    ) -> sqp.Minimum | None:
-        """Return a local minimum of the largest relative violation; None if it is undefined at `start`.
-
-        The options are those of `minimise`. `curvature` and `give_up` are ignored, because they belong to the
-        objective.
-        """
-
-        def evaluate(log_theta: Array) -> sqp.Evaluation | None:
-            if (at := self.evaluate(log_theta)) is None:
-                return None
-            return replace(at, value=0.0, gradient=np.zeros_like(at.gradient), information=None)
-
-        space = self.problem.space
-        return sqp.minimise(evaluate, start, space.log_lower, space.log_upper, precision=precision)
 
     def evaluate(self, log_theta: Array) -> sqp.Evaluation | None:
         """Return objective and slacks at ln θ with their derivatives.
@@ -75,6 +62,8 @@ class Program:
         information = posterior.information
         if not (np.isfinite(slacks).all() and np.isfinite(information).all()):
             return None
+        if self.restores:
+            return sqp.Evaluation(0.0, np.zeros_like(gradient), slacks[0], slacks[1:].T)
         return sqp.Evaluation(value, gradient, slacks[0], slacks[1:].T, information)
 
     def _slacks(self, posterior: JointPosterior) -> Iterator[Array]:

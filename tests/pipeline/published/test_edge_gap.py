@@ -14,7 +14,7 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
-from trackably.learning.constraint import Constraint
+from trackably.learning.constraint import Constraint, closest
 from trackably.learning.problem import ConstrainedProblem
 from trackably.learning.search import best_solution
 from trackably.learning.space import SearchSpace
@@ -46,7 +46,7 @@ def test_the_input_leaves_its_set_by_two_percent_of_its_width(reference):
 
 @pytest.mark.parametrize(("overlap", "keeps"), [(0.0, True), (T, False)])
 def test_rates_that_hold_one_step_longer_see_it(reference, overlap, keeps):
-    _, margins = Constraint(SYSTEM.quantities[1], GrowthRates(SYSTEM, EDGES, overlap)).closest(reference)
+    ((_, margins),) = closest([Constraint(SYSTEM.quantities[1], GrowthRates(SYSTEM, EDGES, overlap))], reference)
     assert np.all(margins >= 0) == keeps
 
 

@@ -13,6 +13,7 @@ from trackably.gp.joint import JointPosterior, JointPrior
 from trackably.gp.kernels.periodic import Periodic
 from trackably.gp.prior import Prior
 from trackably.learning import search
+from trackably.learning.constraint import closest
 from trackably.learning.problem import ConstrainedProblem, Solution
 from trackably.learning.space import SearchSpace
 
@@ -71,7 +72,7 @@ def test_the_worst_pair_is_the_worst_of_a_dense_grid_of_pairs(seed):
         t = np.linspace(start, start + 0.5, 500)
         values = (t_s * signal.derivative(t)[:, None] + (1 - a) * signal(t)) / b
         dense.append(np.min(inputs.margin(values)) / inputs.width)
-    places, found = constraint.closest(posterior)
+    ((places, found),) = closest([constraint], posterior)
     assert places.shape == (8, 2)
     assert -1e-3 <= np.min(found) - min(dense) <= 1e-12
     assert np.all((places >= 0) & (places <= 2))

@@ -16,7 +16,7 @@ from trackably.checker.certificate import Window
 from trackably.gp.kernels.matern import Matern32
 from trackably.gp.kernels.squared_exponential import SquaredExponential
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import Constraint
+from trackably.learning.constraint import Constraint, overlooked
 from trackably.learning.index_set import RealTimes, Steps
 from trackably.systems.intervals import Interval
 
@@ -95,6 +95,6 @@ def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
     waves = KernelSum(kernel, 0.0, centres, np.linalg.solve(kernel(centres[:, None] - centres), signs))
     plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
     state = Constraint(plant.quantities[0], RealTimes(Window(10.2, 49.9)), 0.0)
-    times, margins = state.missed_minima(SimpleNamespace(signals=(waves,)))
+    ((times, margins),) = overlooked([state], SimpleNamespace(signals=(waves,)))
     assert np.all(margins < 0)
     assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))

@@ -24,7 +24,7 @@ Ambikasaran and R. Angus: Fast and scalable Gaussian process modeling with appli
 Astron. J. 154 (2017), for blocks of one sample.)
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -92,13 +92,23 @@ class Block(NamedTuple):
         return np.asarray(self.move.T @ state[: len(self.move)])
 
 
-def row_blocks(terms: Terms, cuts: list[slice], tails: Sequence[Decay], covariance: Covariance) -> list[Block]:
+def row_blocks(
+    terms: Terms, cuts: list[slice], tails: Sequence[Decay], covariance: Covariance | None = None
+) -> list[Block]:
     """Return the covariances of rows in the blocks `cuts`.
 
     Rows have `terms`, at least one each, and are in the order of their first times. The kernel is the sum of `tails`
-    (polynomials times e^(−λ|r|)); without tails, only neighbouring blocks covary. `covariance` gives that of two
-    instants, with as many ∂/∂ln θ_j as the tails have.
+    (polynomials times e^(−λ|r|)). Without tails, only neighbouring blocks covary, and `covariance` gives that of two
+    instants.
     """
+
+    def of_instants(r: Array) -> Array:
+        """Return the covariances of instants r [s] apart, then each ∂/∂ln θ_j: shape (1 + p, *r.shape)."""
+        if covariance is None:
+            return np.asarray(sum(np.tensordot(tail.coefficients, tail.values(np.abs(r)), 1) for tail in tails))
+        value, gradient = covariance(r)
+        return np.concatenate([value[None], gradient])
+
     stops = [row.stop for row in cuts]
     t, weights = terms.by_row(stops[-1])
     first, last = np.min(t, axis=1), [np.max(t[row]) for row in cuts]
@@ -110,13 +120,13 @@ def row_blocks(terms: Terms, cuts: list[slice], tails: Sequence[Decay], covarian
     for tail in tails:
         size = slice(j, j := j + tail.size)
         moves[:, size, size] = np.moveaxis(tail.moved(ends - begins), -1, 0)
-        seen.append(np.einsum("nj,njs->ns", weights, tail.values(t - begins[of_block, None])))
+        seen.append(np.einsum("nj,snj->ns", weights, tail.values(t - begins[of_block, None])))
         moved = np.einsum("nj,ksnj->ksn", weights, tail.moved(ends[of_block, None] - t))
         into.append(np.einsum("ps,ksn->pkn", tail.coefficients, moved))
     by_tails, found = np.hstack(seen), list[Block]()
     for row, after, before, move in zip(cuts, near, np.append(0, near), moves, strict=False):
         until = slice(row.start, row.stop + after)
-        both = _covariances(covariance, (t[until], weights[until]), (t[row], weights[row]))
+        both = _covariances(of_instants, (t[until], weights[until]), (t[row], weights[row]))
         own, beside = np.split(both, [row.stop - row.start], axis=1)
         of_tails = np.concatenate([both[:, :0], *(part[:, :, row] for part in into)], axis=1)
         of_next = beside - by_tails[row.stop : until.stop] @ of_tails
@@ -124,16 +134,16 @@ def row_blocks(terms: Terms, cuts: list[slice], tails: Sequence[Decay], covarian
     return found
 
 
-def _covariances(covariance: Covariance, one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+def _covariances(of_instants: Callable[[Array], Array], one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the covariances of `one` set of rows with the `other`, then each ∂/∂ln θ_j; the shape is (1 + p, n, m).
 
-    A set is a pair: the times [s] and the weights of the terms of each row, both (n, J) or both (m, J).
+    A set is a pair: the times [s] and the weights of the terms of each row, both (n, J) or both (m, J). `of_instants`
+    gives these covariances for instants r [s] apart, shape (1 + p, *r.shape).
     """
     (t, w), (s, v) = ((of[:, weights.any(axis=0)].T for of in (times, weights)) for times, weights in (one, other))
     total = np.zeros(())
     for time, weight in zip(t, w, strict=True):  # one call for all terms of the other set
-        value, gradient = covariance(time[:, None] - s[:, None])
-        every = np.concatenate([value[None], gradient])
+        every = of_instants(time[:, None] - s[:, None])
         total = sum((weight[:, None] * of * every[:, k] for k, of in enumerate(v)), total)
     return total
 

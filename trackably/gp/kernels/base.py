@@ -79,9 +79,13 @@ class Decay:
         return type(self)(self.rate, np.trim_zeros(self.coefficients[row], "b")[None])
 
     def values(self, elapsed: Array) -> Array:
-        """Return x^j e^(−x) for each `elapsed` time |r| [s], shape (*elapsed.shape, size)."""
+        """Return x^j e^(−x) for each `elapsed` time |r| [s], shape (size, *elapsed.shape)."""
         x = self.rate * elapsed
-        return np.asarray(x[..., None] ** np.arange(self.size) * np.exp(-x)[..., None])
+        found = np.empty((self.size, *x.shape))
+        found[0] = np.exp(-x)
+        for j in range(1, self.size):
+            np.multiply(found[j - 1], x, out=found[j])
+        return found
 
     def moved(self, by: Array) -> Array:
         """Return the matrices that re-expand a function about a time `by` [s] later; shape (size, size, *by.shape).

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from trackably.arrays import Array, Flags
 from trackably.gp.rows import Rows, Terms
 from trackably.gp.signal import KernelSum
-from trackably.learning.constraint import CLOSER, Constraint, between, closest, joined, margins_at, rows_of
+from trackably.learning.constraint import Constraint, between, closest, joined, margins_at, overlooked, rows_of
 from trackably.learning.problem import ActiveBound, ConstrainedProblem, Side
 from trackably.systems.trajectories import Quantities, Signals, Trajectory
 
@@ -213,8 +213,7 @@ class MarginScan:
 
     def with_overlooked(self, found: Minima) -> Minima:
         """Return the minima `found` before, and further violations between kinks that the grid of `closest` missed."""
-        centres = [each.suspect_centres(self) for each in self.constraints]
-        return joined(found, between(self.constraints, self._all, centres, CLOSER))
+        return joined(found, overlooked(self.constraints, self))
 
     def at(self, times: Sequence[Array]) -> Minima:
         """Return the `times` [s] of each constraint, with its margins there as parts of the bounds' width."""

@@ -20,7 +20,7 @@ def test_digits_of_slow_processes_are_those_of_the_samples():
     posterior = posterior_at(Matern52(4.0, 70.0), STEP * np.arange(24), 0.025)
     samples, kernel = posterior.samples, posterior.prior.kernel
     sevens = blocks(samples.times, 0.0, 7)
-    found = row_blocks(terms_of(samples), sevens, kernel.decays, kernel.value_and_gradient)
+    found = row_blocks(terms_of(samples), sevens, kernel.decays)
     factor = Quasiseparable.of(found, noise_variance(posterior.prior, samples))
     value, gradient = with_factor(posterior, factor).negative_log_marginal_likelihood()
     with mpmath.workdps(50):
