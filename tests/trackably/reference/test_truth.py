@@ -4,6 +4,7 @@ import copy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -103,7 +104,12 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed):
         assert low - Fraction(1, 10**12) <= Fraction(float(f(np.array(known.time)))) <= high + Fraction(1, 10**12)
 
 
+few_cells = mock.patch("trackably.reference.truth._CELLS", 75)
+"""With a quarter of the cells, which takes about a quarter of the time."""
+
+
 @pytest.fixture(scope="module")
+@few_cells
 def learned():
     draw = np.random.default_rng(0)
     t = np.arange(0.0, 3.0, 0.1)
@@ -133,6 +139,7 @@ NEAR = Samples(T, 0.08 * np.sin(1.8 * T) + np.random.default_rng(0).uniform(-0.0
 COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "starts": 1}
 
 
+@few_cells
 def learned_near(plant=SLIDE, **more):
     return learn_reference(NEAR, plant, SquaredExponential(), (0.0, 0.5), **COARSE, **more)
 
