@@ -22,7 +22,7 @@ BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: install repro test docs report paper lint style types user-types force status checker attack lab bench rivals study theorem extracted lock
+.PHONY: install repro test collected docs report paper lint style types user-types force status checker attack lab bench rivals study theorem extracted lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -32,9 +32,13 @@ repro: .venv/installed
 
 # Dozens of processes load the library: each would compile it again if none may keep what it has compiled. There is one
 # more of them than there are cores, as some tests wait for programs that they start.
-test: export PYTHONDONTWRITEBYTECODE :=
+test collected: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed
 	python -m pytest -n $$(python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile
+
+# What tests load is compiled by one process, where all workers would compile it at the same time.
+collected: .venv/installed
+	@python -m pytest --collect-only --quiet > .venv/collected || { cat .venv/collected; exit 1; }
 
 lint: style types user-types
 
