@@ -114,8 +114,8 @@ def learned():
     draw = np.random.default_rng(0)
     t = np.arange(0.0, 3.0, 0.1)
     values = 0.1 * np.sin(1.5 * t) + draw.uniform(-NOISE, NOISE, len(t))
-    known = {"noise_std": NOISE, "truth": Truth(NOISE, second_derivative=LIMIT), "starts": 1}
-    return learn_reference(Samples(t, values), SLIDE, SquaredExponential(), (0.0, 2.9), **known)
+    known = Samples(t, values), SLIDE, SquaredExponential(), (0.0, 2.9)
+    return learn_reference(*known, noise_std=NOISE, truth=Truth(NOISE, second_derivative=LIMIT), starts=1)
 
 
 def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
@@ -175,8 +175,8 @@ def test_a_tolerance_that_what_is_learned_without_it_keeps_is_proved():
     draw = np.random.default_rng(9)
     t = np.unique(np.round(draw.uniform(0, 4, 60), 3))
     samples = Samples(t, np.round((30 * np.sin(1.5 * t) + draw.uniform(-0.1, 0.1, t.size)) / 0.1) * 0.1)
-    known = {"truth": Truth(0.15, second_derivative=80.0), "tolerance": 0.8916}
-    assert learn_reference(samples, plant, SquaredExponential(), "recorded", **known).accuracy().error <= 0.8916
+    truth, kernel, most = Truth(0.15, second_derivative=80.0), SquaredExponential(), 0.8916
+    assert learn_reference(samples, plant, kernel, "recorded", truth=truth, tolerance=most).accuracy().error <= most
 
 
 def test_what_is_saved_comes_back(learned, tmp_path):
