@@ -20,8 +20,9 @@
 PYTHON ?= python3
 BIN := $(CURDIR)/.venv/bin
 export PATH := $(BIN):$(PATH)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: install repro test docs report paper lint style types user-types force status checker attack lab bench rivals study theorem extracted lock
+.PHONY: install repro test collected docs report paper lint style types user-types force status checker attack lab bench rivals study theorem extracted lock
 .DELETE_ON_ERROR:
 
 install: .venv/installed
@@ -31,9 +32,13 @@ repro: .venv/installed
 
 # Dozens of processes load the library: each would compile it again if none may keep what it has compiled. There is one
 # more of them than there are cores, as some tests wait for programs that they start.
-test: export PYTHONDONTWRITEBYTECODE :=
+test collected: export PYTHONDONTWRITEBYTECODE :=
 test: .venv/installed
 	python -m pytest -n $$(python -c 'import os; print((os.cpu_count() or 1) + 1)') --dist loadfile
+
+# What tests load is compiled by one process, where all workers would compile it at the same time.
+collected: .venv/installed
+	@python -m pytest --collect-only --quiet > .venv/collected || { cat .venv/collected; exit 1; }
 
 lint: style types user-types
 
@@ -121,7 +126,6 @@ coq:
 		{ echo "Coq with CoqInterval is needed: apt-get install coq libcoq-interval" >&2; exit 1; }
 
 lock: .venv/installed
-	python -m pip install --quiet uv
 	python -m uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --upgrade \
 		--generate-hashes --no-annotate --no-header --output-file requirements.lock
 	python -m uv pip compile pyproject.toml --extra all --extra pipeline --group bench --constraint requirements.lock --universal \
@@ -129,26 +133,28 @@ lock: .venv/installed
 	python -m uv pip compile pyproject.toml --extra all --extra pipeline --group rivals --constraint requirements.lock --universal \
 		--python-version 3.11 --generate-hashes --no-annotate --no-header --output-file requirements-rivals.lock
 
-# Each half by a pip of its own: pip uses one core, and most of its time goes into indexes and archives.
-LOCKED := python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement
+LOCKED := pip install --quiet --no-deps --require-hashes --requirement
 
+# pip, which comes with Python, installs uv, and uv all other packages, in a third of the time. Where uv cannot, as it does
+# not know pip's configuration of indexes, pip does.
 .venv/installed: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Python 3.11 or newer is needed; name one with 'make PYTHON=python3.12 …'" >&2; exit 1; }
 	test -x .venv/bin/python || $(PYTHON) -m venv .venv
-	for part in 0 1; do awk -v part=$$part '/^[^ ]/ { n++ } n % 2 == part' $< > .venv/lock-$$part; done
-	$(LOCKED) .venv/lock-0 & first=$$!; $(LOCKED) .venv/lock-1; second=$$?; wait $$first && exit $$second
-	python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	awk '/^[^ ]/ { wanted = /^uv==/ } wanted' $< > .venv/lock-uv
+	python -m $(LOCKED) .venv/lock-uv
+	python -m uv $(LOCKED) $< --python .venv/bin/python || python -m $(LOCKED) $<
+	python -m pip install --quiet --no-deps --no-build-isolation --editable .
 	python -m pip check
 	touch $@
 
 .venv-bench/installed: requirements-bench.lock pyproject.toml
 	test -x .venv-bench/bin/python || $(PYTHON) -m venv .venv-bench
-	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement $<
-	.venv-bench/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --editable .
+	.venv-bench/bin/python -m pip install --quiet --no-deps --require-hashes --requirement $<
+	.venv-bench/bin/python -m pip install --quiet --no-deps --editable .
 	touch $@
 
 .venv-rivals/installed: requirements-rivals.lock
 	test -x .venv-rivals/bin/python || $(PYTHON) -m venv .venv-rivals
-	.venv-rivals/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes --requirement $<
+	.venv-rivals/bin/python -m pip install --quiet --no-deps --require-hashes --requirement $<
 	touch $@

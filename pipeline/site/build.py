@@ -1,5 +1,6 @@
 """Build the site with Sphinx from `docs/`, results and notebooks, and write the paper with numbers of the results."""
 
+import gc
 import io
 import re
 import shutil
@@ -227,11 +228,14 @@ def build(project: Path, output: Path) -> list[str]:
     with TemporaryDirectory() as temporary:
         sources, doctrees = Path(temporary) / "sources", Path(temporary) / "doctrees"
         write_sources(project, sources)
+        gc.disable()  # to search the millions of nodes of documents for garbage takes a third of the time
         try:
             with patch_docutils(), docutils_namespace():
                 Sphinx(sources, None, output, doctrees, "html", _SETTINGS, said, warned, freshenv=True).build(True)
         except SphinxError as error:
             raise InputError(f"the report cannot be built: {error}") from error
+        finally:
+            gc.enable()
     (output / ".buildinfo").unlink(missing_ok=True)
     return warned.getvalue().splitlines()
 

@@ -94,6 +94,8 @@ class ConstrainedSystem:
         controller that follows a heading would make a full turn when the heading jumps from π to −π.
         """
         turned = np.array(states)
+        if not self.angles:
+            return turned
         before = turned[:0] if near is None else near[None]
         turned[:, self.angles] = np.unwrap(np.vstack([before, states])[:, self.angles], axis=0)[len(before) :]
         return turned

@@ -4,6 +4,7 @@ import copy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -103,13 +104,18 @@ def test_every_side_bounds_every_signal_that_explains_the_samples(seed):
         assert low - Fraction(1, 10**12) <= Fraction(float(f(np.array(known.time)))) <= high + Fraction(1, 10**12)
 
 
+few_cells = mock.patch("trackably.reference.truth._CELLS", 75)
+"""With a quarter of the cells, which takes about a quarter of the time."""
+
+
 @pytest.fixture(scope="module")
+@few_cells
 def learned():
     draw = np.random.default_rng(0)
     t = np.arange(0.0, 3.0, 0.1)
     values = 0.1 * np.sin(1.5 * t) + draw.uniform(-NOISE, NOISE, len(t))
-    known = {"noise_std": NOISE, "truth": Truth(NOISE, second_derivative=LIMIT), "starts": 1}
-    return learn_reference(Samples(t, values), SLIDE, SquaredExponential(), (0.0, 2.9), **known)
+    known = Samples(t, values), SLIDE, SquaredExponential(), (0.0, 2.9)
+    return learn_reference(*known, noise_std=NOISE, truth=Truth(NOISE, second_derivative=LIMIT), starts=1)
 
 
 def test_the_error_is_proved_stated_and_nearly_the_largest(learned):
@@ -133,6 +139,7 @@ NEAR = Samples(T, 0.08 * np.sin(1.8 * T) + np.random.default_rng(0).uniform(-0.0
 COARSE = {"noise_std": 0.01, "truth": Truth(0.001, second_derivative=0.4), "starts": 1}
 
 
+@few_cells
 def learned_near(plant=SLIDE, **more):
     return learn_reference(NEAR, plant, SquaredExponential(), (0.0, 0.5), **COARSE, **more)
 
@@ -168,8 +175,8 @@ def test_a_tolerance_that_what_is_learned_without_it_keeps_is_proved():
     draw = np.random.default_rng(9)
     t = np.unique(np.round(draw.uniform(0, 4, 60), 3))
     samples = Samples(t, np.round((30 * np.sin(1.5 * t) + draw.uniform(-0.1, 0.1, t.size)) / 0.1) * 0.1)
-    known = {"truth": Truth(0.15, second_derivative=80.0), "tolerance": 0.8916}
-    assert learn_reference(samples, plant, SquaredExponential(), "recorded", **known).accuracy().error <= 0.8916
+    truth, kernel, most = Truth(0.15, second_derivative=80.0), SquaredExponential(), 0.8916
+    assert learn_reference(samples, plant, kernel, "recorded", truth=truth, tolerance=most).accuracy().error <= most
 
 
 def test_what_is_saved_comes_back(learned, tmp_path):

@@ -35,6 +35,9 @@ TASKS = {
 }
 
 
+GIVEN = {"samples": SAMPLES, "plant": AXIS, "claim": (0.0, 3.0), "noise_std": 0.02}
+
+
 @cache
 def neighbour(name: str) -> TrackableReference:
     """Return the reference for the tighter bounds."""
@@ -52,15 +55,15 @@ def test_a_reference_costs_no_more_than_a_neighbour_with_tighter_bounds_that_is_
 
 def test_what_is_known_stays_known_beside_a_reference_that_is_offered():
     """Noise, length scale and mean of a likelier reference do not take the place of numbers that are given."""
-    likely = learn_reference(SAMPLES, AXIS, SquaredExponential(0.5, 0.6), (0.0, 3.0), noise_std=0.02, mean=-0.3)
-    given = {"kernel": SquaredExponential(0.5, 0.4), "noise_std": 0.1, "mean": -0.5}
-    found = learn_reference(SAMPLES, AXIS, claim=(0.0, 3.0), **given, near=likely)
+    likely = learn_reference(kernel=SquaredExponential(0.5, 0.6), **GIVEN, mean=-0.3)
+    given = GIVEN | {"kernel": SquaredExponential(0.5, 0.4), "noise_std": 0.1, "mean": -0.5}
+    found = learn_reference(**given, near=likely)
     assert found.hyperparameters == {"signal_std": 0.5, "lengthscale": 0.4, "noise_std": 0.1}
     assert found.prior.parts[0].mean == -0.5
 
 
 def test_a_mean_of_other_samples_stays_beside_a_reference_that_is_offered():
-    given = {"samples": SAMPLES, "plant": AXIS, "kernel": SquaredExponential(), "claim": (0.0, 3.0), "noise_std": 0.02}
+    given = GIVEN | {"kernel": SquaredExponential()}
     lower = {"position": Samples(SAMPLES.times, SAMPLES.values - 0.3)}
     alone = learn_reference(**given, learn_from=lower)
     again = learn_reference(**given, learn_from=lower, near=learn_reference(**given))
@@ -69,7 +72,7 @@ def test_a_mean_of_other_samples_stays_beside_a_reference_that_is_offered():
 
 def test_a_reference_with_another_kernel_in_its_sum_is_no_neighbour():
     smooth, rough = (kind(0.5, 0.6) + SquaredExponential(0.1, 0.3) for kind in (SquaredExponential, Matern52))
-    given = {"samples": SAMPLES, "plant": AXIS, "claim": (0.0, 3.0), "noise_std": 0.02, "mean": -0.4}
+    given = GIVEN | {"mean": -0.4}
     with pytest.raises(ValueError, match=r"\(Sum\(SquaredExponential, .*, got .* \(Sum\(Matern52, "):
         learn_reference(kernel=smooth, **given, near=learn_reference(kernel=rough, **given))
 
@@ -78,8 +81,8 @@ def test_a_search_that_ends_higher_alone_ends_no_higher_than_a_reference_that_is
     rng = np.random.default_rng(10)
     times = np.sort(rng.uniform(0, 3, 12))
     moving = -0.4 + 0.7 * np.sin(rng.uniform(1, 4) * times + rng.uniform(0, 6)) + 0.02 * rng.standard_normal(12)
-    given = {"samples": Samples(times, moving), "plant": TASKS["an axis"][0], "claim": (0.0, 3.0), "noise_std": 0.02}
-    search = partial(learn_reference, kernel=SquaredExponential(), **given)
+    given = GIVEN | {"samples": Samples(times, moving), "plant": TASKS["an axis"][0], "kernel": SquaredExponential()}
+    search = partial(learn_reference, **given)
     best, alone = search(starts=4), search(starts=1)
     again = search(starts=1, near=best)
     assert alone.objective > best.objective + best.duality_gap, "this search needs what is offered"
