@@ -15,11 +15,9 @@ from scipy.interpolate import CubicSpline
 from benchmarks.harness import timed
 from benchmarks.rivals.tables import markdown
 from trackably.arrays import Array
-from trackably.given.conversion import shift
 from trackably.joints.certify import BrokenLimits, CertifiedTrajectory, certify_joints, stretch_joints
 from trackably.joints.limits import Joints
 from trackably.joints.trajectory import JointTrajectory
-from trackably.systems.pieces import piece_at
 
 PROBLEMS, ROUNDING = 20, 1e-9
 NAMES = tuple(f"joint{j + 1}" for j in range(7))
@@ -49,51 +47,7 @@ def _waypoints(rng: np.random.Generator) -> Array:
     return np.cumsum(rng.uniform(-0.8, 0.8, (6, len(NAMES))), axis=0)
 
 
-def _shared_breakpoints(ends: Sequence[Array]) -> Array:
-    """Return the breakpoints of all curves [s] in the time that the curves share.
-
-    Breakpoints that agree up to rounding are returned once.
-    """
-    first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
-    every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
-    inner = every[(every > first + closest) & (every < last - closest)]
-    return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])
-
-
-def pieces_of_ruckig(given: Any) -> JointTrajectory:
-    """Return pieces of constant jerk between the times at which the jerk of some joint changes."""
-    changes = [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
-    ends = _shared_breakpoints([np.append(times[times < given.duration], given.duration) for times in changes])
-    part = np.diff(ends) / 4
-    inside = (np.array([given.at_time(t)[:3] for t in ends[:-1] + k * part]) for k in (1, 3))
-    (q, v, a), (_, _, later) = (np.moveaxis(states, 0, 2) for states in inside)
-    c = shift(np.stack([q, v, a / 2, (later - a) / (12 * part)], axis=2), -part)
-    return JointTrajectory([f"joint{j + 1}" for j in range(len(c))], ends, c)
-
-
-def pieces_of_toppra(given: Any) -> JointTrajectory:
-    """Return the pieces of q(s(t)), of degree 6: the path q(s) is cubic, and s(t) has constant accelerations."""
-    cubic = JointTrajectory.of(given._path.cspl)
-    grid, speeds, times = np.array([given._ss, given._velocities, given._ts])[
-        :, np.append(True, np.diff(given._ts) > 0)
-    ]
-    s = _shared_breakpoints([grid, cubic.breakpoints])
-    i = piece_at(grid, s)
-    v = np.sqrt(np.interp(s, grid, speeds**2))  # at constant acceleration, the square of the speed is linear in s
-    t = times[i] + 2 * (s - grid[i]) / np.maximum(speeds[i] + v, np.finfo(float).tiny)
-    path = cubic.on(s).coefficients
-    half = np.diff(v) / np.diff(t) / 2
-    c = np.zeros((*path.shape[:2], 2 * path.shape[2] - 1))
-    for power in reversed(range(path.shape[2])):  # Horner's rule with s = v t + a t²/2, where a/2 is `half`
-        moved = v[:-1, None] * c[:, :, :-1]
-        moved[:, :, 1:] += half[:, None] * c[:, :, :-2]
-        c[:, :, 0], c[:, :, 1:] = path[:, :, power], moved
-    return JointTrajectory([f"joint{j + 1}" for j in range(len(c))], t, c)
-
-
-def _toppra(
-    rng: np.random.Generator, parametrizer: str = "ParametrizeSpline", read: Any = JointTrajectory.of
-) -> JointTrajectory:
+def _toppra(rng: np.random.Generator, parametrizer: str = "ParametrizeSpline") -> JointTrajectory:
     import toppra
     from toppra import algorithm, constraint
 
@@ -101,8 +55,7 @@ def _toppra(
     path = toppra.SplineInterpolator(np.linspace(0, 1, 6), _waypoints(rng))
     both = [np.tile([-limit, limit], (len(NAMES), 1)) for limit in KINEMATIC.values()]
     asked = [constraint.JointVelocityConstraint(both[0]), constraint.JointAccelerationConstraint(both[1])]
-    planned = read(algorithm.TOPPRA(asked, path, parametrizer=parametrizer).compute_trajectory(0, 0))
-    return JointTrajectory(NAMES, planned.breakpoints, planned.coefficients)
+    return JointTrajectory.of(algorithm.TOPPRA(asked, path, parametrizer=parametrizer).compute_trajectory(0, 0), NAMES)
 
 
 def _points_of_toppra(rng: np.random.Generator) -> JointTrajectory:
@@ -121,7 +74,7 @@ def _ruckig(rng: np.random.Generator) -> JointTrajectory:
         setattr(given, limit, [value] * len(NAMES))
     found = ruckig.Trajectory(len(NAMES))
     ruckig.Ruckig(len(NAMES)).calculate(given, found)
-    return pieces_of_ruckig(found)
+    return JointTrajectory.of(found, NAMES)
 
 
 def _spline(rng: np.random.Generator) -> JointTrajectory:
@@ -134,7 +87,7 @@ def _spline(rng: np.random.Generator) -> JointTrajectory:
 
 PLANNERS: tuple[tuple[str, Callable[[np.random.Generator], JointTrajectory], dict[str, Any]], ...] = (
     ("TOPP-RA, spline", _toppra, KINEMATIC),
-    ("TOPP-RA, constant accelerations", lambda rng: _toppra(rng, "ParametrizeConstAccel", pieces_of_toppra), KINEMATIC),
+    ("TOPP-RA, constant accelerations", lambda rng: _toppra(rng, "ParametrizeConstAccel"), KINEMATIC),
     ("TOPP-RA, 50 points through ROS 2's controller", _points_of_toppra, KINEMATIC),
     ("SciPy's cubic spline, slowed down by 50 points", _spline, KINEMATIC),
     ("Ruckig", _ruckig, {**KINEMATIC, "jerk": JERK}),

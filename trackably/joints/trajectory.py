@@ -1,4 +1,4 @@
-"""Trajectories of joints as polynomial pieces: from splines, and from points as ROS 2 interpolates them."""
+"""Trajectories of joints as polynomial pieces: from splines, waypoints, time-optimal planners and ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from trackably.joints.limits import different_names
 from trackably.systems.pieces import increasing, is_spline, piece_at, pieces_of_spline
 
 _ACCEPTED = (
-    "a spline of SciPy with a column for each joint, a spline of TOPP-RA, or a JointTrajectory, as "
+    "a spline of SciPy with a column for each joint, a trajectory of Ruckig or of TOPP-RA, or a JointTrajectory, as "
     "JointTrajectory.through(times, positions)"
 )
+_AT_TARGET = 1e-3  # s; the duration of a motion of Ruckig that begins at its target and takes no time
+_OFF = 1e-9  # pieces may differ from a planner's positions by this part of the largest position, or of 1 if larger
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,22 +55,29 @@ class JointTrajectory:
     def of(cls, given: Any, names: Sequence[str] | None = None, rests: bool = True) -> Self:
         """Convert a planner's trajectory, for example a spline of SciPy with a column for each joint.
 
-        `given` is such a spline, as `CubicSpline(t, q)` with q of shape (N, J), or the spline that TOPP-RA's
-        `compute_trajectory` returns by default. By default, `names` are q1, q2, …. Proofs are about the float64
-        coefficients of the pieces; those of B-splines are computed here, with rounding errors.
+        `given` is such a spline, as `CubicSpline(t, q)` with q of shape (N, J), a `Trajectory` of Ruckig, or the result
+        of TOPP-RA's `compute_trajectory`. By default, `names` are q1, q2, …. Proofs are about the float64 coefficients
+        of the pieces. If B-splines, Ruckig's profiles or TOPP-RA's constant accelerations are given, these coefficients
+        are computed here, with rounding errors.
 
-        TypeError: `given` is none of these. ValueError: a spline does not have one column for each name.
+        TypeError: `given` is none of these. ValueError: a spline does not have one column for each name, or the pieces
+        differ from the planner's own values.
         """
         if isinstance(given, JointTrajectory):
             return replace(given, rests=rests)  # type: ignore[return-value]
         given = getattr(given, "cspl", given)  # the spline of SciPy in a trajectory of TOPP-RA
-        if not is_spline(given):
+        if hasattr(given, "profiles") and hasattr(given, "at_time"):
+            ends, c = _of_ruckig(given)
+        elif hasattr(given, "_ss") and hasattr(given, "_velocities"):
+            ends, c = _of_toppra(given)
+        elif is_spline(given):
+            ends, c = _of_spline(given)
+        else:
             raise TypeError(f"trajectory: expected {_ACCEPTED}, got {short(given)}")
-        ends, c = pieces_of_spline(given)
-        known = _known(names, c[0, 0].size)
-        if c.ndim > 3 or len(known) != c[0, 0].size:
-            raise ValueError(f"trajectory: expected a column for each of {len(known)} names, got shape {c.shape[2:]}")
-        return cls(known, ends, c.reshape(*c.shape[:2], -1).T, rests)
+        known = _known(names, len(c))
+        if len(known) != len(c):
+            raise ValueError(f"trajectory: expected a column for each of {len(known)} names, got {len(c)}")
+        return cls(known, ends, c, rests)
 
     @classmethod
     def through(
@@ -198,7 +207,81 @@ def hermite(start: Array, end: Array, widths: Array) -> Array:
     return np.concatenate([start / factorials, found / powers[high]]).T
 
 
+def _shared_breakpoints(ends: Sequence[Array]) -> Array:
+    """Return the breakpoints of all curves [s] in the time that the curves share.
+
+    Breakpoints that agree up to rounding are returned once. ValueError: the curves share no time.
+    """
+    first, last = max(of[0] for of in ends), min(of[-1] for of in ends)
+    if not first < last:
+        raise ValueError("trajectory: expected curves of all joints over a common time, got curves without one")
+    every, closest = np.unique(np.concatenate(ends)), 1e-9 * (last - first)
+    inner = every[(every > first + closest) & (every < last - closest)]
+    return np.array([first, *inner[np.diff(inner, prepend=first) > closest], last])
+
+
 def join(parts: Sequence[Array], axis: int = 0) -> Array:
     """Join pieces (J, K, n) of several degrees into one array, along axis 0 (more joints) or axis 1 (more times)."""
     n = max(part.shape[2] for part in parts)
     return np.concatenate([np.pad(part, ((0, 0), (0, 0), (0, n - part.shape[2]))) for part in parts], axis)
+
+
+def _of_spline(given: Any) -> tuple[Array, Array]:
+    ends, c = pieces_of_spline(given)
+    if c.ndim > 3:
+        raise ValueError(f"trajectory: expected one value for each joint, got shape {c.shape[2:]}")
+    return ends, np.transpose(c.reshape(*c.shape[:2], -1), (2, 1, 0))
+
+
+def _of_ruckig(given: Any) -> tuple[Array, Array]:
+    """Return pieces of constant jerk between the times at which the jerk of some joint changes."""
+    if len(given.profiles) != 1:
+        raise ValueError("trajectory: a trajectory of Ruckig must have one profile, without intermediate waypoints")
+    end = given.duration or _AT_TARGET
+    changes = [np.cumsum([0.0, *of.brake.t, *of.t]) for of in given.profiles[0]]
+    ends = _shared_breakpoints([np.append(times[times < end], end) for times in changes])
+    part = np.diff(ends) / 4
+    inside = (np.array([given.at_time(t)[:3] for t in ends[:-1] + k * part]) for k in (1, 3))
+    (q, v, a), (_, _, later) = (np.moveaxis(states, 0, 2) for states in inside)
+    c = shift(np.stack([q, v, a / 2, (later - a) / (12 * part)], axis=2), -part)
+    return _verify(ends, c, lambda t: given.at_time(t)[0], "Ruckig")
+
+
+def _of_toppra(given: Any) -> tuple[Array, Array]:
+    """Return the pieces of q(s(t)), of degree 6: the path q(s) is cubic, and s(t) has constant accelerations."""
+    path = getattr(given._path, "cspl", None)
+    if path is None:
+        raise ValueError(
+            f"trajectory: a path of TOPP-RA must be a SplineInterpolator, got {type(given._path).__name__}"
+        )
+    knots, cubic = _of_spline(path)
+    grid, speeds, times = np.array([given._ss, given._velocities, given._ts])[
+        :, np.append(True, np.diff(given._ts) > 0)
+    ]
+    s = _shared_breakpoints([grid, knots])
+    i = piece_at(grid, s)
+    v = np.sqrt(np.interp(s, grid, speeds**2))  # at constant acceleration, the square of the speed is linear in s
+    t = times[i] + 2 * (s - grid[i]) / np.maximum(speeds[i] + v, np.finfo(float).tiny)
+    path = JointTrajectory(_known(None, len(cubic)), knots, cubic).on(s).coefficients
+    half = np.diff(v) / np.diff(t) / 2
+    c = np.zeros((*path.shape[:2], 2 * path.shape[2] - 1))
+    for power in reversed(range(path.shape[2])):  # Horner's rule with s = v t + a t²/2, where a/2 is `half`
+        moved = v[:-1, None] * c[:, :, :-1]
+        moved[:, :, 1:] += half[:, None] * c[:, :, :-2]
+        c[:, :, 0], c[:, :, 1:] = path[:, :, power], moved
+    return _verify(t, c, given, "TOPP-RA")
+
+
+def _verify(ends: Array, c: Array, values: Any, planner: str) -> tuple[Array, Array]:
+    """Return the pieces, after a comparison with a planner's `values` halfway between breakpoints.
+
+    ValueError: they differ by more than rounding.
+    """
+    middle = (ends[:-1] + ends[1:]) / 2
+    wanted = np.array([np.asarray(values(float(t))) for t in middle]).reshape(len(middle), -1)
+    off = float(np.max(np.abs(PPoly(c.transpose(2, 1, 0)[::-1], ends)(middle) - wanted)))
+    if not off <= _OFF * max(float(np.max(np.abs(wanted))), 1.0):
+        raise ValueError(
+            f"trajectory: the polynomials read from {planner} differ by {off:.3g} from the positions that it returns"
+        )
+    return ends, c

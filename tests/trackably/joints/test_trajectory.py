@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.interpolate import BPoly, CubicSpline, PPoly, make_interp_spline
 
-from benchmarks.rivals.joints import pieces_of_ruckig, pieces_of_toppra
 from tests.trackably.joints.trajectories import random_spline
 from trackably import (
     CertifiedTrajectory,
@@ -126,10 +125,8 @@ def test_a_wrong_message_is_refused_in_a_sentence(name, tmp_path):
     assert said in str(refused.value)
 
 
-@pytest.mark.parametrize(
-    ("parametrizer", "read"), [("ParametrizeSpline", JointTrajectory.of), ("ParametrizeConstAccel", pieces_of_toppra)]
-)
-def test_what_topp_ra_hands_out_is_read(parametrizer, read):
+@pytest.mark.parametrize("parametrizer", ["ParametrizeSpline", "ParametrizeConstAccel"])
+def test_what_topp_ra_hands_out_is_read(parametrizer):
     toppra = pytest.importorskip("toppra")
     logging.getLogger("toppra").setLevel(logging.ERROR)
     path = toppra.SplineInterpolator(T, Q)
@@ -137,19 +134,19 @@ def test_what_topp_ra_hands_out_is_read(parametrizer, read):
     kinds = toppra.constraint.JointVelocityConstraint, toppra.constraint.JointAccelerationConstraint
     asked = [kind(limit) for kind, limit in zip(kinds, limits, strict=True)]
     planned = toppra.algorithm.TOPPRA(asked, path, parametrizer=parametrizer).compute_trajectory(0, 0)
-    found = read(planned)
+    found = JointTrajectory.of(planned, ["a", "b"])
     t = np.linspace(*found.span, 200)[1:-1]
     for order in range(3):
         np.testing.assert_allclose(found(t, order), planned(t, order), atol=1e-6)
-    stretched = stretch_joints(found, Joints(velocity=1.0, acceleration=3.0, names=found.names))
+    stretched = stretch_joints(found, Joints(velocity=1.0, acceleration=3.0, names=["a", "b"]))
     assert isinstance(stretched, CertifiedTrajectory)
     assert stretched.factor < 1.5
 
 
-def ruckig_like():
+def ruckig_like(off=0.0):
     """Return what has the fields of Ruckig's trajectories: phases of constant jerk, between which accelerations jump.
 
-    Those of the second joint come after a brake.
+    Those of the second joint come after a brake. The velocities that it tells are `off`.
     """
     curves, profiles, phases = [], [], [0.1, 0.2, 0.1, 0.3, 0.1, 0.2, 0.1]
     for brake in ([0.0, 0.0], [0.1, 0.1]):
@@ -159,16 +156,18 @@ def ruckig_like():
         profiles.append(SimpleNamespace(t=phases, brake=SimpleNamespace(t=brake)))
 
     def at_time(t):
-        return np.array([[curve(t, order) for curve in curves] for order in range(3)])
+        return np.array([[curve(t, order) + off * (order == 1) for curve in curves] for order in range(3)])
 
     return SimpleNamespace(profiles=[profiles], at_time=at_time, duration=1.3)
 
 
-def test_what_ruckig_hands_out_is_read():
+def test_what_ruckig_hands_out_is_read_and_compared_with_what_it_says():
     given = ruckig_like()
-    found, t = pieces_of_ruckig(given), np.linspace(0.0, 1.3, 301)
+    found, t = JointTrajectory.of(given, ["a", "b"]), np.linspace(0.0, 1.3, 301)
     np.testing.assert_allclose(found(t), np.transpose(given.at_time(t)[0]), atol=1e-12)
     np.testing.assert_allclose(found(9.0), found(1.3))
+    with pytest.raises(ValueError, match=r"the polynomials read from Ruckig differ by 0\.00"):
+        JointTrajectory.of(ruckig_like(off=0.1))
 
 
 def test_a_piece_is_of_the_fields_that_both_its_points_have(tmp_path):
