@@ -135,6 +135,6 @@ def _robust_text(tightening: Tightening) -> str:
         under.append(f"plant in {model}")
     return (
         f"under every {' and '.join(under)}, from every start in x_r ⊕ Z at one of these times and for all later "
-        f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.K} "
+        f"steps among them, u = u_r + K ({'y' if noise else 'x'} - x_r) with K = {Z.feedback.tolist()} "
         f"keeps {bounds_text(tightening.given.given_constraints)}"
     )
