@@ -100,7 +100,8 @@ def _check_fit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> No
             "truth: `radii`, `upper`, `lower` and `errors` must have one entry for each cell, and `ends` one more"
         )
     if any(not start < end for start, end in pairwise(truth.ends)):
-        raise FailedStepError("truth: the ends of cells must increase")
+        start, end = next((start, end) for start, end in pairwise(truth.ends) if not start < end)
+        raise FailedStepError(f"truth: the `ends` of cells must increase, got {start!r} s and then {end!r} s")
     if not _is_ordered(truth.of):
         raise FailedStepError(f"truth: {_UNORDERED}")
     if truth.plant is not None:
