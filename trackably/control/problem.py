@@ -104,7 +104,7 @@ class Formulation:
 
     @cached_property
     def bounds(self) -> Array:
-        """The matrix that maps z to what it uses of all slacks."""
+        """The matrix that maps z to the amounts by which it lowers the slacks of the reference."""
         N, (x, u, _) = self.horizon, self.scales
         of_states = np.kron(np.eye(N + 1)[self.first_bounded :], rows_in_widths(self.plant.state_set, x))
         return scipy.linalg.block_diag(of_states, np.kron(np.eye(N), rows_in_widths(self.plant.input_set, u)))
