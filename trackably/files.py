@@ -186,7 +186,8 @@ def from_yaml(data: bytes) -> object:
 def _within_limits(events: Iterable[Any]) -> Iterator[Any]:
     """Yield the `events` of a YAML parser. ValueError: there are too many values, or they are nested too deeply.
 
-    Values are made, and those of aliases repeated, only after the last event.
+    Each alias counts as all the values that it repeats. The parser builds values only after the last event, so that too
+    many are refused before they fill the memory.
     """
     sizes: dict[str, int] = {}
     open_nodes: list[tuple[str | None, int]] = []  # unfinished lists and mappings: anchor, and `count` before each

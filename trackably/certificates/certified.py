@@ -226,11 +226,12 @@ class _Learning:
         return _of_given_bounds(found, self.plant) if isinstance(found, NothingFeasible) else found
 
     def _before_proof(self, backoff: float, errors: dict[str, float], found: Solution) -> float | None:
-        """Return the back-off for another search if a proof would fail now, or take long; None if it can be tried.
+        """Return the back-off for another search if a proof would fail now, or take long; None to try a proof.
 
         A proof would fail if bounds are violated, or if a rough function (kinks and many active bounds) is evaluated
-        with an error of over half the back-off in a quantity whose bounds are active. Own back-offs then leave room for
-        errors; a proof is tried in any case when there are such back-offs already.
+        with an error of over half the back-off in a quantity whose bounds are active. In the second case, set a
+        back-off for each quantity that leaves room for its error. Do this only once: if quantities have such back-offs
+        already, a proof is tried. It is also tried if an error is so large that no back-off leaves room for it.
         """
         if max(errors.values()) >= _LARGEST_BACKOFF:  # no back-off leaves room for larger errors
             return None
@@ -257,12 +258,12 @@ class _Learning:
     def _largest_own(
         self, needed: float, errors: dict[str, float], room: dict[str, float], found: Solution
     ) -> float | None:
-        """Return the largest size that own back-offs may have now; None if they would not help, or raise J too much.
+        """Return the largest back-off that a single quantity may have, 0.01 or 0.2; None if neither would help.
 
-        A back-off `needed` below 0.01 is always allowed. Larger ones, up to 0.2, are allowed if own back-offs that
-        leave `room` for errors, or those that are now larger, raise J by at most 30 times the allowed gap, to first
-        order. They help if 0.2 is more than each error and than each own back-off so far. With hyperparameters alone,
-        the rise of J is not known, and none is allowed.
+        Return 0.01 if the back-off `needed` is smaller. Return 0.2 if two conditions hold. First, each of the `errors`
+        and each back-off of a single quantity so far is below 0.2. Second, to first order, J rises by at most 30 times
+        the allowed gap if the back-off of each quantity becomes its `room`, or stays as it is where it is larger. If
+        hyperparameters alone are learned, the rise of J is not known: return None.
         """
         if needed < _LARGEST_BACKOFF:
             return _LARGEST_BACKOFF

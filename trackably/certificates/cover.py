@@ -51,9 +51,9 @@ def cover(
     """Return boxes from `start` to `end` [s] for each quantity, all accepted by the checker; or how one of them fails.
 
     Boxes of all quantities come from the same repeated divisions, so that a signal is enclosed only once in each box.
-    `failure_at` says how a quantity fails at a time [s], and None if it keeps its bounds there. It is asked about the
-    undecided box with the smallest margin, as no part of a box is accepted around a margin smaller than the stated
-    error.
+    `failure_at` returns how a quantity fails at a time [s], and None if it keeps its bounds there. It is called for the
+    undecided box with the smallest margin: if the margin is smaller than the stated error, no smaller box around this
+    time can be accepted.
     """
     shortest = min(signal.kernel.correlation_time for signal in reference.kernel_sums)
     first = pairwise(_first_edges(draft, reference, start, end, shortest).tolist())
@@ -118,7 +118,7 @@ def _refusals(
 def _tightest(draft: Draft, reference: Reference, undecided: Iterable[Box]) -> tuple[Bounded, float] | None:
     """Return a quantity and the middle [s] of one of the boxes where float64 shows a margin below the stated error.
 
-    Return None if there is none. Of several, the margin is the smallest, after subtraction of the error.
+    Return None if there is no such box. Of several, choose the one with the smallest difference of margin and error.
     """
     times, errors = np.array([*map(_middle, undecided)]), [[draft.errors[q.name]] for q in reference.quantities]
     if not len(times):

@@ -43,6 +43,7 @@ from trackably.checker.form import (
     positive_number,
     real_number,
     record,
+    short,
     whole_number,
 )
 from trackably.checker.intervals import in_whole_numbers
@@ -269,14 +270,17 @@ def _joint_trajectory(
 ) -> JointTrajectory:
     ends, rows = trajectory["breakpoints"], trajectory["coefficients"]
     if len(ends) < 2 or not all(a < b for a, b in pairwise(ends)):
-        raise UnreadableError("trajectory.breakpoints must be two or more numbers, each larger than the one before")
+        raise UnreadableError(
+            f"trajectory.breakpoints must be two or more numbers, each larger than the one before, got {short(ends)}"
+        )
     if len(rows) != len(joints) or any(len(row) != len(ends) - 1 for row in rows):
         raise UnreadableError("trajectory.coefficients must have a list for each joint, and in it one for each piece")
     if any(len(joint.limits) != len(jumps) + 1 for joint in joints) or len({joint.name for joint in joints}) < len(
         rows
     ):
         raise UnreadableError(
-            "joints must have different names, and each one entry (a limit or null) more in `limits` than `jumps` has"
+            f"joints must have different names, and each {len(jumps) + 1} entries (limits or null) in `limits`, one "
+            f"more than `jumps` has, got {short([f'{joint.name}: {len(joint.limits)}' for joint in joints])}"
         )
     if not any(limit for joint in joints for limit in joint.limits):
         raise UnreadableError("joints must have at least one limit")

@@ -48,7 +48,9 @@ def cells_of(terms: Iterable[tuple[Pieces, Sequence[Number], Number]], start: Nu
                     break
                 found.add(t + moved)
                 if len(found) > CELLS:
-                    raise UndecidedError(f"not decided: a bounded quantity has more than {CELLS} breakpoints")
+                    raise UndecidedError(
+                        f"not decided: a bounded quantity has more than {CELLS} breakpoints; claim a shorter window"
+                    )
     found.add(start)
     every = sorted(found)
     every.extend([end, end])

@@ -118,8 +118,8 @@ def _reach(weights: Sequence[Real], sum_of_weights: Real, envelope: Decay, step:
 def _slopes(q: Quantity, box: Mapping[str, Real], signals: int) -> dict[str | int, Real]:
     """Return the slopes of q in a box, as intervals: along each argument, by name, and along each signal s, by s.
 
-    Along signal s, all its shifted values z_s(t + j T) change by the same amount, and so do the arguments that are such
-    values: each argument is one shifted signal with the weight 1.
+    Each argument is the value z_s(t + j T) of one signal s. The slope along a signal s is the derivative of q if all
+    arguments that are values of this signal change by the same amount.
     """
     along: list[str | int] = [*q.arguments, *range(signals)]
     of_names = {

@@ -53,7 +53,8 @@ def _check_system(system: System) -> None:
     flat = system.flat
     if len(system.f) != n or (flat and (len(flat.states), len(flat.inputs)) != (n, m)):
         raise FailedStepError(
-            f"shapes: as many formulas f as states are needed, {n}; a flat form needs one for each state and each input"
+            f"shapes: expected f with one formula for each of {n} states, got {len(system.f)}; if there is a flat "
+            "form, it must have one formula for each state and each input"
         )
     if unknown := {name for formula in system.f for name in names(formula)} - known:
         raise FailedStepError(f"names: f must hold states and inputs only, but holds {min(unknown)}")

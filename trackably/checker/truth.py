@@ -100,7 +100,10 @@ def _check_fit(subject: Subject, truth: TrueSignal, robust: Robust | None) -> No
             "truth: `radii`, `upper`, `lower` and `errors` must have one entry for each cell, and `ends` one more"
         )
     if any(not start < end for start, end in pairwise(truth.ends)):
-        raise FailedStepError("truth: the ends of cells must increase")
+        raise FailedStepError(
+            "truth: the `ends` of cells must increase, but two successive ones are "
+            f"{min(pairwise(truth.ends), key=lambda cell: cell[1] - cell[0])} s"
+        )
     if not _is_ordered(truth.of):
         raise FailedStepError(f"truth: {_UNORDERED}")
     if truth.plant is not None:
@@ -195,7 +198,7 @@ def _powers(weighted: _Weighted) -> _Powers:
 
 
 def _of_line(points: _Powers, jumps: _Powers) -> tuple[Fraction, Fraction]:
-    """Return Σ μ and Σ μ t + Σ ν: what multipliers make of the straight lines 1 and t."""
+    """Return Σ μ and Σ μ t + Σ ν: the weighted sums of measurements of the straight lines f(t) = 1 and f(t) = t."""
     return exact_sum(m for m, _ in points), exact_sum([*(m * t for m, t in points), *(m for m, _ in jumps)])
 
 

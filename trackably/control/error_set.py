@@ -67,9 +67,10 @@ class ErrorSet:
     def contains(self, e: Array) -> bool:
         """Whether an error e (n,) is in Z, up to rounding: whether `centre` + p · `directions` = e for an admissible p.
 
-        Least squares in which each direction is weighted by 1 / |row · direction| for the row before lead to the row
-        with the largest row · e / h_Z(row), and to the p of least size. If this decides nothing in a few steps, p is
-        found by least squares within its bounds, which takes long outside of Z.
+        Iteratively reweighted least squares: each step weights the directions by 1 / |row · direction|, with the row
+        that the step before has found. The rows tend to that with the largest row · e / h_Z(row), and p to that of
+        least size. If a few such steps decide nothing, p is found by least squares within its bounds, which takes long
+        outside of Z.
         """
         off, shape = (e - self.centre) / self._extents, self.directions.T / self._extents[:, None]
         reached = np.ones(len(self.directions))

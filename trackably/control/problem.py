@@ -104,7 +104,7 @@ class Formulation:
 
     @cached_property
     def bounds(self) -> Array:
-        """The matrix that maps z to what it uses of all slacks."""
+        """The matrix that maps z to the amounts by which it lowers the slacks of the reference."""
         N, (x, u, _) = self.horizon, self.scales
         of_states = np.kron(np.eye(N + 1)[self.first_bounded :], rows_in_widths(self.plant.state_set, x))
         return scipy.linalg.block_diag(of_states, np.kron(np.eye(N), rows_in_widths(self.plant.input_set, u)))
@@ -282,7 +282,10 @@ class StepProblem:
         return self.plan(self.formulation.errors(Window(states, inputs), self.window), status)
 
     def plan(self, z: Array, status: Status) -> Plan:
-        """Return the plan with the start e(0) and the inputs v of the errors z; its states are those of the model."""
+        """Return the plan that the model predicts for the first error e(0) and the inputs v in the scaled errors z.
+
+        The states in z after e(0) are not used. ArithmeticError: a predicted state or input overflows.
+        """
         f, window, z = self.formulation, self.window, self.programs.predict(z, self.defects)
         e, v = f.split(z)
         stage_costs = np.einsum("ia,ab,ib->i", e[:-1], f.Q, e[:-1]) + np.einsum("ia,ab,ib->i", v, f.R, v)
@@ -304,7 +307,7 @@ class StepProblem:
         )
 
     def _optimum(self, slack: Array, status: Status) -> Plan | None:
-        """Return the optimum with bounds that leave the slacks `slack`, if the solver finds it."""
+        """Return the plan of least cost under the bounds with the slacks `slack`; None if the solver finds none."""
         plan = self._solve(self.programs.tracking, slack, status=status)
         return plan if plan is not None and self.is_feasible(plan) else None
 

@@ -22,6 +22,9 @@ _UNIT = re.compile(r" \[([^\[\]]+)\]$")
 def columns(proved: Proved, first: int | None, count: int | None, units: Units | None) -> dict[str, Array]:
     """Return time, states and inputs at steps, by the headings of their columns, such as `position [m]`.
 
+    The table has `count` steps from the step `first` on. By default, it begins at the first step and ends at the last
+    step that are worth showing. `units` are the units of some or all states and inputs, by name.
+
     ValueError: a unit is empty, has brackets, or is given for a name that is neither a state nor an input, or a step is
     not proved. TypeError: a unit is no text.
     """
@@ -38,7 +41,11 @@ def columns(proved: Proved, first: int | None, count: int | None, units: Units |
 
 
 def write_csv(proved: Proved, path: Path | str, first: int | None, count: int | None, units: Units | None) -> Path:
-    """Write a table as CSV (RFC 4180 with line feeds), with the shortest numbers that give the same float64 again."""
+    """Write the table of `columns` as CSV (RFC 4180 with line feeds), and return the path.
+
+    Each number has the fewest digits that give the same float64 again. The table has `count` steps from `first` on; for
+    None, see `columns`, which also names the errors.
+    """
     table = columns(proved, first, count, units)
     rows = zip(*(column.tolist() for column in table.values()), strict=True)
     write_text(file := new_file("to_csv", path), csv_text([table, *rows]))

@@ -136,7 +136,10 @@ class Parametrized(ABC):
         TypeError for unknown names.
         """
         if unknown := values.keys() - self.hyperparameters.keys():
-            raise TypeError(f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}")
+            raise TypeError(
+                f"{type(self).__name__} has no hyperparameter {', '.join(sorted(unknown))}; "
+                f"it has {', '.join(self.hyperparameters)}"
+            )
 
         def moved(name: str, value: float) -> float:
             new = values.get(name, value)

@@ -156,8 +156,8 @@ class JointPosterior:
     def log_theta_with_noise(self, signals: Sequence[Callable[[Array], Array]]) -> Array:
         """Return ln θ of the learned hyperparameters, shape (p,), with noise that explains other `signals`.
 
-        All learned noise is raised by the factor, if above 1, that makes it the distance of the samples from what they
-        would be of these signals.
+        Each learned σ_n is multiplied by the same factor: the root mean square of the samples' distance from these
+        signals, in units of the present noise; by 1 if this is smaller.
         """
         pairs = zip(self.parts, signals, strict=True)
         factor = max(1.0, root_mean_square(np.concatenate([part.residuals_of(signal) for part, signal in pairs])))

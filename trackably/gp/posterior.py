@@ -98,7 +98,7 @@ class Posterior:
         return np.asarray(by_theta @ moved)
 
     def residuals_of(self, signal: Callable[[Array], Array]) -> Array:
-        """Return the samples minus what they would be of another `signal`, in units of their noise, shape (n,)."""
+        """Return the samples minus the values that they measure of another `signal`, divided by their noise: (n,)."""
         off = self.samples.values - self.samples.stencil.measured(signal, self.samples.times)
         return np.asarray(off / np.sqrt(noise_variance(self.prior, self.samples)))
 

@@ -121,7 +121,8 @@ class Samples:
         if isinstance(self.stencil, Stencils):
             if len(self.stencil.of) != len(self.times) or np.any(np.diff(self.times) < 0):
                 raise ValueError(
-                    "samples: with Stencils, times must not decrease, and stencil.of needs one entry for each sample"
+                    "samples: with Stencils, times must not decrease, and stencil.of needs one entry for each sample, "
+                    f"got {len(self.stencil.of)} entries for {len(self.times)} samples"
                 )
             self.by_name("")  # refuses times that are repeated within one kind
         elif bad := np.flatnonzero(np.diff(self.times) <= 0).tolist():

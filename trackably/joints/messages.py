@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from trackably.arguments import instance, names, numbers, text, whole
+from trackably.arguments import instance, names, numbers, short, text, whole
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.exports import ros2
@@ -97,7 +97,7 @@ def _points(content: Any) -> tuple[tuple[str, ...], list[int], Array]:
     since = [time for time, _ in found]
     for i, (a, b) in enumerate(pairwise(since), start=1):
         if not a < b:
-            raise ValueError(f"points[{i}]: time_from_start must increase from point to point")
+            raise ValueError(f"points[{i}]: time_from_start must increase from point to point, got {b} ns after {a} ns")
     return known, since, np.array([of for _, of in found]).reshape(len(found), len(FIELDS), len(known)).swapaxes(0, 1)
 
 
@@ -106,14 +106,17 @@ def _point(what: str, point: Any, count: int) -> tuple[int, list[Array]]:
     since = _field(point, "time_from_start")
     sec, nanosec = _field(since, "sec"), _field(since, "nanosec")
     if sec is None:
-        raise ValueError(f"{what}: expected time_from_start with sec and nanosec")
+        raise ValueError(f"{what}: expected time_from_start with sec and nanosec, got {short(since)}")
     time = whole(f"{what}: sec", sec) * NANOSECONDS + whole(f"{what}: nanosec", nanosec or 0, 0, NANOSECONDS - 1)
     fields: list[Array] = []
     for name in FIELDS:
         given = _field(point, name)
         of = numbers(f"{what}: {name}", [] if given is None else [*given])
         if of.shape not in ((count,), (0,)) or not np.all(np.isfinite(of)):
-            raise ValueError(f"{what}: {name} must be {count} finite numbers, or none at all")
+            raise ValueError(
+                f"{what}: {name} must be {count} finite numbers, one for each joint, or none at all, "
+                f"got {short(of.tolist())}"
+            )
         if not fields and not of.size:
             raise ValueError(f"{what}: expected positions, got none, which the controller refuses by default, too")
         fields.append(of if of.size else np.full(count, np.nan))

@@ -109,7 +109,8 @@ class JointTrajectory:
         fields = [q, *(array(f"trajectory: {name}", of, *q.shape) for name, of in given.items() if of is not None)]
         if accelerations is not None and velocities is None:
             raise ValueError(
-                "trajectory: accelerations need velocities, as the controller commands zero positions without them"
+                "trajectory: accelerations need velocities: give velocities= too (for accelerations alone, "
+                "joint_trajectory_controller commands zero positions)"
             )
         known = _known(names, q.shape[1])
         if upsampled and len(fields) == 1:

@@ -69,7 +69,8 @@ def locate(message: object, path: str) -> tuple[object, str]:
             found = [int(number)] if number else [i for i in range(len(node)) if name_of(i, field) == wanted]
             if len(found) > 1:
                 raise ValueError(
-                    f"expected one entry of a list with {field} = {wanted!r}, got {len(found)} entries with it"
+                    f"expected one entry of a list with {field} = {wanted!r}, got {len(found)} entries with it; "
+                    "write the number of the entry, as [0]"
                 )
             i, labels = found[0], [field] if field else _LABELS  # an IndexError if there is none
             entries += next((f"[{of}={name}]" for of in labels if (name := name_of(i, of))), f"[{i}]")

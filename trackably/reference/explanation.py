@@ -73,7 +73,7 @@ def distances(fit: Fit) -> Iterator[str]:
 def search_limits(fit: Fit) -> Iterator[str]:
     """Yield a sentence on each limit of the search: ends of intervals, float64, and a budget that ended it.
 
-    That on the budget says how far the objective J may be from its minimum.
+    The sentence on the budget says how far the objective J may be from its minimum.
     """
     yield from map(str, fit.edges)
     theta = fit.prior.hyperparameters

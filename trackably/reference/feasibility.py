@@ -213,8 +213,9 @@ class Least:
 
 
 def least(steps: Steps, relaxed: Flags) -> Least | None:
-    """Solve for the least d that `relaxed` rows (r,) need; None if no d suffices, as the others contradict each other.
+    """Return the least d for which all rows can be kept, if `relaxed` rows are widened by d times their width.
 
+    `relaxed` are flags (r,). Return None if no d suffices, because rows that are not relaxed contradict each other.
     Unknowns and rows are divided by the widths of their bounds, because tolerances of solvers are absolute.
     """
     widths, scales, system, K = steps.widths, steps.scales, steps.plant.linear, steps.count - 1

@@ -228,10 +228,11 @@ def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]
 def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
     """Whether each sample is far off the cubic polynomial through its four nearest neighbours.
 
-    This is so if the fourth difference of the five exceeds the noise and the usual one, and if the distance exceeds the
-    changes between the neighbours, each times a factor. Most of the distance has to lie outside of the range of the
-    samples before and after: at a jump of the signal, samples lie within this range. At corners and beside gaps, these
-    neighbours change more. The first and the last sample have to lie outside of the range of all others.
+    Three conditions have to hold. The fourth difference of the five samples exceeds a multiple of the noise, and a
+    multiple of the usual fourth difference. The distance from the polynomial exceeds a multiple of the changes between
+    the neighbours, which are large at corners and beside gaps. Most of this distance lies outside of the range of the
+    samples before and after, because at a jump of the signal samples lie within this range. The first and the last
+    sample also have to lie outside of the range of all others.
     """
     y, places = samples.values, np.arange(len(samples))
     start = np.clip(places - 2, 0, len(y) - 5)

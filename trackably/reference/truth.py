@@ -86,7 +86,10 @@ class Truth:
                 raise ValueError(f"truth: {name} must not be negative, got {value:g}")
             object.__setattr__(self, name, value)
         if self.slope is None and self.second_derivative is None:
-            raise ValueError("truth: expected a bound of the slope, of the second derivative, or of both")
+            raise ValueError(
+                "truth: expected a bound of the slope, of the second derivative, or of both, got none; give slope or "
+                "second_derivative"
+            )
         if (self.rate is None) is not (self.rate_noise is None) or (self.rate and self.second_derivative is None):
             raise ValueError(
                 f"truth: expected rate and rate_noise together, with second_derivative, got rate={self.rate!r}, "

@@ -94,7 +94,7 @@ def _step(sampling_time: float) -> float:
 
 
 def _tanks(levels: list[str], sampling_time: float, area: float, outflow: float) -> NonlinearSystem:
-    """Return equal tanks, each of which empties into the next one; their states are the `levels`, from above."""
+    """Return equal tanks, each of which empties into the next one; `levels` names their states, the uppermost first."""
     h, wide, hole = _step(sampling_time), positive("area", area), positive("outflow", outflow)
 
     def f(x: Any, u: Any) -> list[Any]:

@@ -320,5 +320,5 @@ def slacks(bounded: Polytope, points: Array, times: Array | None = None) -> Arra
 
 
 def rows_in_widths(bounded: Polytope, scales: Array) -> Array:
-    """Return the matrix (2r, n) by which points, in units of `scales` (n,), use up what `slacks` returns."""
+    """Return M (2r, n) such that `slacks` fall by M z if a point moves by z, in units of `scales` (n,)."""
     return np.vstack([bounded.rows, -bounded.rows]) * scales / np.tile(bounded.widths, 2)[:, None]

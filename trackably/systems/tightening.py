@@ -224,10 +224,11 @@ def _contraction(A_K: Array, box: Array) -> tuple[int, float]:
 def _head(
     A_K: Array, disturbance: DisturbanceSet, box: Array, terms: int, contraction: float, rows: Array, widths: Array
 ) -> int:
-    """Return the smallest N for which the last part of Z is small in each row, relative to the first part or the width.
+    """Return the smallest N for which the sum over P extends Z only a little in the direction of each row.
 
     Z = ⊕_{i<N} A_Kⁱ W ⊕ A_Kᴺ (1 − α)⁻¹ ⊕_{i<s} A_Kⁱ P, with W the `disturbance` set, P = {|x_i| ≤ `box`_i}, s = `terms`
-    and α = `contraction`.
+    and α = `contraction`. In each row, the sum over P may extend 1% as far as the sum over W, or 1e-5 of the distance
+    between the bounds (`widths`) if that is more.
     """
     supports, sizes, head = list[Array](), list[Array](), np.zeros((2, len(rows)))
     for N, moved in enumerate(powers(rows, A_K), start=1 - terms):

@@ -47,7 +47,7 @@ class Functional(subject.Functional):
         return float(self.offset + sum(sum(w) * Fraction(m) for w, m in zip(self.weights, levels, strict=True)))
 
     def padded(self, before: int, after: int) -> Self:
-        """Return q(t + `before` T_s), with a number of further weights that are zero after the last one."""
+        """Return q(t + `before` T_s), with `after` further weights, all zero, behind the last one."""
         none = [Fraction(0)]
         return replace(self, weights=tuple((*none * before, *of, *none * after) for of in self.weights))
 
@@ -181,7 +181,7 @@ class Trajectory:
         return weighted_sum([1 / T, -1 / T], [later, now])
 
     def rates_at_rest(self, levels: Sequence[float]) -> Array:
-        """Return the derivatives ∂q/∂levels[c], if every signal c is constant at `levels[c]`: one number a signal."""
+        """Return the derivatives ∂q/∂levels[c], if every signal c is constant at `levels[c]`; one number for each."""
         slopes = self.slopes({name: np.asarray(q.at_rest(levels)) for name, q in self.arguments})
         gains = ((slopes[name], [float(sum(w)) for w in q.weights]) for name, q in self.arguments)
         return np.asarray(sum(slope * np.array(gain) for slope, gain in gains))

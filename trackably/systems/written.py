@@ -70,7 +70,7 @@ def _ends(name: str, written: Any) -> Any:
 
 
 def _objects(written: Any) -> Any:
-    """Return an array of the objects in a file, in which true is no number: lists of numbers would take it for 1."""
+    """Return the values in a file as an array of objects, so that true stays true, and is not taken for 1."""
     return np.array(written, dtype=object)
 
 

@@ -113,7 +113,7 @@ FAILED: Rows = {
         ("reference.plant.system.f.0", "level", "system: f cannot be solved for its inputs"),
         ("reference.plant.system.f.0", ["-", ["+", "level", "inflow"], "inflow"], "box: .* may be zero"),
         ("reference.plant.system.f.0", ["+", "inflow", "speed"], "names: f must hold states and inputs"),
-        ("reference.plant.system.f", [LAW, LAW], "shapes: as many formulas"),
+        ("reference.plant.system.f", [LAW, LAW], "shapes: expected f with one formula for each"),
         ("reference.plant.input_set", NO_ROWS, "bounds: every input .* inflow is not"),
         ("evaluation.errors.inflow", 1e-16, "inflow .* can be off by more"),
         ("claim", EARLY | {"covers": {"level": SHORT, "inflow": SHORT}}, "tail"),

@@ -160,7 +160,10 @@ class MomentSum:
 
     @cached_property
     def _moments(self) -> list[tuple[Array, Array]]:
-        """For each of the decays, the moments of all centres up to each one, in time and against it."""
+        """For each of the decays, about each centre: the moments of all centres up to it, and of all from it on.
+
+        The second array is in decreasing order of the centres.
+        """
         at, joined = self._joined
         return [(_moments(of, at, joined), _moments(of, -at[::-1], joined[::-1])) for of in self.decays]
 

@@ -48,7 +48,11 @@ class _PiecewisePolynomial(Radial):
 
 @cache
 def _factors(power: int, polynomial: tuple[float, ...], order: int) -> list[list[float]]:
-    """Return the coefficients of Q_n for n = 0 … order, from those of Q."""
+    """Return the coefficients of Q_n for n = 0 … `order`: the n-th derivative of (1 − s)ᵖ Q is (1 − s)ᵖ⁻ⁿ Q_n.
+
+    p is the `power`, and `polynomial` has the coefficients of Q, by increasing powers of s. For n ≥ p, Q_n is the n-th
+    derivative itself.
+    """
     factor, found = Polynomial(polynomial), []
     for n in range(order + 1):
         found.append(factor.coef.tolist())

@@ -29,7 +29,11 @@ class RationalQuadratic(Radial):
         return self._derivatives(s, order, self.shape)
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of it: by ln α, the imaginary part for α (1 + iε), without any difference."""
+        """Return the jet, and ∂/∂ln θ_j of the jet.
+
+        The derivative by ln α is the imaginary part at α (1 + iε), divided by ε (complex step), because a difference of
+        nearly equal numbers would be inaccurate.
+        """
         jet, gradient = super().jet_and_gradient(r, order)
         moved = self._derivatives(r / self.lengthscale, order, self.shape * (1 + 1j * _STEP))
         return jet, np.concatenate([gradient, self._in_time(moved.imag / _STEP)[None]])

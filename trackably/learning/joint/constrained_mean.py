@@ -5,8 +5,9 @@
 a convex program for samples y with noise covariance Σ, where S g are the values of g at the samples. A row L_a is a
 linear functional of the signals, and b_a is its limit (for given values: L_a g = b_a). m and H are the prior's mean and
 the Hilbert space of its kernel, m⁺, κ⁺ and H⁺ are the posterior's mean, kernel and Hilbert space, and λ are
-multipliers. The minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. Formulas are linearised at the
-function at which sequential convex programs end.
+multipliers. The minimum exceeds that of the posterior mean by D(θ) = min ‖g − m⁺‖²_{H⁺}. Where a bound is on a
+formula of the signals (nonlinear plants), a sequence of convex programs is solved, and L_a is the linearisation of the
+formula at the function with which the sequence ends.
 
 A working set holds the rows whose bounds are active for some θ of a search. A search imposes bounds at hundreds of
 times, and few bounds are active at once. The covariance of the rows in the working set is much smaller than that of all

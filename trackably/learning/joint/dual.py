@@ -156,7 +156,7 @@ def solve_dual(
     λ ≥ 0 except where `is_equation` holds. None if K is not positive semidefinite up to rounding. The search starts
     with the rows whose multipliers are `likely` to be positive. Flags have shape (r,). `rounding` (r,) has rounding
     errors of the variances, which differ between rows: if K has no Cholesky factor, they are added to its diagonal
-    before a common jitter is, because this would soften exact rows as much as inexact ones.
+    first, and a common jitter only if that is not enough, because a jitter softens exact rows as much as inexact ones.
     """
     scale = _norms(covariance)
     scaled, wanted = covariance / np.outer(scale, scale), demand / scale

@@ -269,8 +269,8 @@ class JointSearch:
         exchange at ln θ = `start` is ended early. It shows at which places bounds are active, and how much noise to
         begin with: the part of the samples that bounds cut off counts as noise. J with bounds at these places only, a
         relaxation, is minimised from there, and the descent begins at its minimiser. If no function is found there, it
-        begins where the relaxation was begun. So do descents of several signals: for them, the minimiser is too often
-        near a worse minimum of J.
+        begins at the start of the relaxation. Descents of several signals always begin at that start, because for them
+        the minimiser is too often near a worse minimum of J.
         """
         glance = self._path_from(start, no_places(self.problem), rounds=_GLANCE)
         if glance is None:
@@ -303,7 +303,10 @@ class JointSearch:
 
     @property
     def takes_long(self) -> bool:
-        """Whether θ is learned with bounds at thousands of times: linear plants, kernels with kinks, many samples."""
+        """Whether the search takes long, because bounds are imposed at thousands of times.
+
+        This is so if the plant is linear, kernels have kinks, there are many samples, and θ is learned.
+        """
         kinks = is_linear(self.problem) and not is_smooth(self.problem)
         return kinks and self._has_many_samples and bool(self.problem.prior.learned)
 
