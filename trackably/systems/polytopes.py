@@ -78,6 +78,7 @@ class Polytope:
             if name not in {"lower", "upper"}:
                 raise AttributeError(name)
             ends = np.array([getattr(of, name) for of in self.bounds], dtype=float)  # ValueError if a bound moves
+            ends.flags.writeable = False
             return vars(self).setdefault(name, ends)
 
     @property

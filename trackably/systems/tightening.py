@@ -186,7 +186,7 @@ class InvariantSet(Errors):
     @cached_property
     def feedback(self) -> Array:
         """K in float64, shape (m, n)."""
-        return np.array(self.K)
+        return array("feedback: K", self.K, None, None)
 
     @cached_property
     def closed_loop(self) -> Array:
