@@ -159,8 +159,10 @@ def closest(constraints: Sequence[Constraint], posterior: Signalled) -> list[Tim
 
 def overlooked(constraints: Sequence[Constraint], posterior: Signalled) -> list[TimesAndMargins]:
     """Return, for each constraint, violations that the grid of `closest` missed: their times, and relative margins."""
-    together = Quantities(tuple(each.quantity for each in constraints), posterior.signals)
-    return between(constraints, together, [each.suspect_centres(posterior) for each in constraints], _CLOSER)
+    return [
+        between([each], Quantities((each.quantity,), posterior.signals), [each.suspect_centres(posterior)], _CLOSER)[0]
+        for each in constraints
+    ]
 
 
 def between(

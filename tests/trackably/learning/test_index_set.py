@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.published.periodic import Values
+from pipeline.published.periodic import GrowthRates, Values
 from pipeline.published.scalar import scalar
 from trackably.checker.certificate import Window
 from trackably.gp.kernels.matern import Matern32
@@ -94,7 +94,10 @@ def test_between_the_centres_of_a_rough_sum_nothing_is_overlooked():
     kernel, centres, signs = Matern32(1.0, 17.0), np.arange(61.0), (-1.0) ** np.arange(61)
     waves = KernelSum(kernel, 0.0, centres, np.linalg.solve(kernel(centres[:, None] - centres), signs))
     plant = scalar(1.0, 1.0, state_set=Interval(-0.8, 2.0), input_set=Interval(-9.0, 9.0), sampling_time=0.1)
-    state = Constraint(plant.quantities[0], RealTimes(Window(10.2, 49.9)), 0.0)
-    ((times, margins),) = overlooked([state], SimpleNamespace(signals=(waves,)))
+    sets = RealTimes(Window(10.2, 49.9)), GrowthRates(plant, (0.0, 60.0))
+    (times, margins), (pairs, _) = overlooked(
+        [*map(Constraint, plant.quantities, sets)], SimpleNamespace(signals=(waves,))
+    )
+    assert pairs.shape == (0, 2)
     assert np.all(margins < 0)
     assert {round(t) for t in times.tolist()} == set(range(11, 50, 2))
