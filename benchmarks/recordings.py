@@ -23,7 +23,7 @@ import scipy
 from benchmarks.harness import ROOT, Row, attempted, duel, part_of, timed, within
 from benchmarks.problems import BREATHING, NOISE, Task, box, irregular, misfit, task, tracked
 from benchmarks.programs import likeliest, smoothed
-from pipeline.published.ground_truth import GroundTruth, docking_y, draw, setpoint_change
+from pipeline.published.ground_truth import GroundTruth, docking_y, setpoint_change
 from trackably import Periodic, TrackableReference, learn_reference
 from trackably.arrays import Array, root_mean_square
 from trackably.certificates.certified import Certified
@@ -256,7 +256,6 @@ def _bending() -> Iterator[Row]:
 
 
 _TIME, _OFF, _ERROR = (f"learned jointly: {what}" for what in ("time with proof", "misfit", "error"))
-_DRAWN, _COLLAPSED = 10, 5.0  # a misfit of so many σ_n is a collapse
 
 
 def _jointly() -> Iterator[Row]:
@@ -283,7 +282,6 @@ def _jointly() -> Iterator[Row]:
         ("vehicle, y", task("vehicle"), 1, docking_y, 240, 0.4),
     ):
         yield _compared(_ERROR, name, of, target, partial(_error, of, process, truth, last))
-    yield _collapsed()
 
 
 def _compared(topic: str, name: str, of: Task, target: float | None, off: Callable[[Certified], float]) -> Row:
@@ -299,22 +297,6 @@ def _error(of: Task, process: int, truth: GroundTruth, last_step: int, found: Ce
     times = np.arange(last_step + 1.0) * of.plant.sampling_time
     stencil = of.samples[process].stencil
     return root_mean_square(stencil.measured(found.solution.signals[process], times) - truth(times))
-
-
-def _collapsed() -> Row:
-    """Return a row with the largest misfit of ten draws of Example 1's samples under the tight bound x ≤ 0.005.
-
-    The note counts the draws whose misfit is more than five times σ_n.
-    """
-    of = task("example1", 0.005)
-    noise = of.prior.parts[0].noise_std
-    drawn = [replace(of, samples=(draw(setpoint_change, of.samples[0].times, noise, seed),)) for seed in range(_DRAWN)]
-    joint, alone = ([misfit(each.learned(learner)) / noise for each in drawn] for learner in (JOINT, HYPERPARAMETERS))
-    counts = [sum(found > _COLLAPSED for found in found_by) for found_by in (joint, alone)]
-    largest = f"largest misfits {max(joint):.2g} and {max(alone):.2g} σ"
-    note = f"collapsed: {counts[0]} of {_DRAWN} beside {counts[1]}; {largest}"
-    problem = f"Example 1, x ≤ 0.005, {_DRAWN} draws: largest"
-    return part_of(_OFF, problem, ALONE, max(joint), max(alone), _COLLAPSED / max(alone), note)
 
 
 def _told(found: Certified) -> str:

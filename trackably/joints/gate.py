@@ -7,7 +7,7 @@ robot moves. The running motion is the proved trajectory that the robot executes
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -57,6 +57,7 @@ class Gate:
 
     joints: Joints
     lead: float = 0.0
+    _: KW_ONLY
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:

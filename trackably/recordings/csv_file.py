@@ -151,12 +151,14 @@ def _check_header(
     """Raise InputError if there is no header, or it does not have each of the `wanted` names once."""
     if not header:
         raise InputError(f"{path}: expected a header that names the columns, got an empty file")
-    for name in header if wanted is None else wanted:
+    names = header if wanted is None else wanted
+    for name in names:
         if name not in header:
             listed = ", ".join(map(repr, header))
-            is_value = not layout.columns and all(name[:1] in {*"+-.0123456789", ""} for name in header)
-            later = (_LATER.format(number) for number, line in lines[1:] if all(of in line for of in wanted or ()))
-            hint = _NO_HEADER if is_value else next(later, "")
+            is_value = not layout.columns and all(of[:1] in {*"+-.0123456789", ""} for of in header)
+            cells = ((number, line.split(layout.separator or _separator(line))) for number, line in lines[1:])
+            later = [number for number, of in cells if {*names} <= {cell.strip('" \r\n') for cell in of}]
+            hint = _NO_HEADER if is_value else _LATER.format(later[0]) if later else ""
             raise InputError(
                 f"{path}: there is no column {name!r}; with the separator {separator!r} there are {listed}{hint}"
             )

@@ -57,6 +57,8 @@ def test_a_stop_far_back_in_a_chunk_is_found():
 
 
 def test_a_chunk_that_is_late_or_out_of_reach_changes_nothing():
+    with pytest.raises(TypeError):  # a third number was a budget [s] before, and would be a large tolerance
+        Gate(ARM, 0.0, 0.3)
     gate = Gate(ARM)
     running = gate.at_rest([0.0, 0.0, 0.0], 0.0)
     for given, now in ((chunk(0.0, 0.0), 1.0), (chunk(0.0, 9.0), 0.1)):

@@ -17,7 +17,7 @@ REFUSALS = {
         ": there is no column 'x'; with the separator ';' there are 't', 'a,b', ",
     ),
     "a title above the header": (
-        "Device 7\n\nt;x\n0;1\n",
+        "Device 7\nnext\nt;x\n0;1\n",
         {},
         ": there is no column 't'; with the separator ' ' there are 'Device', '7': if line 3 is the header, `skip` of",
     ),
