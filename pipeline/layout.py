@@ -90,9 +90,11 @@ _REFERENCE = "_reference"
 def _lines(topics: Topics, field: str, color: str | None = None) -> Iterator[Json]:
     """Yield a line for each topic with this field; topics with the same first part of the name have one colour."""
     colors = dict(zip(dict.fromkeys(name.partition("/")[0] for name in topics), cycle(COLORS), strict=False))
+    what = "reference " if field.endswith(_REFERENCE) else ""
     for name, topic in topics.items():
         if field in topic.fields:
-            yield _line(topic.topic, field, name.replace("/", ", ") or field, color or colors[name.partition("/")[0]])
+            label = (what + name.replace("/", ", ")).strip() or field
+            yield _line(topic.topic, field, label, color or colors[name.partition("/")[0]])
 
 
 def _line(topic: str, field: str, label: str, color: str) -> Json:

@@ -30,7 +30,7 @@ def validated(model: type[M], content: object, path: Path, *entry: str) -> M:
     except ValidationError as error:
         # A field with a misspelt name is also missing: the error about its name comes first, as it helps more.
         ordered = sorted(error.errors(), key=lambda e: e["type"] != "extra_forbidden")
-        placed = [(".".join(map(str, (*entry, *e["loc"]))), _complaint(e)) for e in ordered]
+        placed = [(".".join(str(part) for part in (*entry, *e["loc"]) if part != ""), _complaint(e)) for e in ordered]
         said = "; ".join(f"{place}: {complaint}" if place else complaint for place, complaint in placed)
         raise InputError(f"{path}: {said}") from None
 

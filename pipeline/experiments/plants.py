@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import PlainValidator, PositiveFloat, model_validator
+from pydantic import Field, PlainValidator, PositiveFloat, model_validator
 
 from pipeline.experiments.fields import LISTED, read_by
 from pipeline.yaml_file import Fields
@@ -15,7 +15,7 @@ from trackably.systems.constrained import ConstrainedSystem, System
 from trackably.systems.disturbances import ConvexHull, DisturbanceSet, ModelError, Zonotope
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import Tightening, tightening
-from trackably.systems.written import fields_of, set_of, system_of
+from trackably.systems.written import fields_of, objects, set_of, system_of
 
 Vector = Annotated[tuple[float, ...], LISTED]
 Matrix = Annotated[tuple[Vector, ...], LISTED]
@@ -60,7 +60,7 @@ def disturbance_set_of(written: object) -> DisturbanceSet:
     form = tuple(name for name in _OF_SETS if name in given)
     if form not in _SETS:
         raise ValueError("expected lower with upper, vertices, or centre with generators")
-    return _SETS[form](*(given[name] for name in form))
+    return _SETS[form](*(objects(given[name]) for name in form))
 
 
 DisturbanceSetField = Annotated[DisturbanceSet, PlainValidator(read_by(disturbance_set_of))]
@@ -83,7 +83,7 @@ class Disturbance(Fields):
     for W, V and model error multiplied by each of `sizes`.
     """
 
-    set: DisturbanceSetField
+    set: DisturbanceSetField = Field(alias="")  # no name that params.yaml may use
     noise: DisturbanceSetField | None = None
     model_error: Annotated[tuple[VertexFields, ...], LISTED] = ()
     feedback: Matrix | None = None
@@ -95,7 +95,7 @@ class Disturbance(Fields):
         if not isinstance(written, dict):
             return written
         others = {name: of for name, of in written.items() if name not in _OF_SETS}
-        return {**others, "set": {name: of for name, of in written.items() if name in _OF_SETS}}
+        return {**others, "": {name: of for name, of in written.items() if name in _OF_SETS}}
 
 
 @lru_cache(maxsize=64)

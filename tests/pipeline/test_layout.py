@@ -21,6 +21,8 @@ def test_every_topic_is_shown_and_no_other_and_every_panel_has_one_place(name: s
     found = topics_of(RESULTS[name])
     layout: Any = from_json(to_json(layout_of(EXPERIMENTS[name].plant, found)))
     panels = layout["configById"]
+    labels = [[path["label"] for path in config.get("paths", ())] for config in panels.values()]
+    assert all(len(set(of)) == len(of) for of in labels)
     written = [path["value"] for config in panels.values() for path in config.get("paths", ())]
     paths = {(match[2], match[3].strip('"')) for text in written if (match := _PATH.fullmatch(text))}
     assert {topic for topic, _ in paths} == {*found}

@@ -39,7 +39,7 @@ def system_of(written: object) -> System:
     given = {**fields_of(written, _LINEAR, ["A", "B", "sampling_time"])}
     if not isinstance(continuous := given.pop("continuous", False), bool):
         raise ValueError(f"continuous: expected true or false, got {short(continuous)}")
-    matrices = {name: _objects(given[name]) for name in "ABc" if given.get(name) is not None}
+    matrices = {name: objects(given[name]) for name in "ABc" if given.get(name) is not None}
     return (LinearSystem.discretised if continuous else LinearSystem)(**given | matrices)
 
 
@@ -59,17 +59,17 @@ def set_of(written: object) -> Polytope:
             "expected lower with upper, H with h, or all four; or rows with lower and upper; got "
             f"{', '.join(known) or 'no field'}"
         )
-    return _SETS[known](*(_ends(name, given[name]) if name in _FREE else _objects(given[name]) for name in known))
+    return _SETS[known](*(_ends(name, given[name]) if name in _FREE else objects(given[name]) for name in known))
 
 
 def _ends(name: str, written: Any) -> Any:
     """Return the lower or the upper ends of a set (`name` says which), where null stands for an infinite one."""
     if not isinstance(written, list):
         raise ValueError(f"{name}: expected a list of numbers, of null (free) and of mappings, got {short(written)}")
-    return _objects([_FREE[name] if end is None else end for end in written])
+    return objects([_FREE[name] if end is None else end for end in written])
 
 
-def _objects(written: Any) -> Any:
+def objects(written: Any) -> Any:
     """Return the values in a file as an array of objects, so that true stays true, and is not taken for 1."""
     return np.array(written, dtype=object)
 

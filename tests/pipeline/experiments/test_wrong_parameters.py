@@ -74,6 +74,8 @@ WRONG = [
         "claim: all_phases\n    disturbance: {lower: [-0.1], upper: [0.1]}",
         r"claim: all_phases needs periodic kernels.*; disturbance: expected a plant with a linear system",
     ),
+    ("vehicle", "      sizes:", "      set: {}\n      sizes:", r"disturbance\.set: is not a known field"),
+    ("vehicle", "upper: [0, 0, 0.003,", "upper: [0, 0, true,", r"disturbance: upper\[2\]: .*number, got True"),
     ("hand", "{B: [[0], [1.25]]}", "{B: [[0], [40.0]]}", r"model_error: the errors take .* between the bounds"),
     ("vehicle", "      x: {mean: 0.0", "      vx: {mean: 0.0", r"samples and prior must have the same names, got x, y"),
     (
