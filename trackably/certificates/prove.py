@@ -235,24 +235,26 @@ class _ProofProblem:
         """Return how a quantity fails at `time` [s]; None if it keeps its bounds there.
 
         If only instants k T_s are to be proved, the nearest instant takes the place of this time. The value is
-        enclosed, which takes long for many kernels. If a bound jumps at this time, only values outside of the bounds on
-        both sides of the jump fail; times beside it are further candidates.
+        enclosed, which takes long for many kernels. If a bound jumps at this time, the margin is that to the tighter
+        bounds, but only a value outside of the bounds on both sides is a counterexample; times beside the jump are
+        further candidates.
         """
         step, at, T = None, Fraction(time), self.reference.plant.sampling_time
         if isinstance(self.claim, Instants):
             step = max(round(time / T), 0)
             time, at = step * T, step * Fraction(T)
         low, high = ends_at(next(of for of in self.draft.subject.bounds if of.name == quantity.name), at)
-        bounds, reserve = Interval(float(low), float(high)), self.draft.errors[quantity.name]
+        loose, bounds = Interval(float(low), float(high)), quantity.bounds.at(time)
+        reserve = self.draft.errors[quantity.name]
         try:
             value = self.draft.value(quantity.name, at)
         except UndefinedError as undefined:
             return Unproved(quantity.name, bounds, (time, time), np.inf, str(undefined))
-        margins = value - bounds.lower, bounds.upper - value
-        beyond, margin = -min(float(of.b) for of in margins), min(float(of.a) for of in margins)
+        beyond = -min(float(of.b) for of in (value - loose.lower, loose.upper - value))
+        margin = min(float(of.a) for of in (value - bounds.lower, bounds.upper - value))
         if beyond > 0:
             by = _STATED * math.nextafter(beyond, 0.0)
-            return Counterexample(quantity.name, bounds, time, by, self.reference, self.claim, step)
+            return Counterexample(quantity.name, loose, time, by, self.reference, self.claim, step)
         if margin >= reserve:
             return None
         reason = f"the margin is smaller than the error of float64 evaluation, up to {reserve:.3g}"

@@ -78,8 +78,9 @@ class ErrorSet:
             row = np.linalg.lstsq(shape / reached @ shape.T, off)[0] / self._extents
             if row @ e - self.support(row) > _ROUNDING * np.abs(row) @ self._extents:
                 return False
-            sizes = np.abs(self.directions @ row)
-            if np.all(sizes <= reached) and not len(self.sums):  # |p| of least weighted squares is sizes / reached
+            sizes, p = np.abs(self.directions @ row), self.directions @ row / reached
+            missed = np.abs(shape @ p - off)  # it is large if Z is flat and e lies beside it
+            if not len(self.sums) and np.all(sizes <= reached) and np.all(missed <= _ROUNDING):
                 return True
             reached = np.maximum(sizes / (np.max(sizes) or 1.0), _LEAST)
         rows, aim = np.vstack([shape, self.sums]), np.append(off, np.ones(len(self.sums)))

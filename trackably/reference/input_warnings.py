@@ -241,6 +241,8 @@ def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
     bend = np.abs(five @ _FOURTH) / _FOURTH[2]
     off = bend * np.abs(_FOURTH[2] / _FOURTH[own])
     changes = np.max(np.abs(np.diff(five[np.arange(5) != own[:, None]].reshape(-1, 4))), axis=1)
+    spacings = np.diff(samples.times)  # the first and the last sample may lie farther off if they lie beyond a gap
+    changes[[0, -1]] *= np.maximum(spacings[[0, -1]] / np.median(spacings), 1.0) ** 2
     low, high = np.sort([y[:-2], y[2:]], axis=0)
     low, high = np.hstack([y[1:].min(), low, y[:-1].min()]), np.hstack([y[1:].max(), high, y[:-1].max()])
     # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.

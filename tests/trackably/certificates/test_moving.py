@@ -136,6 +136,7 @@ def test_each_side_of_a_jump_counts() -> None:
         found = on_window(under(upper, z))
         assert isinstance(found, Counterexample), found
     assert isinstance(on_window(under(PolynomialPieces.steps({0.0: 0.5, 2.0: at + 1e-6}))), Certificate)
+    assert "error of float64" in on_window(under(PolynomialPieces.steps({0.0: 0.5, 2.0: at}))).explanation
 
 
 STEPPED = PolynomialPieces.steps({0.0: 0.5, 2.0: 0.1})

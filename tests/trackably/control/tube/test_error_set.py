@@ -47,3 +47,9 @@ def test_each_coordinate_has_its_own_rounding(unit):
         e = farthest(errors, np.array([0.0, 0.0, *direction])) * [0, 0, 1, 1]
         assert errors.contains((1 - 1e-9) * e)
         assert not errors.contains((1 + 1e-9) * e)
+
+
+def test_points_beside_a_flat_set_are_outside():
+    flat = ErrorSet(np.zeros(2), np.array([[1.0, 0.0]]), -np.ones(1), np.zeros((0, 1)))
+    assert flat.contains(np.array([0.5, 0.0]))
+    assert not flat.contains(np.array([0.5, 0.1]))

@@ -33,6 +33,7 @@ CONTINUOUS = ConstrainedSystem(LinearSystem([[0, 1], [0, 0]], [[0], [1]], sampli
 WIDE = ConstrainedSystem(AXIS.system, Polytope.box([-200, -900], [200, 900]), U)
 ROBOT = ConstrainedSystem(mobile_robot(0.1), Polytope.box([-9] * 3, [9] * 3), Polytope.box([-1, -9], [1, 9]))
 OFTEN = np.arange(60) * 0.05
+AT_ENDS = np.array([0.0, *OFTEN[8:], 3.3])
 FOURTH = np.arange(16) == 3
 SOME_NOISE = 0.02 * np.random.default_rng(0).standard_normal(60)
 STEPS = np.repeat(np.sin(9.0 * np.arange(30) ** 2), 2)
@@ -89,6 +90,7 @@ DOUBTFUL = {
 
 ORDINARY = {
     "late, but in the window": asked(times=TIMES + 2e4, claim=(2e4, 2e4 + 3)),
+    "a ramp with long steps at its ends": asked(AT_ENDS / 20, AT_ENDS),
     "a pulse without noise": asked(np.where(FOURTH, 1.0, 0.0)),
     "three of nine lost": asked([0.1] * 12, [t for k, t in enumerate(TIMES) if k % 9 < 6]),
     "few samples": asked([0, 0.1, 1e6], [0, 1, 2]),
