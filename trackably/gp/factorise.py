@@ -9,9 +9,9 @@
   the samples' span.
 - `Dense`: the whole matrix, without any assumption, for up to `LARGEST_DENSE` samples.
 
-The factorisations that apply are tried in the order of their speed. Where a dense matrix is possible, the
-others apply only if their estimated difference from it is negligible; or by tails with many samples, where −2 ln p and
-weights are at least as exact as those of a dense matrix, however small the noise is.
+The factorisations that apply are tried in the order of their speed. Where a dense matrix is possible, the others apply
+only if their estimated difference from it is negligible; or small, by tails with many samples, where −2 ln p of a dense
+matrix is no more exact. With less noise than that, only weights of a dense matrix solve (K + V) c = y in float64.
 """
 
 import math
@@ -37,13 +37,13 @@ _LARGEST_MATRIX = 2**28  # entries (2 GiB) of the largest matrix that is built; 
 _WITHIN_A_LAG = 1.0
 _BLOCK = 64  # smallest number of samples in a block of a `Quasiseparable` by tails
 _LARGEST_BLOCK = LARGEST_DENSE // 2  # samples: `Quasiseparable` without tails is not used with a larger block
-_MANY = 500  # samples: from here on, `Quasiseparable` by tails is used even if rounding errors are not negligible
 _FEWEST = 200  # samples: for fewer, the dense matrix is faster than looking for other structure
 _FEWEST_OF_WAVES = 50  # samples: for fewer, the dense matrix is always faster
 _MOST_WAVES = 0.65  # cosines and sines for each sample: with more, the dense matrix is faster
 _PER_BLOCK = 4000  # entries of K for each block: with fewer, `Dense` is faster than `Quasiseparable` without tails
 _MANY_BLOCKS = 20  # blocks: from here on, `Quasiseparable` without tails is faster than `Fourier`
 _AGREEMENT = 3e-9  # largest estimated relative difference from `Dense`; below the promised 1e-8, as it is an estimate
+_MANY, _NEARLY = 500, 1e-6  # samples, and a larger `_AGREEMENT` from there on for `Quasiseparable` by tails
 _EPS = float(np.finfo(float).eps)
 _ROUNDING = 4 * _EPS  # part of the largest covariance: smaller differences are not resolved
 
@@ -106,16 +106,16 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     """Yield the factorisations that use structure of K, the fastest first.
 
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). If a dense matrix is
-    possible, these changes have to stay below `_AGREEMENT`.
+    possible, these changes have to stay below `_AGREEMENT`, or by tails below `_NEARLY` if there are many samples.
     """
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:
         return
     variances, largest = noise_variance(prior, samples), stencil.largest_gain * kernel(np.zeros(())).item()
-    tolerance = _AGREEMENT * variances.min().item() / math.sqrt(n)
+    least = variances.min().item() / math.sqrt(n)
 
-    def is_allowed(error: float) -> bool:
-        return n > LARGEST_DENSE or error <= tolerance
+    def is_allowed(error: float, agreement: float = _AGREEMENT) -> bool:
+        return n > LARGEST_DENSE or error <= agreement * least
 
     def of_blocks(rows: list[slice], tails: Sequence[Decay] = ()) -> Quasiseparable | None:
         terms = terms_of(samples, times[0])  # times since the first sample have the smallest rounding errors
@@ -125,7 +125,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
 
     longest, tails, near = stencil.length, kernel.decays, list[slice]()
     is_resolved = n >= _FEWEST and is_allowed(_EPS * largest)
-    if (is_resolved or n >= _MANY) and tails and max(tail.rate for tail in tails) * longest <= _WITHIN_A_LAG:
+    is_nearly = is_resolved or (n >= _MANY and is_allowed(_EPS * largest, _NEARLY))
+    if is_nearly and tails and max(tail.rate for tail in tails) * longest <= _WITHIN_A_LAG:
         yield of_blocks(blocks(times, longest, _BLOCK), tails)
     if is_resolved:
         near = blocks(times, kernel.negligible_distance + longest)
