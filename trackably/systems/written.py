@@ -70,8 +70,12 @@ def _ends(name: str, written: Any) -> Any:
 
 
 def objects(written: Any) -> Any:
-    """Return the values in a file as an array of objects, so that true stays true, and is not taken for 1."""
-    return np.array(written, dtype=object)
+    """Return the values in a file as an array of objects, so that true stays true, and is not taken for 1.
+
+    Lists of different lengths are returned unchanged.
+    """
+    found = np.array(written, dtype=object)
+    return written if any(isinstance(entry, list) for entry in found.flat) else found
 
 
 def _cut_box(lower: Ends, upper: Ends, H: ArrayLike, h: ArrayLike) -> Polytope:

@@ -18,6 +18,7 @@ WRONG = {
     "rows alone": ({"rows": [[1, 1]]}, "or rows with lower and upper; got rows"),
     "one end": ({"lower": [-1, -2]}, "expected lower with upper"),
     "a boolean": ({"lower": [True, -2], "upper": [1, 2]}, r"lower\[0\]: expected a number, got True"),
+    "uneven lists": ({"H": [[1, 2], [3]], "h": [1]}, r"H: expected numbers, in lists of one length"),
     "a boolean in H beside a box": (BOX | {"H": [[1, True]], "h": [1]}, r"H\[0, 1\]: expected a number, got True"),
     "another name": ({"low": [-1, -2]}, "has an unknown field low"),
     "no set": (5, "expected a mapping of rows, lower, upper, H, h, got 5"),

@@ -45,6 +45,7 @@ def test_the_depth_is_met_by_a_point_and_by_no_better_one_in_all_units(polytope,
     """A point that lies deeper would lie inside the set tightened by more."""
     units = 10.0 ** np.array(exponents[: polytope.dimension])
     polytope = Polytope(polytope.rows * units, polytope.lower, polytope.upper)
+    assert not polytope.lower.flags.writeable
     width = polytope.upper - polytope.lower
     assert 0 < polytope.depth <= 0.5 + 1e-9
     for part, possible in ((0.999 * polytope.depth, True), (1.001 * polytope.depth + 1e-6, False)):
