@@ -69,6 +69,11 @@ class TabulatedReference:
         return cls(first_step, reference.window(first_step, last_step - first_step))
 
     def window(self, k: int, horizon: int) -> Window:
-        """Return the states and inputs of `horizon` steps from step `k` on, all of which must be in the table."""
+        """Return the states and inputs of `horizon` steps from step `k` on. ValueError outside the table."""
         start, end = k - self.first_step, k - self.first_step + horizon
+        if not 0 <= start <= end <= len(self.values.inputs):
+            last = self.first_step + len(self.values.inputs)
+            raise ValueError(
+                f"reference: tabulated from step {self.first_step} to {last}, got a window from {k} to {k + horizon}"
+            )
         return Window(self.values.states[start : end + 1], self.values.inputs[start:end])

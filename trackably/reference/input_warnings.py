@@ -27,7 +27,6 @@ _FEWEST_BESIDE = 10  # with fewer samples, the usual distance from a polynomial 
 # the usual distance, _TIMES_NOISE times the noise and _TIMES_CHANGES times the changes between these neighbours, and if
 # the part _BESIDE of it is beyond the nearest neighbours.
 _TIMES_USUAL, _TIMES_NOISE, _TIMES_CHANGES, _BESIDE = 9.0, 5.0, 1.5, 0.6
-_FOURTH = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # weights of a fourth difference
 _NORMAL = 0.6745  # the median of |x| of standard normal x
 _LATE = 1e4  # times start late if they exceed this many times the span of the samples
 _SLOW = 500.0  # units are in doubt if samples are at least this many time steps apart; about 0.5 is usual
@@ -217,7 +216,7 @@ def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]
     away = np.abs(y - np.median(y))
     is_far = away > (_OUTLYING * np.sort(away)[-few - 1] or np.inf)
     if len(samples) >= _FEWEST_BESIDE:
-        is_far |= _is_off_neighbours(samples, noise_std)
+        is_far[2:-2] |= _is_off_neighbours(samples, noise_std)
     far = np.flatnonzero(is_far)
     if 0 < len(far) <= few:
         i = int(far[np.argmax(away[far])])
@@ -226,29 +225,21 @@ def _of_outliers(name: str, samples: Samples, noise_std: float) -> Iterator[str]
 
 
 def _is_off_neighbours(samples: Samples, noise_std: float) -> Flags:
-    """Whether each sample is far off the cubic polynomial through its four nearest neighbours.
+    """Whether each sample but the first two and the last two is far off the cubic polynomial through four neighbours.
 
-    Three conditions have to hold. The fourth difference of the five samples exceeds a multiple of the noise, and a
-    multiple of the usual fourth difference. The distance from the polynomial exceeds a multiple of the changes between
-    the neighbours, which are large at corners and beside gaps. Most of this distance lies outside of the range of the
-    samples before and after, because at a jump of the signal samples lie within this range. The first and the last
-    sample also have to lie outside of the range of all others.
+    This is so if the distance exceeds the noise, the usual distance and the changes between these neighbours, each
+    times a factor, and if most of it lies outside of the range of the samples before and after: at a jump of the
+    signal, samples lie within this range. At corners and beside gaps, these neighbours change more.
     """
-    y, places = samples.values, np.arange(len(samples))
-    start = np.clip(places - 2, 0, len(y) - 5)
-    five = np.lib.stride_tricks.sliding_window_view(y, 5)[start]
-    own = places - start
-    bend = np.abs(five @ _FOURTH) / _FOURTH[2]
-    off = bend * np.abs(_FOURTH[2] / _FOURTH[own])
-    changes = np.max(np.abs(np.diff(five[np.arange(5) != own[:, None]].reshape(-1, 4))), axis=1)
-    spacings = np.diff(samples.times)  # the first and the last sample may lie farther off if they lie beyond a gap
-    changes[[0, -1]] *= np.maximum(spacings[[0, -1]] / np.median(spacings), 1.0) ** 2
-    low, high = np.sort([y[:-2], y[2:]], axis=0)
-    low, high = np.hstack([y[1:].min(), low, y[:-1].min()]), np.hstack([y[1:].max(), high, y[:-1].max()])
+    y, noise = samples.values, noise_std * samples.relative_noise
+    off = np.abs(y[2:-2] - (4 * (y[1:-3] + y[3:-1]) - y[:-4] - y[4:]) / 6)
+    usual = float(np.median(off)) / _NORMAL
+    low, high = np.sort([y[1:-3], y[3:-1]], axis=0)
+    beyond = np.maximum(y[2:-2] - high, low - y[2:-2])
     # In a signal that is mostly constant, no sample counts as far off: single other values may be intended.
-    usual = _TIMES_USUAL * float(np.median(bend)) / _NORMAL or np.inf
-    is_far = bend > np.maximum(usual, _TIMES_NOISE * noise_std * samples.relative_noise)
-    return np.asarray(is_far & (off > _TIMES_CHANGES * changes) & (np.maximum(y - high, low - y) > _BESIDE * off))
+    is_far = off > np.maximum(_TIMES_USUAL * usual or np.inf, _TIMES_NOISE * noise[2:-2])
+    changes = np.max(np.abs([y[1:-3] - y[:-4], y[3:-1] - y[1:-3], y[4:] - y[3:-1]]), axis=0)
+    return np.asarray(is_far & (off > _TIMES_CHANGES * changes) & (beyond > _BESIDE * off))
 
 
 def _of_turns(name: str, samples: Samples) -> Iterator[str]:
