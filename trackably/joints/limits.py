@@ -221,7 +221,12 @@ def _of_urdf(path: Path) -> dict[str, Any]:
         velocity[name] = _number(said, "velocity", name) if limit is not None else None
     if not position:
         raise ValueError("expected a revolute, continuous or prismatic joint that mimics no other one, got none")
-    return {"position": position, "velocity": velocity, "continuous": [n for n, of in position.items() if of is None]}
+    return {
+        "names": [*position],
+        "position": position,
+        "velocity": velocity,
+        "continuous": [n for n, of in position.items() if of is None],
+    }
 
 
 def _number(said: Mapping[str, str], field: str, joint: str, default: float | None = None) -> float:

@@ -93,7 +93,7 @@ def shorten(value: object) -> str:
     return text if len(text) <= 80 else f"{text[:79]}…"
 
 
-_ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?([Z+-].*)?)?", re.ASCII)
+_ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?( ?[Z+-].*)?)?", re.ASCII)
 """Stamps for fromisoformat, which accepts any character between date and time, too, and fractions of a minute."""
 _SPACE, _FRACTION = re.compile(" (?=[Z+-])"), re.compile("%S[.,]%f")  # before a zone; in a format
 _EPOCH_UTC = datetime(1970, 1, 1, tzinfo=UTC)
@@ -203,8 +203,8 @@ class DateTimes:
             for form in self._formats:
                 with suppress(ValueError):
                     return datetime.strptime(text, form)
-        elif _ISO.fullmatch(text := _SPACE.sub("", text.replace("UTC", "Z"))):
-            return datetime.fromisoformat(text)
+        elif _ISO.fullmatch(text := text.replace("UTC", "Z")):
+            return datetime.fromisoformat(_SPACE.sub("", text))
         raise ValueError
 
 

@@ -33,6 +33,7 @@ from trackably.recordings.clocks import EXACT, NANOSECOND, RECORDED, Clock, Orig
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
+    LARGEST,
     Column,
     Reading,
     Table,
@@ -144,7 +145,6 @@ def _leaves(node: object, path: str, depth: int) -> Iterator[str]:
 
 Decode = Callable[[bytes], object]
 
-_LARGEST = 400_000_000  # bytes of all messages that are kept: few kilobytes can unpack to gigabytes
 _CHUNK = 100_000_000  # bytes: larger chunks are refused; recorders write a few million bytes, or a single message
 _MESSAGE = 200  # bytes of a message in memory, in addition to its data
 _START = 512  # bytes that tell what kind of file it is
@@ -195,9 +195,9 @@ def read_messages(path: Path, topics: Collection[str]) -> dict[str, list[Receive
                 if (topic := channels[number].topic) in messages:
                     messages[topic].append(record)
                     kept += _MESSAGE + len(record.data)
-                    if kept > _LARGEST:
+                    if kept > LARGEST:
                         raise InputError(
-                            f"{path}: messages on {', '.join(messages)} take more than {_LARGEST} bytes: split the file"
+                            f"{path}: messages on {', '.join(messages)} take more than {LARGEST} bytes: split the file"
                         )
     listed = ", ".join(sorted(_describe(c, schemas.get(c.schema_id), counts[i]) for i, c in channels.items()))
     for topic, received in messages.items():

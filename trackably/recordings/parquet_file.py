@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from trackably.errors import InputError
 from trackably.extras import optional
@@ -11,7 +12,7 @@ from trackably.files import path_of
 from trackably.recordings.clocks import Clock, Origin
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Column, Reading, Table, is_none, recording_of
+from trackably.recordings.tables import LARGEST, Column, Reading, Table, is_none, recording_of
 
 
 def read_parquet(
@@ -66,6 +67,8 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         if missing := [name for name in wanted if name not in schema.names]:
             listed = ", ".join(map(repr, schema.names))
             raise InputError(f"{path}: there is no column {missing[0]!r}; there are {listed}")
+        if _size(parquet.read_metadata(path), wanted) > LARGEST:
+            raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes: split the file")
         table = parquet.read_table(path, columns=list(wanted))
     except (ArrowException, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({error})") from error
@@ -81,3 +84,11 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column
         columns[name] = [None if is_none(cell) else cell for cell in cells.to_pylist()]
     return Table(str(path), [f"row {row}" for row in range(1, table.num_rows + 1)], columns)
+
+
+def _size(metadata: Any, wanted: Sequence[str]) -> int:
+    """Return the unpacked size of these columns in bytes: as stored, plus 8 for each cell."""
+    groups = (metadata.row_group(i) for i in range(metadata.num_row_groups))
+    parts = (group.column(j) for group in groups for j in range(group.num_columns))
+    stored = sum(part.total_uncompressed_size for part in parts if part.path_in_schema.split(".")[0] in wanted)
+    return int(stored + 8 * metadata.num_rows * len(wanted))

@@ -32,6 +32,9 @@ from trackably.recordings.rows import (
 
 MCAP = b"\x89MCAP"
 
+LARGEST = 400_000_000
+"""Largest unpacked size of a file, or of the data kept from it, in bytes: few kilobytes can unpack to gigabytes."""
+
 _SAVE = "save it as CSV"
 _CONVERT = "`mcap convert` of the MCAP project makes an MCAP file of it"
 _KINDS = (
