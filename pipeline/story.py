@@ -79,6 +79,13 @@ def told_of_edges(fitted: Fitted) -> Told:
     return Told("\n".join([*found, "", "A wider interval may lead to other hyperparameters there."]))
 
 
+def told_of_centres(results: Results) -> Told:
+    """Say how many kernel centres represent the samples of each name, where they are fewer than the samples."""
+    fewer = _read(results.metrics)[UNCONSTRAINED].get("condensed", {})
+    said = (f"`{name}`: {of['centres']} centres represent {of['samples']} samples." for name, of in fewer.items())
+    return Told.points(said) if fewer else Told("Each sample is a kernel centre.")
+
+
 def told_of_proofs(results: Results) -> Told:
     """Say for each method what is proved about its reference, what refutes it, or what a proof lacks."""
     return Told.points(f"`{name}`: {found['proof']}" for name, found in _read(results.metrics).items())

@@ -11,6 +11,7 @@ from pipeline.story import (
     printed_by_coq,
     table_of_disturbances,
     table_of_room,
+    told_of_centres,
     told_of_proofs,
     told_of_theorems,
     told_of_unconstrained,
@@ -50,6 +51,17 @@ def test_what_a_theorem_leaves_out_is_told() -> None:
     sentence = told_of_theorems(RESULTS["hand"])
     assert "but for evaluation in float64, distances from true signals and plants that differ from their" in sentence
     assert "but for evaluation in float64, is a theorem" in told_of_theorems(RESULTS["example1"])
+
+
+def test_fewer_centres_than_samples_are_told(tmp_path: Path) -> None:
+    results = Results("mine", tmp_path)
+    results.metrics.parent.mkdir(parents=True)
+    for found, said in (
+        ({}, "Each sample"),
+        ({"x": {"samples": 900, "centres": 28}}, "- `x`: 28 centres represent 900"),
+    ):
+        results.metrics.write_text(json.dumps({"unconstrained": {"condensed": found} if found else {}}))
+        assert told_of_centres(results).startswith(said)
 
 
 @BY_NAME
