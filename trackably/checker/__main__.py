@@ -23,7 +23,7 @@ _USAGE = f"usage: python -m trackably.checker [--seconds N] [--exact] FILE\n\n{_
 
 
 def main(arguments: list[str]) -> int:
-    """Print what the file proves, or why it proves nothing, and return the exit code."""
+    """Check the named file, print what it proves or why it proves nothing, and return the exit code."""
     exact, arguments = "--exact" in arguments, [argument for argument in arguments if argument != "--exact"]
     match arguments:
         case ["-h" | "--help"]:

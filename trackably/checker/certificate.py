@@ -126,7 +126,7 @@ class Measured:
 
     @cached_property
     def places(self) -> list[Place]:
-        """Each measurement as a place."""
+        """Time [s], value and largest error of each measurement."""
         return [(Fraction(t), Fraction(y), Fraction(self.noise)) for t, y in zip(self.times, self.values, strict=True)]
 
 

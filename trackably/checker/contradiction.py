@@ -83,9 +83,10 @@ class Value:
 
 @dataclass(frozen=True)
 class Multipliers:
-    """The multipliers of rows at step k, states[k][i] and inputs[k][i], and of given values, values[i].
+    """Farkas' multipliers of the bounds of states and inputs at each step, and of the given values.
 
-    Row i is that of the state set for `states`, and that of the input set for `inputs`.
+    At step k, states[k][i] is that of row i of the state set, and inputs[k][i] that of row i of the input set. Given
+    value i has the multiplier values[i].
     """
 
     states: ByStep
@@ -122,7 +123,7 @@ read_contradiction = file_of("contradiction", VERSION, reader_of(Contradiction))
 
 
 def check_contradiction(of: Contradiction) -> None:
-    """Raise FailedStepError unless the contradiction is shown."""
+    """Raise FailedStepError unless bounds and given values are shown to contradict each other."""
     system, proof = of.plant.system, of.proof
     check_plant(of.plant)
     named_ones: list[Value | Gap] = [*of.values, *([proof] if isinstance(proof, Gap) else [])]
@@ -224,8 +225,10 @@ def _factors(
 ) -> tuple[list[int], list[list[int]], int, int]:
     """Return p_0, e_k + Bᵀ p_(k+1) for each step k, and Σ_k p_(k+1) c, as integers, and their common denominator.
 
-    The symbols are those of the module's proof. `columns` are those of A, those of B, and c, all times q, which makes
-    them integers. `N` is the number of steps, and `rows` are the inequalities with their multipliers.
+    With the dynamics, the sum of all inequalities times their multipliers is a sum over x_0 and u_k plus a constant.
+    These three are the factors of x_0, those of u_k, and the constant, in the symbols of the module's proof. `columns`
+    are those of A, those of B, and c, all times q, which makes them integers. `N` is the number of steps, and `rows`
+    are the inequalities with their multipliers.
     """
     used, (*of_both, c) = [row for row in rows if row.multiplier], columns
     D = common_denominator(row.multiplier * r for row in used for r in row.row)
@@ -247,7 +250,7 @@ def _factors(
 
 
 def _at_start(row: Sequence[Fraction], k: int, columns: Sequence[Sequence[Fraction]]) -> Sequence[Fraction]:
-    """Return row · Aᵏ, for A by its columns: the factors of the state at step 0 in a row of states at step k."""
+    """Return row · Aᵏ, the factors of the state at step 0 in row · (state at step k); A is given by its `columns`."""
     for _ in range(k):
         row = [exact_dot(row, column) for column in columns]
     return row
@@ -256,7 +259,7 @@ def _at_start(row: Sequence[Fraction], k: int, columns: Sequence[Sequence[Fracti
 def _cancelling(
     vector: Sequence[int], rows: Sequence[_Weighted], lines: Sequence[Sequence[Fraction]], what: str
 ) -> list[_Weighted]:
-    """Return rows with multipliers ν_i for which Σ_i ν_i lines[i] = −vector.
+    """Return those `rows` that are needed, with new multipliers ν_i, for which Σ_i ν_i lines[i] = −vector.
 
     Raise FailedStepError, which says `what` the vector is a factor of, if there are no such multipliers.
     """
@@ -290,8 +293,8 @@ def _check_gap(of: Contradiction, system: NonlinearSystem, gap: Gap) -> None:
 def wanted_boxes(of: Contradiction, system: NonlinearSystem) -> Iterator[dict[str, tuple[Real, Real]]]:
     """Yield, for each step, the lower and the upper end of each state and input that can be bounded, by name.
 
-    The ends follow from bounds, given values and the box of the step before. Stop after the first step at which a lower
-    end exceeds the upper end.
+    The ends follow from bounds, given values, and f of all values between the ends at the step before. Stop after the
+    first step at which a lower end exceeds the upper end.
     """
     bounds = [
         (names_of[j], ratio(low).a, ratio(high).b)

@@ -211,9 +211,9 @@ class Errors:
 
     @cached_property
     def whole(self) -> list[tuple[int, list[list[int]]]]:
-        """Integers over common denominators: q and q (A + B K), d and d W, b and b p.
+        """Three pairs of a common denominator and integers: q and q (A + B K), d and d W, b and b p.
 
-        W stands for the vectors of the `disturbance`, and p is the only row, the sizes of P.
+        W stands for the vectors of the `disturbance` as rows, and p, a single row, is the `box`.
         """
         A, B, K = ([[Fraction(v) for v in row] for row in of] for of in (self.A, self.B, self.K))
         columns = list(zip(*K, strict=True))
@@ -226,9 +226,10 @@ class Errors:
     def support(self, row: Sequence[Fraction]) -> tuple[int, int]:
         """Return the support function h_Z(row) = max {row · e : e ∈ Z}, as numerator and denominator.
 
-        It is Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), with W and P as in `Robust`. Both sums are
-        evaluated by Horner's rule in 1/q. Common factors are not cancelled, because this would take far longer than
-        everything else: the sums have as many digits as the last power.
+        It is Σ_{i<N} h_W(row A_Kⁱ) + (1 − α)⁻¹ Σ_{i<s} h_P(row A_Kᴺ⁺ⁱ), with the symbols of `Robust`. Both sums are
+        evaluated by Horner's rule in 1/q, where q is the common denominator of A_K = A + B K. Common factors are not
+        cancelled, because this would take far longer than everything else: the sums have as many digits as the last
+        power.
         """
         N, s, left = self.head, self.terms, 1 - Fraction(self.contraction)
         ((q, _), (d, vectors), (b, (sizes,))), (r, (moved,)) = self.whole, in_whole_numbers([row])

@@ -197,7 +197,10 @@ class Values:
         return cosine, sine
 
     def reduce(self, value: Quotient) -> Quotient:
-        """Return a quotient with squares of atoms replaced; the last atom first, as it may contain earlier ones."""
+        """Return a quotient with the square of each atom replaced by the atom's `square`.
+
+        The last atom comes first, as it may contain earlier ones.
+        """
         for atom in reversed(self.atoms):
             if atom.square is not None:
                 above, below = (_without_squares(p, atom.number, atom.square) for p in (value.above, value.below))

@@ -158,7 +158,7 @@ def places(truth: TrueSignal) -> dict[int, Place]:
 
 
 def _measured(by: Measured | None, k: int) -> Place | None:
-    """Return the measurement with number k; None if there is none."""
+    """Return time, value and largest error of measurement k, counted from 0; None if there is none."""
     return by.places[k] if by and 0 <= k < len(by.places) else None
 
 

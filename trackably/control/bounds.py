@@ -33,8 +33,9 @@ class Scales(NamedTuple):
 
 
 def weight_in_widths(bounded: Polytope) -> Array:
-    """Return the weight (n, n) of a cost of errors relative to the widths of a set; errors in directions
-    without bounds count in the coordinates' own units.
+    """Return W (n, n), for which the cost eᵀ W e sums the squares of errors relative to the widths of the set's rows.
+
+    Errors in directions without bounds count in the coordinates' own units.
     """
     rows = bounded.rows / bounded.widths[:, None]
     free = np.eye(bounded.dimension) - np.linalg.pinv(rows) @ rows

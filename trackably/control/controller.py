@@ -121,10 +121,11 @@ def _first_admissible(input_set: Polytope, inputs: Iterable[Array]) -> Array:
 
 
 def _require_weight(name: str, given: ArrayLike | None, bounded: Polytope, least: float, kind: str) -> Array:
-    """Return a weight of the cost, by default that of errors relative to the widths of the set.
+    """Return the weight matrix `given` of the cost; for None, that of errors relative to the widths of the set.
 
-    ValueError: it is not symmetric, or not positive `kind`. Its smallest eigenvalue is at least `least` times the
-    largest, after the coordinates are scaled to a diagonal of ones, so that units do not matter.
+    ValueError: it is not symmetric, or not positive `kind`, which is "definite" or "semidefinite". This is decided by
+    its smallest eigenvalue, which has to be at least `least` times the largest, after the coordinates are scaled to a
+    diagonal of ones, so that units do not matter.
     """
     n = bounded.dimension
     weight = array(f"controller: {name}", weight_in_widths(bounded) if given is None else given, n, n)

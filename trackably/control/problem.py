@@ -49,7 +49,7 @@ class Formulation:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the same error model holds along every trajectory."""
+        """Whether the system is linear, so that its linearisation is the same along every trajectory."""
         return isinstance(self.plant.system, LinearSystem)
 
     @property
@@ -81,12 +81,12 @@ class Formulation:
 
     @cached_property
     def units(self) -> Array:
-        """The unit of each entry of z."""
+        """The unit of each entry of the scaled errors z."""
         x, u, _ = self.scales
         return np.concatenate([np.tile(x, self.horizon + 1), np.tile(u, self.horizon)])
 
     def errors(self, trajectory: Window, window: Window) -> Array:
-        """Return the scaled errors z of a trajectory."""
+        """Return the scaled errors z of a trajectory from the reference's `window`."""
         x, u = (a - b for a, b in zip(trajectory, window, strict=True))
         return np.concatenate([x.ravel(), u.ravel()]) / self.units
 
@@ -97,22 +97,22 @@ class Formulation:
 
     @cached_property
     def weights(self) -> Array:
-        """The matrix M of the cost V = zᵀ M z, divided by its scale; e(N) has no cost."""
+        """The matrix M for which zᵀ M z is the cost of scaled errors z, in the cost's unit (`scales`)."""
         N, units = self.horizon, self.units
         weights = scipy.linalg.block_diag(np.kron(np.diag(np.arange(N + 1) < N), self.Q), np.kron(np.eye(N), self.R))
         return weights * units[:, None] * units / self.scales.cost
 
     @cached_property
     def bounds(self) -> Array:
-        """The matrix that maps z to the amounts by which it lowers the slacks of the reference."""
+        """The matrix that maps scaled errors z to the amounts by which they lower the reference's slacks."""
         N, (x, u, _) = self.horizon, self.scales
         of_states = np.kron(np.eye(N + 1)[self.first_bounded :], rows_in_widths(self.plant.state_set, x))
         return scipy.linalg.block_diag(of_states, np.kron(np.eye(N), rows_in_widths(self.plant.input_set, u)))
 
     def tightest(self, slack: Array) -> tuple[int, int]:
-        """Return how many steps ahead the smallest slack is, and the index of its quantity: a row of X, then of U.
+        """Return how many steps ahead the smallest of a trajectory's slacks is, and the index of its row.
 
-        Of equal slacks the earliest counts.
+        The index counts the rows of the state set, then those of the input set. Of equal slacks the earliest counts.
         """
         r, s, N = len(self.plant.state_set.rows), len(self.plant.input_set.rows), self.horizon
         of_steps = [(range(r), i) for i in range(self.first_bounded, N + 1)] + [(range(r, r + s), i) for i in range(N)]
@@ -150,12 +150,15 @@ class StepProblem:
 
     @cached_property
     def programs(self) -> StepPrograms:
-        """The programs in the errors z from the reference."""
+        """The convex programs of this step, whose variables are the scaled errors from the reference."""
         return self.formulation.anywhere if self.formulation.is_linear else self.formulation.programs(self.nominal)
 
     @cached_property
     def defects(self) -> Array:
-        """The defects (N n,) of the model. Raises ArithmeticError if the system is undefined along `nominal`."""
+        """The terms d (N n,) in the model e(i+1) = A_i e(i) + B_i v(i) + d_i of scaled errors, step by step.
+
+        Raises ArithmeticError if the system is undefined along `nominal`.
+        """
         f = self.formulation
         found = f.defects(self.nominal).ravel() - self.programs.dynamics @ f.errors(self.nominal, self.window)
         if not np.all(np.isfinite(found)):  # an entry of the model that is not finite makes a defect not finite, too
@@ -179,7 +182,7 @@ class StepProblem:
 
     @cached_property
     def slack(self) -> Array:
-        """The slacks that the reference leaves for errors; negative for a violated bound.
+        """The slacks of the reference: its distances to all bounds, relative to their widths; negative if violated.
 
         Bounds that move in time (of linear systems only) are evaluated at the steps k, …, k + N.
         """
@@ -189,7 +192,7 @@ class StepProblem:
         return np.append(of_states, slacks(plant.input_set, self.window.inputs, times[:-1]))
 
     def without_bounds(self) -> Plan | None:
-        """Return the optimum without bounds, if it satisfies them.
+        """Return the plan that is optimal without bounds; None if it violates one.
 
         If plans may start off the measured state, it is the reference itself, as long as the state is in the tube
         around it; None outside of the tube. So most steps in the tube need no quadratic program.

@@ -145,8 +145,9 @@ class StepPrograms:
         return self._program(2 * self._end.T @ self._end, ends=False)
 
     def _program(self, P: Array, ends: bool = True, widens: bool = False) -> Program:
-        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v), where p is that of the `ErrorSet`.
+        """Return a program in (e, v, p, t) with the cost ½ xᵀ `P` x of x = (e, v).
 
+        The numbers p describe the error between the measured state and the plan's start, as in `ErrorSet`.
         If the program `ends` plans, e(N) is given. If it `widens` the sets, the number t is added to the cost, and
         each bound moves out by t times its width; otherwise there is no t.
         """
@@ -166,6 +167,6 @@ class StepPrograms:
 
     @property
     def _end(self) -> Array:
-        """The matrix that maps z to e(N)."""
+        """The matrix that maps z = (e(0), …, e(N), v(0), …, v(N − 1)) to the last error e(N)."""
         N, n, _ = self.B.shape
         return np.eye(len(self.weights))[N * n : (N + 1) * n]

@@ -47,9 +47,10 @@ def boxes_left(
 
 
 def stay_inside(found: Floats, q: Quantity, boxes: Sequence[Box]) -> Mask:
-    """Return in which of B boxes the polynomials `found` of q on [−1, 1], (n, B), certainly stay inside its bounds.
+    """Return in which of B boxes a quantity q certainly stays inside its bounds.
 
-    They are compared with each polynomial that an end of a bound has in a box.
+    Column b of `found`, (n, B), has the coefficients in x ∈ [−1, 1] of the polynomial that encloses q in box b. It is
+    compared with each polynomial that an end of a bound has there.
     """
     n, shown = len(found.low), np.ones(len(boxes), dtype=bool)
     for limit, is_lower in ((q.lower, True), (q.upper, False)):
@@ -77,7 +78,7 @@ def nowhere_negative(polynomials: Floats) -> Mask:
 
 
 def _intervals(of: Floats) -> list[Real]:
-    """Return finite intervals, (n,), in the arithmetic of mpmath."""
+    """Return finite float64 intervals, of shape (n,), as intervals of mpmath."""
     return [*map(between, of.low.tolist(), of.high.tolist())]
 
 

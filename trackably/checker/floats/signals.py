@@ -184,7 +184,7 @@ class ManyCentres:
         return found + self._outside(boxes, first, stop, n) if isinstance(self.kernel, Matern) else found
 
     def passed(self, times: Array, boxes: Boxes, side: Literal["left", "right"]) -> Indices:
-        """Return how many centres are before time + s, for a time of each box; for "right", also those that equal it.
+        """Return for each box how many centres are before times[b] + shifts[b], or for "right" not after it.
 
         This is exact: float64 intervals decide, and rational arithmetic where a centre is too near to the time.
         """
