@@ -182,7 +182,10 @@ def _size(subject: Subject, start: Fraction, end: Fraction, bound: Bound) -> Fra
 
 
 def _largest(of: Parts, start: Fraction, end: Fraction) -> Fraction:
-    """Over-estimate the absolute value of a sum from `start` to `end` [s], by the |coefficients| in each cell."""
+    """Over-estimate the absolute value of a weighted sum of signals from `start` to `end` [s].
+
+    The over-estimate is the sum of the |coefficients| of its polynomial, the largest of all cells between breakpoints.
+    """
     unit, cells = in_cells([of], start, end)
     return Fraction(max(sum(map(abs, polynomial)) for (polynomial,) in cells), unit)
 

@@ -65,7 +65,7 @@ class BrokenPart:
 
 @dataclass(frozen=True)
 class RefutedTable(Table):
-    """A table, and what it breaks."""
+    """A table, with the bound or the dynamics that it breaks: `at` says which, at which step, and by how much."""
 
     at: BrokenPart
 
