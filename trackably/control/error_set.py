@@ -96,7 +96,7 @@ class ErrorSet:
 
     @cached_property
     def _extents(self) -> Array:
-        """The width of Z along each axis (n,); 1 if it is zero."""
+        """The width of the set along each axis (n,); 1 where it is zero."""
         axes = np.eye(len(self.centre))
         reach = self.support(axes) + self.support(-axes)
         return np.where(reach > 0, reach, 1.0)

@@ -63,7 +63,7 @@ class Formulation:
         return (successors - trajectory.states[1:]) / self.scales.states
 
     def programs(self, nominal: Window) -> StepPrograms:
-        """Return the programs with the system linearised along a trajectory."""
+        """Return the convex programs of a step, with the system linearised along the trajectory `nominal`."""
         (A, B), (x, u, _) = self.plant.system.slopes(nominal.states[:-1], nominal.inputs), self.scales
         start = replace(self.start_set, centre=self.start_set.centre / x, directions=self.start_set.directions / x)
         return StepPrograms(A * x / x[:, None], B * u / x[:, None], self.weights, self.bounds, start)
