@@ -33,13 +33,13 @@ _A_LINE = 4  # numbers in a line
 
 
 def number(value: float) -> str:
-    """Return a float64 as an exact literal, in parentheses if negative."""
+    """Return a float64 as an exact literal in C, in parentheses if negative."""
     text = float(value).hex()
     return f"({text})" if text.startswith("-") else text
 
 
 def array(name: str, values: Iterable[float]) -> str:
-    """Return the definition of a constant array of doubles."""
+    """Return the definition of a constant array of doubles in C."""
     literals = [float(value).hex() for value in values]
     rows = "".join(f"    {', '.join(literals[i : i + _A_LINE])},\n" for i in range(0, len(literals), _A_LINE))
     return f"static const double {name}[{len(literals)}] = {{\n{rows}}};\n"
@@ -118,7 +118,10 @@ static inline double NAME(double t)
 
 
 def kernel_sum_function(signal: KernelSum, name: str) -> str:
-    """Return `static inline double name(double t)`, preceded by the arrays and functions that it needs."""
+    """Return the C function `static inline double name(double t)`, which evaluates a signal at t [s].
+
+    The arrays and functions that it needs precede it.
+    """
     arrays = array(f"{name}_centres", signal.centres.tolist()) + array(f"{name}_weights", signal.weights.tolist())
     size, mean = signal.weights.size, number(signal.mean)
     function = _filled(_KERNEL_SUM, NAME=name, COUNT=size, MEAN=mean)
@@ -393,7 +396,7 @@ _HEAD = """\
 
 
 def header(proved: Proved, name: str) -> str:
-    """Return the text of a header whose names begin with `name`. Raises as `ProvedReference.to_c`."""
+    """Return a reference as the text of a C header whose names begin with `name`. Raises as `ProvedReference.to_c`."""
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", text("to_c: name", name)):
         raise ValueError(f"to_c: name must be an identifier in C, such as axis, got {name!r}")
     plant = proved.reference.plant

@@ -45,7 +45,7 @@ _PADDING: Final = 0.12  # a panel shows this much beyond its bounds on either si
 
 
 def with_style(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Draw with the project's style, independently of the session's style, and fix the layout."""
+    """Return `draw` as a function that uses the project's style, whatever the session's style, and fixes the layout."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:

@@ -147,7 +147,7 @@ def html(proved: Proved) -> str:
 
 
 def _row(quantity: Quantity, times: Array, signals: Signals) -> str:
-    """Return the row of a bounded quantity: its bounds, its extreme values, and its least margin, at some times [s]."""
+    """Return a table's row in HTML: a quantity's bounds, and its extreme values and least margin at `times` [s]."""
     values = quantity(signals, times)
     margins = quantity.bounds.margin(values, times)
     nearest = int(np.argmin(margins))
