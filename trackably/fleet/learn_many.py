@@ -177,9 +177,10 @@ _LOOKED_EVERY = 0.5  # seconds between a worker's checks that its parent process
 def answers(
     sources: Iterable[Source], request: Request, where: FleetFolder, workers: int
 ) -> Generator[Row, None, None]:
-    """Yield rows as they are ready, in any order. MissingExtra: joblib is not installed.
+    """Learn from all sources in parallel `workers` (processes), and yield the rows of the results as they are ready.
 
-    When the iterator is closed, remaining work is cancelled. A row does not depend on the worker that computes it.
+    They come in any order. When the iterator is closed, remaining work is cancelled. A row does not depend on the
+    worker that computes it. MissingExtra: joblib is not installed.
     """
     if workers == 1:
         yield from (answer(source, request, where) for source in sources)
