@@ -96,7 +96,7 @@ def waves_at(times: Array, period: float, count: int) -> Array:
 
 
 class Waves(NamedTuple):
-    """`scaled` ϱ⁻¹ Φ (n, m), and its `products` Φᵀ ϱ⁻² Φ (m, m).
+    """m cosines and sines at n samples: `scaled` ϱ⁻¹ Φ (n, m), and its `products` Φᵀ ϱ⁻² Φ (m, m).
 
     The columns of Φ are 1, cos ω₁t, sin ω₁t, cos ω₂t, … with ω_k = 2πk/P and t from the middle of the samples, as a
     stencil measures them. The noise of sample i has the standard deviation ϱ_i σ_n; ϱ is diagonal. `moved` is
