@@ -57,7 +57,7 @@ class IndexSet(ABC):
 
 
 class SeveralTimes(IndexSet):
-    """A set whose places are rows of several times [s], for quantities that depend on signals at all of these."""
+    """A set whose members, called places, are rows of several times [s], for quantities that depend on all of these."""
 
     @abstractmethod
     def value_and_gradient(self, posterior: JointPosterior, places: Array) -> tuple[Array, Array]:
@@ -88,7 +88,10 @@ class Steps(IndexSet):
         return [(times[are], of[are]) for are, of in zip(_are_minima(values), values, strict=True)]
 
     def _lowest_beside(self, margins: Quantities, q: int, at: Array) -> TimesAndMargins:
-        """Return, for each time, the lowest margin q at the nearest step and at its two neighbours."""
+        """Return the margin with the index `q` at the steps nearest to the times `at` [s], and these steps' times [s].
+
+        Of each nearest step and its two neighbours, the one with the lowest margin is taken.
+        """
         beside = self.nearest(np.clip(at + self.sampling_time * AROUND, *self.ends))
         values = margins.margins_of(np.full(len(at), q), beside)
         lowest, every = np.argmin(values, axis=0), np.arange(len(at))

@@ -173,7 +173,7 @@ class Solution:
 
     @property
     def is_rough(self) -> bool:
-        """Whether a function with kinks has so many active bounds that a proof needs slack between them."""
+        """Whether signals with kinks have so many active bounds, over 100, that a proof needs slack between them."""
         return len(self.active_bounds) > MANY_CONTACTS and not all(signal.kernel.is_analytic for signal in self.signals)
 
     @property

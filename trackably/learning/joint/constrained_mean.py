@@ -114,12 +114,15 @@ class ConstrainedMean:
 
     @property
     def rise(self) -> float:
-        """dD/dε to first order if all bounds move inwards by ε times their width."""
+        """The derivative of the price D by ε, if all bounds move inwards by ε times their width."""
         moved = ~self.demanded.is_equation
         return float(2 * np.abs(self.multipliers[moved]) @ self.demanded.widths[moved])
 
     def price_gradient(self) -> Array:
-        """Return ∂D/∂ln θ, shape (p,), for fixed multipliers and linearised formulas (envelope theorem)."""
+        """Return the derivatives of the price D by the learned ln θ, shape (p,).
+
+        By the envelope theorem, they are those for fixed multipliers and linearised formulas.
+        """
         return self.given.price_gradient(self.multipliers)
 
 
@@ -184,8 +187,8 @@ class WorkingSet:
     """The `demanded` limits of r rows (linear functionals), and flags (r,) of the rows that are `chosen` so far.
 
     Only chosen rows are in the programs. The set of chosen rows only grows, so that J stays smooth near a minimum. The
-    search for active rows starts at the active rows of the last function. A system of many rows takes all rows: there,
-    the chosen ones are the active rows of the last function.
+    search for active rows starts at the active rows of the last function. If equations of many rows are solved by a
+    `RowSystem`, all rows are in the program; the chosen ones are then the active rows of the last function.
     """
 
     demanded: Demands

@@ -132,14 +132,14 @@ def exchange_bounds(
 
 
 def _to_impose(problem: ConstrainedProblem, tolerance: float) -> tuple[list[float], list[Array]]:
-    """Return, for each constraint, the margin below which its bounds are imposed, and regular times to examine [s].
+    """Return, for each constraint, the margin below which the next program imposes it, and regular times to examine.
 
-    Margins are parts of a width. They are compared at local minima and, if there are regular times, at these too. A
-    smooth function touches its bounds at single times; formulas have regular times of their own (`with_regular`). A
-    function with kinks may be on a bound along whole stretches: there, bounds are imposed wherever the margin is below
-    0.9 of the back-off that programs demand. A search of hyperparameters with a `tolerance` has a fifth of the regular
-    times, and leaves out those violated by less than half of it: otherwise, its programs have two to three times as
-    many rows.
+    Margins are parts of a bound's width, at local minima and, if there are any, at regular times [s], equally spaced
+    ones. For smooth functions, which touch their bounds at single times, and for nonlinear formulas, there are none. A
+    function with kinks may be on a bound for a while: its bounds are imposed where the margin is below 0.9 of the
+    back-off. If hyperparameters are learned with a `tolerance`, there is a fifth of the regular times, and bounds are
+    imposed where they are violated by over half of the tolerance: otherwise, programs have two to three times as many
+    rows.
     """
     if is_smooth(problem) or not is_linear(problem):
         return [_CLOSE for _ in problem.constraints], []

@@ -221,7 +221,10 @@ class MarginScan:
         return [(at, margins / constraint.quantity.bounds.width) for constraint, at, margins in pairs]
 
     def places(self, found: Minima, below: Sequence[float]) -> Places:
-        """Return the times with a margin `below` that of their constraint, and the sides of the nearer bounds."""
+        """Return the times among `found` at which margins are below the limit `below` of their constraint.
+
+        Each comes with the side of the nearer bound.
+        """
         chosen = []
         for constraint, (at, margins), least in zip(self.constraints, found, below, strict=True):
             times = at[np.isfinite(margins) & (margins < least)]

@@ -118,7 +118,7 @@ class JointProgram:
 
     @property
     def met(self) -> Places:
-        """The places (times and sides) of the rows that are `chosen` after the last evaluation (see `WorkingSet`)."""
+        """Those of the `places` (times and sides) whose bounds were active or violated in evaluations so far."""
         return select(self.places, self._working.chosen)
 
     @cached_property
@@ -152,7 +152,7 @@ class Point:
 
     @property
     def evaluation(self) -> sqp.Evaluation:
-        """J and its gradient by ln θ (envelope theorem), as those of a program that imposes the bounds met here."""
+        """J = l + D at this point and its gradient by ln θ (envelope theorem), without any constraint."""
         return _unconstrained(self.objective, self.slope + self.function.mean.price_gradient())
 
     @property
@@ -450,11 +450,11 @@ class JointSearch:
         ceiling: float = np.inf,
         rounds: int = MAX_ROUNDS,
     ) -> Point | None:
-        """Return the point at ln θ; None if it cannot be evaluated in float64.
+        """Return l and the function that an exchange finds at ln θ = `log_theta`.
 
-        The exchange begins with bounds at these `places` (times and sides) and with the signals `near`. It ends after
-        this number of `rounds`, when violations are below the `tolerance` (a part of a width), or when J exceeds the
-        `ceiling`.
+        None if l cannot be evaluated in float64, or no function is found. The exchange begins with bounds at these
+        `places` (times and sides) and with the signals `near`. It ends after this number of `rounds`, when violations
+        are below the `tolerance` (a part of a width), or when J exceeds the `ceiling`.
         """
         posterior = self.problem.posterior(log_theta)
         try:
