@@ -168,7 +168,7 @@ class Reading:
 
     @cached_property
     def clock(self) -> Clock:
-        """The clock of the times."""
+        """The clock that converts time stamps to seconds."""
         return clock_named(self.unit)
 
     @cached_property
