@@ -43,11 +43,10 @@ _MOST_UNKNOWNS = 2000
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """The constraints x_{k+1} = A x_k + B u_k + c, x_k ∈ X, u_k ∈ U and waypoints, at t = `start`
-    + k T_s for k < `count`.
+    """The dynamics and bounds of a plant, and required `values`, at the times `start` + k T_s [s] for k < `count`.
 
-    The vector of all unknowns is (x_0, u_0, x_1, u_1, …). Each of `rows` has a `lower` and an `upper` bound: first the
-    rows of X and of U at each step, then one row for each of the `values`.
+    The vector of all unknowns is (x_0, u_0, x_1, u_1, …). `rows` are those of the state set and of the input set at
+    each step, then one for each of the `values`; `ends` has the lower and the upper bound of each.
     """
 
     plant: ConstrainedSystem
@@ -57,7 +56,7 @@ class Steps:
 
     @property
     def rows(self) -> scipy.sparse.csr_array:
-        """The matrix of all r rows, a sparse array of shape (r, count · (n + m))."""
+        """The matrix that maps all unknowns to the r bounded sums, sparse, of shape (r, count · (n + m))."""
         X, U = self.plant.state_set.rows, self.plant.input_set.rows
         bounded = scipy.sparse.kron(scipy.sparse.eye_array(self.count), scipy.linalg.block_diag(X, U))
         names = self.plant.names
@@ -350,7 +349,11 @@ def _of_nonlinear(steps: Steps) -> Impossible | None:
 
 
 def _gap(steps: Steps, gap: Gap, missing: float) -> Impossible | None:
-    """Return the proof for a gap: `missing` is the distance of its bound or waypoint from the reachable states."""
+    """Return the contradiction that the checker accepts for a `gap`; None if it accepts none.
+
+    A gap names a step and a state or an input whose bound or waypoint excludes all reachable values; `missing` is the
+    distance between these.
+    """
     bounds = {name: extent(steps.plant, name, steps.start) for name in steps.plant.names}
     before = {(of.step, of.name): steps.text(of) for of in steps.values if of.step <= gap.step}
     bound = f"{gap.name} in {bounds[gap.name]} at t = {steps.time(gap.step):.6g} s"

@@ -286,7 +286,7 @@ def _of_units(
 
 
 def _reached_by_most(values: Array) -> float:
-    """Return the largest of `values` that most of them reach."""
+    """Return the largest of `values` for which more than half of them are at least as large."""
     return float(np.quantile(values, 1 - _MOST, method="lower"))
 
 

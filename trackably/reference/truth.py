@@ -149,7 +149,10 @@ def true_signals(
 def _sought(
     name: str, truth: object, samples: Mapping[str, Samples], plant: ConstrainedSystem, claim: Claim
 ) -> TrueSignal:
-    """Return what is to be proved of a state, in one cell; errors as for `true_signals`."""
+    """Return the claim about the distance of a state from its true signal, as one cell with all claimed times.
+
+    Its error, upper and lower bounds are still to be found. Errors as for `true_signals`.
+    """
     instance(f"truth of {name}", truth, Truth, "a Truth(noise=…, slope=… or second_derivative=…)")
     assert isinstance(truth, Truth), "instance has refused anything else"
     if not isinstance(plant.system, LinearSystem):
@@ -183,10 +186,10 @@ def _measure(samples: Samples, noise: float) -> Measured:
 
 
 def _points(known: TrueSignal) -> Array:
-    """Return points near which every signal passes, in the order of time: the samples and the derived points.
+    """Return the points near which every signal of the class passes: samples, and derived points (bounds at one time).
 
-    The rows of the result (4, P) are times [s], bounds of the distance, values and numbers. Of equal times, only the
-    one with the least distance is returned.
+    The rows of the result (4, P) are times [s] in increasing order, the largest distances of a signal from the values,
+    the values, and the numbers of the points. Of points at one time, only the one with the least distance is returned.
     """
     rows = [(float(t), float(noise), float(y), i) for i, (t, y, noise) in places(known).items()]
     points = np.array(sorted(rows))
@@ -380,14 +383,20 @@ def _edges(known: TrueSignal, count: int) -> Array:
 
 
 def _largest(gap: Model | None) -> float:
-    """Return an upper bound of a side's distance from the reference over a cell; infinite for an invalid side."""
+    """Return an upper bound of all values that the Taylor model `gap` encloses; infinite for None.
+
+    A gap is the distance between the reference and an upper or lower bound of the true signal, in one cell.
+    """
     if gap is None:
         return float("inf")
     return float(np.max(bernstein_of(stack(gap.coefficients, (1,))).high)) + float(gap.missed.b)
 
 
 def _of_plant(proved: TrueSignal, robust: Tightening, state: int) -> float:
-    """Return ε plus the largest deviation of the disturbed plant's state from that of the reference, rounded up."""
+    """Return a bound of the distance between the disturbed plant's state and its true signal, rounded up.
+
+    It is the `proved` error of the reference plus the largest distance of the plant's state from the reference.
+    """
     row = [Fraction(int(i == state)) for i in range(len(robust.given.system.states))]
     return float_above(Fraction(proved.error) + max(robust.taken_from("state", row)))
 
@@ -527,7 +536,10 @@ _FEWER = 100  # about this many cells, in which moving bounds are polynomials; m
 
 
 def _middle(sought: TrueSignal) -> TrueSignal:
-    """Return the sides U and D of a class in each cell (interval of time); the error is half their largest distance."""
+    """Return `sought` cut into cells (intervals of time), with upper and lower bounds of the true signal in each.
+
+    The error of a cell is half of the largest distance between the two bounds: that of a reference in their middle.
+    """
     found = _with_sides(sought, _FEWER, lambda t: np.mean(sides_at(sought, t.ravel()), axis=0).reshape(t.shape))
     high, low = _sides(found)
     apart = np.polynomial.polynomial.polyval(np.linspace(-1.0, 1.0, 65), (high - low).T)
@@ -535,7 +547,7 @@ def _middle(sought: TrueSignal) -> TrueSignal:
 
 
 def _sides(of: TrueSignal) -> Array:
-    """Return the upper side U and the lower side D in each cell, as quadratic polynomials of x ∈ [−1, 1].
+    """Return the upper and the lower bound of the true signal in each cell, as quadratic polynomials of x ∈ [−1, 1].
 
     Coefficients have shape (2, cells, 3), the constant ones first.
     """

@@ -150,10 +150,11 @@ def _enough(failure: Failure) -> float:
 def prove_waypoints(
     reference: Reference, pinned: Iterable[Waypoint], by_default: Collection[str]
 ) -> tuple[tuple[Waypoint, ...], tuple[Certificate, ...]]:
-    """Return the values that are proved of a reference, and a certificate for each time.
+    """Prove that a reference has the required values of the waypoints `pinned`, up to their tolerances.
 
-    Tolerances of names in `by_default` are widened up to `_MOST_OF_WIDTH` of the width of their bounds, if float64 does
-    not prove smaller ones. NotTrackableError: a value is not proved.
+    Return the waypoints with the tolerances and values that are proved, and a certificate for each. Tolerances of names
+    in `by_default` are widened up to a hundredth of the width of their bounds, if float64 does not prove smaller ones.
+    NotTrackableError: a value is not proved.
     """
     met, certificates = list[Waypoint](), list[Certificate]()
     for asked in pinned:
