@@ -102,10 +102,10 @@ def learn_proved(stream: Stream) -> Outcome | NoSolution:
 
 
 def _signals(stream: Stream, backoff: float) -> tuple[KernelSum, ...] | NoSolution:
-    """Learn window by window. Each window has a solution, because adding nothing keeps the bounds.
+    """Return the signals learned from all windows in turn, with bounds tightened by `backoff`, a part of their width.
 
-    The program of a rough function may need too many places (times at which it imposes a bound); then the window is
-    divided.
+    Each window has a solution, because adding nothing keeps the bounds. The program of a rough function may need too
+    many places (times at which it imposes a bound); then the window is divided. If that does not help, return why.
     """
     signals = tuple(KernelSum(part.kernel, part.mean, np.empty(0), np.empty(0)) for part in stream.prior.parts)
     shortest = _SHORTEST * stream.memory / _MEMORY
