@@ -53,7 +53,7 @@ class ConstrainedSystem:
 
     @property
     def sampling_time(self) -> float:
-        """T_s [s] of the system."""
+        """The sampling time T_s [s] of the system."""
         return self.system.sampling_time
 
     @property
@@ -156,7 +156,10 @@ class ConstrainedSystem:
         return self._quantities(self.allocation.attainable) if self.allocation else self.given_constraints
 
     def _quantities(self, of_inputs: list[BoundedRow]) -> tuple[Quantity, ...]:
-        """Return the rows of states, then those of inputs, each named after its row; equal names are numbered."""
+        """Return the bounded quantities: the rows of the state set, then the rows `of_inputs`, each with its bounds.
+
+        Each is named after its row, such as x+y; equal names are numbered.
+        """
         sides: tuple[tuple[Side, tuple[str, ...], list[BoundedRow]], ...] = (
             ("state", self.system.states, self.state_set.bounded_rows),
             ("input", self.system.inputs, of_inputs),

@@ -231,7 +231,7 @@ def _is_far_ahead(formula: Formula) -> bool:
 
 @dataclass(frozen=True)
 class _Shell:
-    """A part √a, exp a, log a or a/b of an equation, which determines the variable `name` in a or b.
+    """A `part` √a, exp a, log a or b/a of an equation, whose value determines the variable `name` in a.
 
     `outer` is the name of the variable that takes the place of the part.
     """
@@ -249,7 +249,7 @@ class _Shell:
 
     @property
     def inverse(self) -> Formula:
-        """The formula of the variable, in terms of `outer` = v: the solution of a = v², log v or exp v, or a = b v.
+        """The formula of the variable `name` for the part's value v, called `outer`: √a, exp a, log a or b/a = v.
 
         UnsolvableError: this equation is not affine in the variable.
         """
@@ -269,9 +269,11 @@ _VALUE = "="
 
 
 def _without_shells(formulas: Sequence[Formula], name: str) -> tuple[list[Formula], str, list[_Shell]]:
-    """Return formulas in which a variable takes the place of a part that holds `name`, and the parts, innermost first.
+    """Replace √a, exp a, log a or b/a, where a holds `name`, by a new variable, as long as this removes the name.
 
-    The variable is the name itself if it is in no such part, or in other parts too.
+    Such a part is a shell of the name; shells of a new variable are replaced likewise. Return the formulas after this,
+    the name of the last variable, and the shells, innermost first. If the name is in no shell, or also elsewhere,
+    nothing is replaced, and the variable is the name itself.
     """
 
     def is_shell(node: Formula) -> bool:

@@ -292,7 +292,7 @@ class PolynomialPieces:
         return value
 
     def _place(self, t: Array) -> tuple[npt.NDArray[np.intp], DoubleDouble]:
-        """Return the same as `_place_exactly` for a float64, which is compared with breakpoints without rounding."""
+        """Return the index i of the piece at float64 times t [s], and t − t_i exactly, as `_place_exactly` does."""
         ends = self.breakpoints
         if self.beyond == "rest":
             t = np.clip(t, ends[0], ends[-1])

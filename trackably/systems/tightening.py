@@ -144,7 +144,10 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
 
 
 def error_rows(plant: ConstrainedSystem, K: Array) -> Array:
-    """Return the rows (r, n) of all bounds as functions of the state's error e, states first; inputs change by K e."""
+    """Return the matrix (r, n) that maps an error e of the state to the changes of all bounded quantities.
+
+    These are the rows of the state set, then those of the input set, as inputs change by K e.
+    """
     return np.vstack([plant.state_set.rows, plant.input_set.rows @ K])
 
 
