@@ -127,7 +127,7 @@ def of_measured_state(W: Zonotope, V: Zonotope, A: Sequence[Sequence[float]]) ->
 
 
 def product(a: Sequence[int], b: Sequence[int]) -> int:
-    """Return a · b."""
+    """Return the scalar product a · b of two vectors of integers."""
     tick()
     return sum(x * y for x, y in zip(a, b, strict=True))
 

@@ -104,7 +104,7 @@ UNIT = exactly(2) ** -53
 
 
 def pi() -> Real:
-    """Return π."""
+    """Return an interval that contains π."""
     found: Real = iv.pi * (1 + GUARD)
     return found
 
@@ -166,7 +166,7 @@ def atan(x: Real) -> Real:
 
 
 def root(x: float) -> Real:
-    """Return the square root of a number."""
+    """Return an interval that contains √x, for one positive number x."""
     return sqrt(exactly(x))
 
 

@@ -142,17 +142,17 @@ def is_number(part: Term, value: float) -> bool:
 
 
 def plus(a: Term, b: Term) -> Term:
-    """Return a + b."""
+    """Return the formula a + b, where None stands for zero."""
     return b if a is None else a if b is None else Operation("+", a, b)
 
 
 def minus(a: Term, b: Term) -> Term:
-    """Return a − b."""
+    """Return the formula a − b, where None stands for zero."""
     return a if b is None else Operation("*", Number(-1.0), b) if a is None else Operation("-", a, b)
 
 
 def times(a: Term, b: Term) -> Term:
-    """Return a · b."""
+    """Return the formula a · b, where None stands for zero."""
     if a is None or b is None:
         return None
     return b if is_number(a, 1.0) else a if is_number(b, 1.0) else Operation("*", a, b)

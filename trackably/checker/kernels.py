@@ -137,7 +137,7 @@ class Kernel(ABC):
         return ZERO
 
     def value(self, r: Real) -> Real:
-        """Return κ(r)."""
+        """Return an interval that contains κ(r), for the interval r."""
         return self.taylor(abs(r), ZERO, 1)[0] + SIGN * self.jump(r, ZERO)
 
     def exponential(self, r: Real, h: Real, n: int) -> tuple[Real, list[Real]] | None:
@@ -439,7 +439,7 @@ class PiecewisePolynomial(Elementary):
         return select(self._is_over(r), from_zero, select(farthest.b <= self.length, ZERO, from_polynomial))
 
     def _is_over(self, r: Real) -> bool | None:
-        """Return whether |r| > θ₂ is certain: then its zero branch encloses κ, otherwise the polynomial."""
+        """Return whether |r| > θ₂ is certain, where κ is zero; otherwise the polynomial is taken as the branch at r."""
         return abs(r).a > self.length
 
 
@@ -465,7 +465,7 @@ class PiecewisePolynomial3(PiecewisePolynomial):
 
 @dataclass(frozen=True)
 class Combination(Kernel):
-    """Two kernels, `left` and `right`."""
+    """A kernel that is made of two kernels, `left` and `right`."""
 
     left: Kernel
     right: Kernel

@@ -83,7 +83,7 @@ def polynomials(z: Pieces, start: Fraction, end: Fraction) -> list[list[Fraction
 
 
 def value_of_signal(z: Pieces, t: Fraction) -> Fraction:
-    """Return z(t)."""
+    """Return the exact value z(t) of a piecewise polynomial at t [s]."""
     i, local, _ = place(z, z.ends, t, Fraction(0))
     return value_of_polynomial(z.coefficients[i], local)
 

@@ -141,7 +141,7 @@ def shifted_signal(subject: Subject, i: int, j: int, count: int) -> Functional:
 
 
 def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functional, ...]) -> LinearCombination:
-    """Return Σ_i row_i part_i."""
+    """Return Σ_i row_i part_i as a linear combination of the signals without their means."""
     found = weighted_sum(row, parts)
     means = (Fraction(z.mean) for z in subject.signals)
     at_rest = found.offset + exact_dot(means, map(exact_sum, found.weights))
@@ -149,7 +149,7 @@ def _combine(subject: Subject, row: tuple[Fraction, ...], parts: tuple[Functiona
 
 
 def weighted_sum(row: Sequence[Fraction], parts: Sequence[Functional]) -> Functional:
-    """Return Σ_i row_i part_i."""
+    """Return Σ_i row_i part_i as one functional, a weighted sum of shifted signals."""
     used = [(r, part) for r, part in zip(row, parts, strict=True) if r] or [(Fraction(0), parts[0])]
 
     def total(values: Sequence[Fraction]) -> Fraction:
