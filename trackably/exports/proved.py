@@ -124,10 +124,10 @@ def require_known(what: str, named: Iterable[str], proved: Proved) -> None:
 
 
 def html(proved: Proved) -> str:
-    """Return an HTML element whose colours follow the page; names are escaped.
+    """Return an HTML element with the proved statement, a table of the bounds, and what else is known of a reference.
 
-    Margins are the smallest ones found at up to 2000 times, which is evidence. Only that no margin is negative is
-    proved.
+    Colours follow the page, and names are escaped. Margins are the smallest ones found at up to 2000 times, which is
+    evidence. Only that no margin is negative is proved.
     """
     first, last = ends(proved)
     said = proved.certificate.explanation
@@ -180,9 +180,9 @@ def figure(proved: Proved, start: float | None = None, end: float | None = None)
 
 
 def _band(proved: Proved, truth: TrueSignal, times: Array) -> tuple[Array, Array]:
-    """Return the reference minus and plus its proved error.
+    """Return a state of the reference at `times` [s], minus and plus its proved error: two arrays of their shape.
 
-    Every true signal that explains the samples lies between them.
+    Every true signal that explains the samples lies between them. They are NaN where no error is proved.
     """
     ends = np.array(truth.ends)
     inside = (times >= ends[0]) & (times <= ends[-1])
