@@ -39,7 +39,7 @@ Answer: TypeAlias = "CertifiedReference | CertifiedTable | Counterexample | Refu
 
 
 def run(given: Namespace) -> int:
-    """Print the answer, save it if asked to, and return the exit code.
+    """Certify the table that the command line names, print the answer, save it if asked to; return the exit code.
 
     InputError or ValueError: a file cannot be read or written, or does not fit.
     """

@@ -82,7 +82,7 @@ class Nearest:
 
     @classmethod
     def of(cls, given: Given, held: Array | None) -> Nearest:
-        """Choose equidistant knots: four intervals for each piece of the curves, but 64 to 400 in all.
+        """Return the search with equidistant knots: four intervals for each piece of the curves, but 64 to 400 in all.
 
         No interval is shorter than a sampling step, unless fewer than 8 intervals are left.
         """
