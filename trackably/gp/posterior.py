@@ -42,7 +42,7 @@ class Posterior:
 
     @cached
     def weights(self) -> Array:
-        """c = (K + σ_n² I)⁻¹ (y − m), shape (n,)."""
+        """The weights c = (K + σ_n² I)⁻¹ (y − m) of the samples y in the posterior mean, shape (n,)."""
         return self._factored.solve(self._residual)
 
     @cached

@@ -71,7 +71,7 @@ class Decay:
 
     @property
     def size(self) -> int:
-        """The number of coefficients."""
+        """The number of coefficients of each polynomial, its degree + 1."""
         return int(self.coefficients.shape[1])
 
     def only(self, row: int) -> Self:
@@ -130,7 +130,7 @@ class MomentSum:
         return self._of([decay.derivatives(order) for decay in self.decays], [(-1) ** n for n in range(order + 1)], t)
 
     def gradient(self, t: Array) -> Array:
-        """Return the sums of ∂κ/∂ln θ_j: shape (p, *t.shape)."""
+        """Return Σ_i c_i ∂κ(t − t_i)/∂ln θ_j at t [s] for all p hyperparameters: shape (p, *t.shape)."""
         rows = [[*decay.coefficients[1:]] for decay in self.decays]
         return self._of(rows, [1] * len(rows[0]), t)
 
