@@ -86,7 +86,10 @@ def _receive(file: Path, topic: str | None, number: int) -> Any:
 
 
 def _points(content: Any) -> tuple[tuple[str, ...], list[int], Array]:
-    """Return the joints of a message, and its points as `_trajectory` takes them."""
+    """Return a message's joints, the times of its points since the start [ns], and their fields, shape (3, K, J).
+
+    Fields are positions, velocities and accelerations; they are NaN where a point leaves them out.
+    """
     if (inner := _field(content, "trajectory")) is not None:  # the goal of an action contains the message
         content = inner
     joints, points = _field(content, "joint_names"), _field(content, "points")
