@@ -241,7 +241,7 @@ class Fit:
 
     @cached_property
     def price(self) -> float:
-        """J minus the least l = −2 ln p found without bounds."""
+        """The cost of the bounds: the objective J minus the least l = −2 ln p found without bounds."""
         return self.objective - self.unconstrained_posterior.negative_log_marginal_likelihood()[0]
 
     @cached_property
