@@ -188,12 +188,12 @@ class InvariantSet(Errors):
 
     @cached_property
     def feedback(self) -> Array:
-        """K in float64, shape (m, n)."""
+        """The feedback K in float64, shape (m, n)."""
         return array("feedback: K", self.K, None, None)
 
     @cached_property
     def closed_loop(self) -> Array:
-        """A_K in float64, shape (n, n)."""
+        """The matrix A_K = A + B K of the closed loop in float64, shape (n, n)."""
         return np.array(self.A) + np.array(self.B) @ self.feedback
 
 
@@ -278,7 +278,7 @@ class Tightening:
 
     @cached_property
     def invariant(self) -> InvariantSet | None:
-        """Z, which contains the errors; None if there are no disturbances."""
+        """The invariant set Z, which contains the errors; None if there are no disturbances."""
         if self.disturbance is None or self.feedback is None:
             return None
         of_errors = disturbances_of_errors(self.given, self.disturbance, self.noise, self.model_error)
