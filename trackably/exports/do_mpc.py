@@ -28,8 +28,8 @@ def tvp_function(proved: Proved, controller: Any, parameters: Parameters | None,
     step = real("to_do_mpc: t_step of the controller", controller.settings.t_step)
     if abs(step - plant.sampling_time) > 1e-12 * step:
         raise ValueError(
-            f"to_do_mpc: the controller's t_step is {step:g} s, but the reference is proved for "
-            f"T_s = {plant.sampling_time:g} s"
+            f"to_do_mpc: the controller's t_step must be the sampling time for which the reference is proved, "
+            f"{plant.sampling_time:g} s, got {step:g} s"
         )
     declared = [str(name) for name in list(controller.model.tvp.keys()) if name != "default"]
     names = _names_held(proved, declared, parameters)

@@ -226,7 +226,7 @@ class Posterior:
         found = factorise(self.prior, self.samples)
         if found is None:
             values = ", ".join(f"{name} = {value:.3g}" for name, value in self.prior.hyperparameters.items())
-            raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}")
+            raise IllConditioned(f"K + σ_n² I is not positive definite in float64 at {values}; give a larger noise_std")
         return found
 
     @cached

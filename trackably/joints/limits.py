@@ -212,9 +212,9 @@ def _of_urdf(path: Path) -> dict[str, Any]:
             continue
         limit = joint.find("limit")
         if limit is None and kind != "continuous":
-            raise ValueError(f"joint {name!r} is {kind}, and needs a <limit>")
+            raise ValueError(f"joint {name!r} is {kind}, and needs a <limit>; add one")
         if name in position:
-            raise ValueError(f"there are two joints {name!r}")
+            raise ValueError(f"expected different names of joints, got two joints {name!r}; rename one")
         said = {} if limit is None else limit.attrib
         ends = (_number(said, "lower", name, 0.0), _number(said, "upper", name, 0.0))
         position[name] = None if kind == "continuous" else ends
@@ -235,6 +235,6 @@ def _number(said: Mapping[str, str], field: str, joint: str, default: float | No
     try:
         return real(f"joint {joint!r}: {field}", float(said[field]))
     except KeyError:
-        raise ValueError(f"joint {joint!r}: its <limit> has no {field}") from None
+        raise ValueError(f"joint {joint!r}: its <limit> has no {field}; add it") from None
     except ValueError:
         raise ValueError(f"joint {joint!r}: {field}: expected a finite number, got {said[field]!a:.60}") from None

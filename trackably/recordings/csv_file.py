@@ -178,7 +178,10 @@ def _records(path: Path, lines: Sequence[tuple[int, str]], separator: str) -> It
                 yield lines[reader.line_num - 1][0], row
     except csv.Error as error:
         at = lines[reader.line_num - 1][0]
-        raise InputError(f"{path}, line {at}: no CSV with the separator {separator!r} ({error})") from error
+        raise InputError(
+            f"{path}, line {at}: expected CSV with the separator {separator!r}, got a line that is none ({error}); "
+            "mend it, or give another separator in the layout"
+        ) from error
 
 
 def read_csv(

@@ -137,7 +137,7 @@ def regulator(plant: ConstrainedSystem, input_weight: float, rate: float) -> Arr
     P = scipy.linalg.solve_discrete_are(A, B, Q, R)
     K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
     if not np.all(np.isfinite(K)):
-        raise np.linalg.LinAlgError("K is not finite")
+        raise np.linalg.LinAlgError("regulator: K is not finite; give another input_weight or rate")
     sizes = np.abs(K) * unit_scales(plant.state_set) / unit_scales(plant.input_set)[:, None]
     mantissas, exponents = np.frexp(np.where(sizes > _NOTHING * np.max(sizes), K, 0.0))
     return np.asarray(np.ldexp(np.round(np.ldexp(mantissas, _BITS)), exponents - _BITS))

@@ -82,7 +82,7 @@ class Symbol(NDArrayOperatorsMixin):
     def __getattr__(self, name: str) -> Any:
         if name in _WRITTEN:
             return lambda *others: getattr(np, name)(self, *others)
-        raise AttributeError(f"the symbol of a state or an input has no attribute {name}")
+        raise AttributeError(f"the symbol of a state or an input has no attribute {name}; use {SUPPORTED}")
 
     __hash__ = _refusal("it uses a value as a key of a dictionary or set")
     __bool__ = _refusal("it branches on a value")
