@@ -287,9 +287,9 @@ class _Learning:
     def _larger(self, backoff: float, found: Solution) -> float:
         """Return the next back-off: at least twice `backoff`, but at most 0.01.
 
-        Let J rise by the solver's tolerance for a back-off `enough`. Rough functions (kinks and many active bounds) and
-        functions that violate their bounds get `enough` at once if it is at least twice `backoff`. Otherwise, `backoff`
-        is multiplied by 10 if the product is at most `enough`, else by 2.
+        For the back-off `enough`, J rises by the allowed gap. Rough functions (kinks and many active bounds) and those
+        that violate their bounds get `enough` at once if it is at least twice `backoff`. Otherwise, `backoff` is
+        multiplied by 10 if the product is at most `enough`, else by 2.
         """
         enough = self._enough(found)
         if enough >= 2 * backoff and (found.missed or found.is_rough):
@@ -297,7 +297,7 @@ class _Learning:
         return min((10 if 10 * backoff <= enough else 2) * backoff, _LARGEST_BACKOFF)
 
     def _enough(self, found: Solution) -> float:
-        """Return the back-off for which J rises by the solver's tolerance, to first order; 0.01 at most."""
+        """Return the back-off for which J rises by the allowed gap of `found`, to first order; 0.01 at most."""
         return min(_affordable(found, self.plant.quantities), _LARGEST_BACKOFF)
 
     def _shortened(self, found: Solution, error: float) -> bool:
