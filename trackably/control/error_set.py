@@ -35,7 +35,7 @@ class ErrorSet:
 
     @classmethod
     def zero(cls, n: int) -> ErrorSet:
-        """Return the set of the error zero alone, with n states."""
+        """Return the set {0}, for plans that start at the measured state, which has n coordinates."""
         return cls(np.zeros(n), np.zeros((0, n)), np.zeros(0), np.zeros((0, 0)))
 
     @classmethod
