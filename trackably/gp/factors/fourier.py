@@ -182,7 +182,7 @@ class Fourier(Factorisation):
 
     @classmethod
     def of(cls, relative_noise: Array, noise_variance: float, waves: Waves, terms: Cosines) -> Self | None:
-        """Factorise for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
+        """Factorise A for σ_n² = `noise_variance`; None if B = I + Mᵀ M is not positive definite in float64."""
         powers = np.maximum(terms.powers, _EPS * terms.powers.max())  # rounding errors may be negative
         gradient = terms.gradient / powers
         if waves.moved is not None:
