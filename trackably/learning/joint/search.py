@@ -586,9 +586,10 @@ def extended(solution: Solution, problem: ConstrainedProblem) -> Solution | NoSo
     If the minimiser lies outside of the search space by over 0.1 in an ln θ, the search begins at the nearest point
     inside, without the bounds that were active: with them, more would be active, and evaluation less precise. If
     `solution` violates its bounds, or has very many active bounds (`is_rough`), this is `continued`, because a search
-    would take long. If no function is found: if `solution` has learned hyperparameters alone, they alone are learned
-    again; otherwise the problem is solved from all starts. A posterior mean that keeps the bounds may have a smaller J:
-    compare with `alone`, which is taken from `solution`.
+    would take long. If no function is found, the problem is solved from all starts; but hyperparameters alone are
+    learned again if `solution` has learned these alone, its minimiser is in the search space, and no values are
+    required. A posterior mean that keeps the bounds may have a smaller J: compare with `alone`, which is taken from
+    `solution`.
     """
     log_theta, space = solution.posterior.prior.log_hyperparameters, problem.space
     if np.any(np.abs(np.clip(log_theta, space.log_lower, space.log_upper) - log_theta) > _NEARBY):
