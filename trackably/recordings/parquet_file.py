@@ -54,7 +54,7 @@ def read_parquet(
 
 
 def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
-    """Read columns; dates become text in ISO 8601.
+    """Return the columns `wanted` of a Parquet file; dates become text in ISO 8601.
 
     InputError: the file is unreadable, a column is missing or does not hold one number, text or date in each cell, or
     pyarrow is not installed.
