@@ -240,10 +240,11 @@ def sides_at(known: TrueSignal, times: Array) -> tuple[Array, Array]:
 
 
 def true_signal(reference: Reference, sought: TrueSignal, robust: Tightening | None = None) -> TrueSignal:
-    """Bound the distance between a state of the reference and every signal of a class, at the times that are `sought`.
+    """Return the claim `sought`, which names a state, a class of signals and times, with proposed bounds of its errors.
 
-    The reference is a sum of kernels. If the plant is disturbed, the distance of the plant's state at sampling instants
-    is bounded too. ValueError: no bound is found.
+    An error is the distance between the state of the reference, a sum of kernels, and every signal of the class. If the
+    plant is disturbed (`robust`), the distance of the plant's state at sampling instants is bounded too. ValueError: no
+    bound is found.
     """
     state, subject = reference.plant.system.states.index(sought.state), as_subject(reference)
     found = _with_sides(sought, _CELLS, lambda t: reference.state_at(t)[:, :, state])
@@ -564,8 +565,8 @@ def _sides(of: TrueSignal) -> Array:
 def _with_row(plant: ConstrainedSystem, of: TrueSignal, tolerance: float) -> ConstrainedSystem:
     """Return the plant with one more bound U − ε ≤ x ≤ D + ε of the state x that `of` names, with ε = `tolerance`.
 
-    U and D are the upper and the lower side of the true signal. Before the first sample of the state and after the
-    last, the bound is so wide that it never matters.
+    U and D are the upper and the lower bound of the true signal, which move in time. Before the first sample of the
+    state and after the last, the new bound is so wide that it never matters.
     """
     ends = np.array(of.ends)
     in_time = np.array([[1, 0, 0], [-1, 1, 0], [1, -2, 1]])  # powers of x, in those of y with x = y − 1
