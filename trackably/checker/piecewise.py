@@ -243,7 +243,7 @@ def value_of_pieces(subject: Subject, bound: Bound, t: Fraction) -> Fraction:
 
 
 def _check_cells(certificate: Certificate) -> None:
-    """Raise FailedStepError at the first bound that is not shown to hold in all cells."""
+    """Raise FailedStepError at the first bound that is not shown to hold in all cells between breakpoints."""
     subject = certificate.subject
     for k, bound in enumerate(subject.bounds):
         progress(k, len(subject.bounds))

@@ -118,7 +118,7 @@ def _circuits(moved: list[list[Fraction]], dimension: int) -> Iterator[list[tupl
 
 
 def _scale(demand: Demand, row: tuple[Fraction, ...]) -> tuple[Fraction, Fraction] | None:
-    """Return the demand as bounds of row · u.
+    """Return low and high of the condition low ≤ row · u ≤ high that equals the `demand`.
 
     Return None if `row` is no multiple of the demand's own row, or if one of both rows is zero.
     """

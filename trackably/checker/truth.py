@@ -123,9 +123,10 @@ def _is_ordered(of: SignalClass) -> bool:
 
 
 def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator[tuple[Model | None, Model | None]]:
-    """Yield, for each cell, models of the upper side minus the state, and of the state minus the lower side.
+    """Yield, for each cell, Taylor models of the upper side minus the state, and of the state minus the lower side.
 
-    A side is a bound of all signals of the class in the cell. None takes the place of the model of an invalid side.
+    A cell is an interval of time, and a side a bound of all signals of the class there. None takes the place of the
+    model of an invalid side.
     """
     state, every = states_of(subject)[subject.system.states.index(truth.state)], places(truth)
     boxes = [Box(*ends, radius) for ends, radius in zip(pairwise(truth.ends), truth.radii, strict=True)]
@@ -140,7 +141,10 @@ def gaps(subject: Subject, truth: TrueSignal, first_pass: FirstPass) -> Iterator
 
 
 def _over(side: list[Fraction] | None, sign: int, kept: list[Real], missed: Real) -> Model | None:
-    """Return a model of sign · (side − reference); the reference has coefficients `kept` and the remainder `missed`."""
+    """Return a Taylor model of sign · (side − reference), where `side` has the coefficients of a bound of the signals.
+
+    The model of the reference has the coefficients `kept` and the remainder `missed`. Return None without a side.
+    """
     if side is None:
         return None
     return Model([sign * (ratio(s) - c) for s, c in zip([*side, Fraction(0)], kept, strict=True)], missed)
