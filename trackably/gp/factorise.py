@@ -106,7 +106,8 @@ def _structured_factorisations(prior: Prior, samples: Samples, stencil: Stencil)
     """Yield the factorisations that use structure of K, the fastest first.
 
     Errors η in the entries of K change weights, mean and gradients by about √n η/σ_n² (relative). If a dense matrix is
-    possible, these changes have to stay below `_AGREEMENT`, or by tails below `_NEARLY` if there are many samples.
+    possible, these changes have to stay below `_AGREEMENT`, or below `_NEARLY` if there are many samples and κ is a sum
+    of tails (polynomials times e^(−λ|r|)).
     """
     n, times, kernel = len(samples), samples.times, prior.kernel
     if n < _FEWEST_OF_WAVES:

@@ -27,7 +27,7 @@ class RowPosterior:
 
     @cached
     def mean(self) -> Array:
-        """The values of the rows for the posterior means: L m⁺ plus the offsets, shape (n,)."""
+        """The values of the rows (linear functionals L_a) for the posterior means m⁺: L m⁺ plus offsets, shape (n,)."""
         return self.rows.values(self.posterior.signals)
 
     @cached
@@ -41,7 +41,7 @@ class RowPosterior:
 
     @cached
     def rounding(self) -> Array:
-        """The rounding errors of the variances of the rows, shape (n,)."""
+        """The rounding errors of the variances of the rows (linear functionals), shape (n,)."""
         return np.asarray(sum((kernel.rounding for kernel in self._kernels), np.zeros(len(self.rows))))
 
     def signals(self, multipliers: Array) -> tuple[KernelSum, ...]:
@@ -86,7 +86,7 @@ class RowPosterior:
 
     @cached
     def _across(self) -> tuple[Array, ...]:
-        """The covariances of rows and samples, process by process."""
+        """For each process, the prior covariances of rows (linear functionals) and samples."""
         pairs = zip(self._kernels, self.posterior.samples, strict=True)
         return tuple(of.stencil.combine(kernel.across(of.centres)) for kernel, of in pairs)
 
@@ -95,7 +95,7 @@ _MANY = 200  # rows: for fewer, their dense covariance takes less time
 
 
 def has_system(posterior: JointPosterior, count: int) -> bool:
-    """Whether equations for `count` rows are solved by a `RowSystem`, together with the samples.
+    """Whether equations for `count` rows (linear functionals) are solved by a `RowSystem`, together with the samples.
 
     This needs many rows, a single process, and a kernel that is a sum of polynomials times e^(−λ|r|) (`decays`).
     """

@@ -31,7 +31,7 @@ _ABSENT = 1e18  # variance of the noise on a row that is not active, relative to
 
 @dataclass(frozen=True)
 class RowSystem:
-    """The covariances of n samples and r rows of one process in `blocks`, all sorted by their first times.
+    """The covariances of n samples and r rows (linear functionals) of a process in `blocks`, sorted by first times.
 
     `samples` (n,) and `rows` (r,) are the indices of samples and rows in this order. `part` is the posterior of the
     process.
@@ -44,7 +44,7 @@ class RowSystem:
 
     @classmethod
     def of(cls, part: Posterior, terms: Terms, count: int) -> Self | None:
-        """Return the system of `count` rows with these `terms`.
+        """Return the system of `count` rows (linear functionals), which are sums of these `terms`.
 
         Return None if the kernel is no sum of polynomials times e^(−λ|r|), or if it decays too fast within a row.
         """
@@ -64,7 +64,7 @@ class RowSystem:
 
     @cached
     def variances(self) -> Array:
-        """The prior variances of the rows, shape (r,)."""
+        """The prior variances of the rows (linear functionals), shape (r,)."""
         return np.concatenate([block.own[0].diagonal() for block in self.blocks])[self.rows]
 
     def cross(self, multipliers: Array) -> Array:

@@ -16,7 +16,7 @@ from trackably.gp.signal import in_blocks
 
 
 class Terms(NamedTuple):
-    """The terms of some rows in one process g: row `of_row[p]` has the term `weights[p]` g(`times[p]`).
+    """Terms of rows (linear functionals) in one process g: row `of_row[p]` has the term `weights[p]` g(`times[p]`).
 
     All arrays have the shape (P,). Rows are numbered from zero, times are in seconds.
     """
@@ -61,7 +61,7 @@ class Terms(NamedTuple):
         return times, weights
 
     def first_times(self, count: int) -> Array:
-        """Return the earliest time [s] of each row, shape (count,); zero for rows without terms."""
+        """Return the earliest time [s] of each row's terms, shape (count,); zero for rows without terms."""
         first = np.full(count, np.inf)
         np.minimum.at(first, self.of_row, self.times)
         return np.where(np.isfinite(first), first, 0.0)
@@ -112,7 +112,10 @@ _NODES, _APART = 9, 0.1  # nodes for a row, and their distance in correlation ti
 
 
 def row_kernel(kernel: Kernel, terms: Terms, count: int) -> "RowKernel":
-    """Return covariances of rows as sums over terms, or as Taylor series if the sums have too large rounding errors."""
+    """Return covariances of rows (linear functionals), as sums over their terms.
+
+    If these sums have too large rounding errors, Taylor series take their place.
+    """
     direct = RowKernel(kernel, terms.times, terms.weights[:, None], terms.of_row, count)
     if not (kernel.is_analytic and len(terms.times)):
         return direct
@@ -136,7 +139,7 @@ def _deviations(kernel: Kernel, count: int) -> Array:
 
 @dataclass(frozen=True)
 class RowKernel:
-    """Covariances of `count` rows of one process with each other, and with the process at other times.
+    """Covariances of `count` rows (linear functionals) of a process with each other, and with the process at any time.
 
     Row `of_row`[p] has the part Σ_n `moments`[p, n] g⁽ⁿ⁾(`times`[p]); the shapes are (P,), (P, N) and (P,), times in
     seconds. N is 1 for sums over terms.

@@ -95,7 +95,7 @@ class Block(NamedTuple):
 def row_blocks(
     terms: Terms, cuts: list[slice], tails: Sequence[Decay], covariance: Covariance | None = None
 ) -> list[Block]:
-    """Return the covariances of rows in the blocks `cuts`.
+    """Return the covariances of rows, weighted sums of values of a process, in the blocks `cuts`.
 
     Rows have `terms`, at least one each, and are in the order of their first times. The kernel is the sum of `tails`
     (polynomials times e^(−λ|r|)). Without tails, only neighbouring blocks covary, and `covariance` gives that of two
@@ -137,8 +137,9 @@ def row_blocks(
 def _covariances(of_instants: Callable[[Array], Array], one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the covariances of `one` set of rows with the `other`, then each ∂/∂ln θ_j; the shape is (1 + p, n, m).
 
-    A set is a pair: the times [s] and the weights of the terms of each row, both (n, J) or both (m, J). `of_instants`
-    gives these covariances for instants r [s] apart, shape (1 + p, *r.shape).
+    A row is a weighted sum of values of a process. A set is a pair: the times [s] and the weights of the terms of each
+    row, both (n, J) or both (m, J). `of_instants` gives these covariances for instants r [s] apart, shape (1 + p,
+    *r.shape).
     """
     (t, w), (s, v) = ((of[:, weights.any(axis=0)].T for of in (times, weights)) for times, weights in (one, other))
     total = np.zeros(())

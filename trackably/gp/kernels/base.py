@@ -24,8 +24,9 @@ from trackably.gp.hyperparameter import Parametrized, Scales, Search
 
 
 def lengthscale_gradient(jet: Array, r: Array) -> Array:
-    """Return ∂/∂ln ℓ of every κ⁽ⁿ⁾, for a κ that depends on r/ℓ only, from a `jet` of κ that is one order longer.
+    """Return ∂/∂ln ℓ of κ and its derivatives κ⁽ⁿ⁾, for a κ that depends on r/ℓ only, at r [s].
 
+    `jet` has κ and its derivatives up to one order more: shape (order + 2, *r.shape).
     With ∂κ/∂ln ℓ = −r κ̇, the n-th time derivative of ∂κ/∂ln ℓ is −(n κ⁽ⁿ⁾ + r κ⁽ⁿ⁺¹⁾).
     """
     gradient = r * jet[1:]
@@ -37,7 +38,7 @@ def lengthscale_gradient(jet: Array, r: Array) -> Array:
 def leibniz(f: Array, g: Array) -> Array:
     """Return the derivatives of f g from those of f and g, (p, order + 1, …): (f g)⁽ⁿ⁾ = Σ_j C(n, j) f⁽ʲ⁾ g⁽ⁿ⁻ʲ⁾.
 
-    Either f or g may be a single jet, with p = 1.
+    Either f or g may be a single function with its derivatives, p = 1.
     """
     if f.shape[1] == 1:
         return np.asarray(f * g)  # values without derivatives: the most frequent case
@@ -214,10 +215,13 @@ class Kernel(Parametrized):
 
     @abstractmethod
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet, with shapes (order + 1, *r.shape) and (p, order + 1, *r.shape)."""
+        """Return κ(r) with its derivatives in r up to `order`, and ∂/∂ln θ_j of all of these.
+
+        The shapes are (order + 1, *r.shape) and (p, order + 1, *r.shape).
+        """
 
     def value_and_gradient(self, r: Array) -> tuple[Array, Array]:
-        """Return the jet of order 0: κ(r), and ∂κ/∂ln θ_j; the shapes are (*r.shape) and (p, *r.shape)."""
+        """Return κ(r) and ∂κ/∂ln θ_j for each hyperparameter; the shapes are r.shape and (p, *r.shape)."""
         jet, gradient = self.jet_and_gradient(r, 0)
         return np.asarray(jet[0]), np.asarray(gradient[:, 0])
 

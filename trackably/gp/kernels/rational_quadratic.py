@@ -29,7 +29,7 @@ class RationalQuadratic(Radial):
         return self._derivatives(s, order, self.shape)
 
     def jet_and_gradient(self, r: Array, order: int) -> tuple[Array, Array]:
-        """Return the jet, and ∂/∂ln θ_j of the jet.
+        """Return κ(r) with its derivatives in r up to `order`, and ∂/∂ln θ_j of all of these.
 
         The derivative by ln α is the imaginary part at α (1 + iε), divided by ε (complex step), because a difference of
         nearly equal numbers would be inaccurate.
