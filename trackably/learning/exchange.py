@@ -33,7 +33,7 @@ Places = tuple[Array, ...]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point ln θ with its posterior, its objective l, and each constraint's local `minima` (places and margins)."""
+    """A point ln θ with its posterior, its objective l, and each constraint's local `minima` (times and margins)."""
 
     log_theta: Array
     posterior: JointPosterior
@@ -293,7 +293,7 @@ class Exchange:
             self._visited += [done.log_theta for done in rounds]
 
     def _may_be_best(self, candidate: Candidate) -> bool:
-        """Whether the minimum near a rough minimiser may be better than the best known one."""
+        """Whether the minimum near a roughly computed minimiser may be better than the best known one."""
         return candidate.objective - _MORE_STEPS * _ROUGH * (1 + abs(candidate.objective)) < self._least
 
     def _is_no_better(self, candidate: Candidate) -> bool:

@@ -178,7 +178,7 @@ class Solution:
 
     @property
     def allowed_gap(self) -> float:
-        """The amount by which J may exceed the least J for these hyperparameters."""
+        """The amount by which the objective J = l + D may exceed its least value for these hyperparameters."""
         return gap_allowed(self.price)
 
     def rise(self, quantities: Iterable[Quantity]) -> float:

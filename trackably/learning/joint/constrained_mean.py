@@ -198,7 +198,7 @@ class WorkingSet:
     """The demands of the chosen rows; kept until a row is added, because the object caches the order of its terms."""
 
     def mean_for(self, posterior: JointPosterior) -> ConstrainedMean | None:
-        """Return the function that meets all demands; None if it cannot be computed in float64.
+        """Return the function that meets the `demanded` limits of all rows; None if float64 cannot compute it.
 
         Raises IllConditioned if K + σ_n² I has no Cholesky factor.
         """
@@ -222,7 +222,7 @@ class WorkingSet:
         return mean_meeting(posterior, self.demanded)
 
     def _misses(self, found: ConstrainedMean) -> npt.NDArray[np.intp]:
-        """Return the indices of violated rows that are not chosen; of neighbouring ones, only the most violated."""
+        """Return the indices of rows that `found` violates and that are not chosen; of neighbours, only the worst."""
         values = self.demanded.rows.values(found.given.signals(found.multipliers))
         missed = (self.demanded.limits - values) / self.demanded.widths
         rows = np.flatnonzero((missed > _MISSED) & ~self.chosen)

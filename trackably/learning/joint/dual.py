@@ -45,10 +45,10 @@ def nonnegative_minimum(G: Array, b: Array, likely: Flags | None = None) -> Arra
 
 
 def system_multipliers(system: RowSystem, demand: Array, likely: Flags | None = None) -> Array | None:
-    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ for d = `demand` (r,), with K⁺ as a system of many rows.
+    """Return the λ ≥ 0 (r,) that maximise 2 λᵀ d − λᵀ K λ for d = `demand` (r,), where the `system` solves with K.
 
-    The search starts with the rows whose multipliers are `likely` to be positive, flags (r,). None if λ is not found
-    in float64.
+    K is the posterior covariance of many rows, linear functionals of a function. The search starts with the rows whose
+    multipliers are `likely` to be positive, flags (r,). None if λ is not found in float64.
     """
     scale = np.sqrt(system.variances)
     if not np.all(scale > 0):

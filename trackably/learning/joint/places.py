@@ -49,7 +49,7 @@ class Demands:
     labels: tuple[Label, ...]
 
     def among(self, chosen: npt.NDArray[np.intp]) -> "Demands":
-        """Return the demands on the rows with the indices `chosen`, which increase."""
+        """Return only the rows with the increasing indices `chosen`, with their limits."""
         return Demands(
             self.rows.among(chosen),
             self.limits[chosen],

@@ -166,7 +166,7 @@ class Point:
         return not self.function.mean.contradicts and self.function.margin >= -ALMOST
 
     def is_unfinished(self, ceiling: float) -> bool:
-        """Whether the exchange ended too early: bounds are violated without contradiction, yet J ≤ `ceiling`."""
+        """Whether the exchange ended too early: violated bounds do not contradict each other, and J ≤ `ceiling`."""
         return not (self.is_solution or self.function.mean.contradicts or self.objective > ceiling)
 
     @property
@@ -290,7 +290,7 @@ class JointSearch:
         return self._path_from(likely, glance.places)
 
     def _fine_gain(self, point: Point) -> float:
-        """Return the decrease of J, relative to 1 + |J|, below which a fine descent for a linear plant ends.
+        """Return the decrease of J = l + D, relative to 1 + |J|, below which the last descent for a linear plant ends.
 
         With many samples and a high price of the bounds, it is a part of the gap that is allowed for this price.
         """
