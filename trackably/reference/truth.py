@@ -264,12 +264,12 @@ def true_signal(reference: Reference, sought: TrueSignal, robust: Tightening | N
 
 
 def _with_sides(known: TrueSignal, count: int, values: Callable[[Array], Array]) -> TrueSignal:
-    """Return the class in about `count` cells, with pairs of measurements for the upper and lower side of each.
+    """Return `known` cut into about `count` cells (intervals of time), with upper and lower bounds of the signal.
 
-    `values` returns values x at times [s] of each cell; both have shape (cells, T). The error of a cell is the largest
-    distance between x and one of the sides. Many measurements together bound a signal more tightly than two. So at the
-    ends of the cells with the largest errors, linear programs combine all nearby measurements. Their results are
-    more derived points (bounds at one time).
+    The two bounds in a cell are given by pairs of measurements. `values` returns values x at times [s] of each cell;
+    both have shape (cells, T). The error of a cell is the largest distance between x and one of the bounds. Many
+    measurements together bound a signal more tightly than two. So at the ends of the cells with the largest errors,
+    linear programs combine all nearby measurements. Their results are more derived points (bounds at one time).
     """
     edges, asked = _edges(known, count), {d.time for d in known.derived}
     times = np.linspace(edges[:-1], edges[1:], 5, axis=1)
