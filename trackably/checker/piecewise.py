@@ -44,11 +44,11 @@ _Term = tuple[Pieces, list[int], list[list[int]], int, int]
 def in_cells(
     sums: Sequence[Parts], start: Fraction, end: Fraction, number: Fraction = Fraction(0)
 ) -> tuple[int, Iterator[list[list[int]]]]:
-    """Return a unit, and for each cell between breakpoints from start to end [s] the coefficients of the sums.
+    """Return a unit, and for each cell between breakpoints from start to end [s] the coefficients of all `sums`.
 
-    In a cell, from a to b, all sums are polynomials in x at the times a + (b − a) x, 0 ≤ x ≤ 1. They are multiplied by
-    the unit, an integer with which all coefficients, and `number`, become integers. Times are counted in seconds
-    divided by an integer, too.
+    These are weighted sums of signals. In a cell, from a to b, they are polynomials in x at the times a + (b − a) x,
+    0 ≤ x ≤ 1. They are multiplied by the unit, an integer with which all coefficients, and `number`, become integers.
+    Times are counted in seconds divided by an integer, too.
     """
     terms = [term for _, of in sums for term in of]
     signals = {id(z): z for z, _, _ in terms}
