@@ -100,9 +100,9 @@ class ConstrainedMean:
 
     @property
     def most_influential(self) -> tuple[ActiveBound, ...]:
-        """The active bounds in decreasing order of their effect: |λ_a| times the posterior deviation of the row L_a.
+        """The active bounds in decreasing order of their effect; those with a negligible effect are left out.
 
-        Bounds with a negligible effect are left out.
+        The effect of a bound is the size of its multiplier times the posterior standard deviation of what is bounded.
         """
         moves = np.abs(self.multipliers) * np.sqrt(np.maximum(self.given.covariance.diagonal(), 0.0))
         by_size = np.argsort(-moves, kind="stable")

@@ -137,10 +137,11 @@ _MISSED = 1e-7  # relative to the root of the dual value: with smaller residuals
 
 @dataclass(frozen=True)
 class DualSolution:
-    """Multipliers λ (r,) of the rows L_a, and the dual `value`: a lower bound of ‖δ‖² for all δ with L_a δ ≥ d_a.
+    """Multipliers λ (r,) of r rows (linear functionals) L_a, and the dual `value`.
 
-    If `contradicts` holds, no δ of reasonable size satisfies all these inequalities. λ is then a multiple of a dual
-    ray, and the rows with the largest multipliers contradict each other.
+    The value is a lower bound of ‖δ‖² for all functions δ with L_a δ ≥ d_a for each row a. If `contradicts` holds, no δ
+    of reasonable size satisfies all these inequalities. λ is then a multiple of a dual ray, and the rows with the
+    largest multipliers contradict each other.
     """
 
     multipliers: Array
