@@ -124,7 +124,7 @@ class MomentSum:
     weights: Array
 
     def jet(self, t: Array, order: int) -> Array:
-        """Return the sums of κ⁽ⁿ⁾ for n = 0 … `order`: shape (order + 1, *t.shape).
+        """Return Σ_i c_i κ⁽ⁿ⁾(t − t_i), n = 0 … `order`, at t [s]: shape (order + 1, *t.shape).
 
         Odd derivatives count as 0 at r = 0, where those of κ may jump.
         """
