@@ -85,7 +85,7 @@ class ConstrainedMean:
         return kept
 
     def _solve(self, right: Array) -> Array:
-        """Solve K⁺ x = r for the covariance K⁺ of the active rows and r = `right`, one number for each active row."""
+        """Solve K⁺ x = r for r = `right` (m,), with the covariance K⁺ of the m active rows (linear functionals)."""
         active = np.flatnonzero(self.multipliers)
         if not self.given.system:
             return solve_symmetric(self.given.covariance[np.ix_(active, active)], right)
