@@ -115,8 +115,7 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
         raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
     if not np.all(is_finite := np.isfinite(found)):
         index = np.argwhere(~is_finite)[0].tolist()
-        where = f": the number at {index}" if index else ""
-        raise ValueError(f"{what}{where} must be finite, got {found[tuple(index)]}")
+        raise ValueError(f"{what}{index or ''} must be finite, got {found[tuple(index)]}")
     found.flags.writeable = False
     return found
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import instance, numbers
+from trackably.arguments import array, instance
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.factors.fourier import Ladder
 from trackably.gp.kernels.base import Kernel
@@ -96,15 +96,7 @@ class Samples:
             object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
         instance("samples: stencil", self.stencil, Stencil | Stencils, "a Stencil, or Stencils")
         for name in ("times", "values", "relative_noise"):
-            array = numbers(f"samples: {name}", getattr(self, name))
-            if array.ndim != 1 or array.size == 0:
-                raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
-            if bad := np.flatnonzero(~np.isfinite(array)).tolist():
-                raise ValueError(
-                    f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}; leave such samples out"
-                )
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, array(f"samples: {name}", getattr(self, name), None))
         for name in ("values", "relative_noise"):
             if self.times.shape != getattr(self, name).shape:
                 what = name.replace("_", " ")
