@@ -229,8 +229,6 @@ class Ticks:
 
 Clock = Ticks | DateTimes
 
-_SINCE, _UNTIL = Decimal(946684800), Decimal(4102444800)  # the years 2000 and 2100, in seconds since 1970
-_YEAR = Decimal("31556952")
 _LENGTHS = {"s": "1", "ms": "1e-3", "us": "1e-6", "µs": "1e-6", "ns": "1e-9", "min": "60", "h": "3600"}
 
 CLOCKS: Mapping[str, Clock] = {
@@ -241,10 +239,6 @@ CLOCKS: Mapping[str, Clock] = {
 """The clocks by name: units with the file's own zero, units since the UNIX epoch (1970, UTC), and ISO 8601 dates."""
 
 
-RECORDED = Ticks(NANOSECOND, absolute=True)
-"""The clock of MCAP recorders. `doubt` accepts all its times, because those of simulations count from zero."""
-
-
 def frames(rate: float) -> Ticks:
     """Return the clock of stamps that count frames or steps, `rate` [1/s] of them each second.
 
@@ -252,33 +246,6 @@ def frames(rate: float) -> Ticks:
     """
     written = Decimal(repr(positive("frames: rate", rate)))
     return Ticks(Context(prec=50).divide(Decimal(1), written))  # 50 digits: far more than a float64 has
-
-
-def doubt(clock: Clock, first: Decimal) -> str | None:
-    """Return a warning's text if the `first` time [s] of a clock is implausible; None otherwise.
-
-    Stamps since 1970 give a year from 2000 to 2100 in one unit only: in milliseconds, for example, and not in seconds.
-    The text names this unit.
-    """
-    if not isinstance(clock, Ticks) or clock is RECORDED or (clock.absolute and _is_likely(first)):
-        return None
-    count = Context(prec=50).divide(first, clock.length)
-    units = {name: other for name, other in CLOCKS.items() if isinstance(other, Ticks) and other.absolute}
-    likely = [name for name, other in units.items() if _is_likely(other.seconds(count))]
-    if not likely or (not clock.absolute and units[likely[0]].length > clock.length):
-        return None  # 1.7e9 ms from a file's own zero are 20 days, and no date in s
-    unit = likely[0]
-    year = 1970 + int(units[unit].seconds(count) / _YEAR)
-    if units[unit].length != clock.length:
-        return f"time: the first stamp, {count:f}, is far from the present in this unit; is it {unit!r}, of {year}?"
-    return (
-        f'time: the first stamp, {count:f}, looks like {unit!r} of {year}; with that unit, or with origin="first", '
-        "times count from the first sample"
-    )
-
-
-def _is_likely(seconds: Decimal) -> bool:
-    return _SINCE <= seconds < _UNTIL
 
 
 def clock_named(clock: object) -> Clock:

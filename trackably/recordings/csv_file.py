@@ -217,7 +217,7 @@ def read_csv(
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps, for example milliseconds that are read as seconds since 1970.
+        If rows are sorted or dropped because of their times, and the clock seems to start again.
 
     Raises
     ------

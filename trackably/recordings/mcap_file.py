@@ -29,7 +29,7 @@ from zstandard import ZstdDecompressor
 from trackably.arguments import instance, text
 from trackably.errors import InputError
 from trackably.files import open_input, path_of
-from trackably.recordings.clocks import EXACT, NANOSECOND, RECORDED, Clock, Origin, clock_named, exact, shorten
+from trackably.recordings.clocks import CLOCKS, EXACT, NANOSECOND, Clock, Origin, clock_named, exact, shorten
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
@@ -312,7 +312,7 @@ class RecordTime:
     @property
     def clock(self) -> Clock:
         """The recorder's clock."""
-        return RECORDED
+        return CLOCKS["epoch ns"]
 
     def of(self, message: Received, _content: object) -> tuple[object, str]:
         """Return the time stamp of a message on the recorder's clock, and "", as no list entries lead to it."""

@@ -36,11 +36,6 @@ def read_parquet(
     signals, repairs, origin
         As in `read_csv`.
 
-    Warns
-    -----
-    DoubtfulInputWarning
-        For implausible stamps.
-
     Raises
     ------
     InputError

@@ -15,7 +15,7 @@ import numpy as np
 from trackably.arguments import instance, names, real, text, whole
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, doubt, exact, scale_once
+from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, exact, scale_once
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import (
     Repair,
@@ -113,11 +113,6 @@ class Table:
     mark: str | None = None
     what: str = "column"
     advice: str = ""
-
-    def part(self, chosen: Sequence[int]) -> Table:
-        """Return these rows, given as positions from 0, in this order."""
-        columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
-        return replace(self, places=[self.places[i] for i in chosen], columns=columns)
 
     def numbers(self, name: str, scale: float = 1.0, offset: float = 0.0) -> Array:
         """Return the numbers of a column, scaled, NaN for no value. InputError: a cell is no number."""
@@ -224,16 +219,13 @@ def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """Return the recording of tables whose clocks count from one zero, with the same repairs and origin.
 
     Raises InputError. At the line that called the reader, warns if the clock seems to start again, and rows are sorted
-    or dropped because of that; with the default origin, warns of implausible stamps.
+    or dropped because of that.
     """
     reading, _ = tables[0]
     rows, repairs = [of.rows(table) for of, table in tables], chosen_repairs(reading.repairs)
-    for (of, table), read in zip(tables, rows, strict=True):
-        timed, _ = drop_rows_without_time(read)
-        questions = [doubt(of.clock, stamp) for stamp in timed.require_times()[:1] if reading.origin is None]
-        if {sort_rows, drop_rows_out_of_order} & {*repairs}:
-            questions += [describe_restart(timed)]
-        for question in filter(None, questions):
-            # shown at the line that calls the reader
-            warnings.warn(f"{table.source}: {question}", DoubtfulInputWarning, stacklevel=3)
+    if {sort_rows, drop_rows_out_of_order} & {*repairs}:
+        for timed, _ in map(drop_rows_without_time, rows):
+            if question := describe_restart(timed):
+                # shown at the line that calls the reader
+                warnings.warn(f"{timed.source}: {question}", DoubtfulInputWarning, stacklevel=3)
     return recording_from_rows(rows, reading.clock.absolute, repairs, reading.origin)
