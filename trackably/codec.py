@@ -219,10 +219,6 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
 
 def _read_fields(wanted: Any, data: Any, where: str) -> Any:
     hints, required = _hints(wanted), _required_fields(wanted)
-    if wanted is Polytope and isinstance(data, dict):  # an end of a bound is a number, or an object if it moves in time
-        ends = {side: of for side, of in data.items() if side in ("lower", "upper") and isinstance(of, list)}
-        moving = (side for side, of in ends.items() if dict in map(type, of))
-        hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
 
     def make(**values: Any) -> Any:
         try:
@@ -239,6 +235,8 @@ def _read_fields(wanted: Any, data: Any, where: str) -> Any:
 def _hints(wanted: Any) -> dict[str, Any]:
     """Return the types of the fields of a dataclass, by name."""
     hints = get_type_hints(wanted)
+    if wanted is Polytope:  # an end of a bound is a number, or an object if it moves in time
+        hints |= dict.fromkeys(("lower", "upper"), tuple[float | PolynomialPieces, ...])
     return {field.name: hints[field.name] for field in fields(wanted)}
 
 

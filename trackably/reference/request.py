@@ -8,7 +8,7 @@ from typing import Protocol, Self, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import is_number, numbers, real
+from trackably.arguments import instance, is_number, numbers, real
 from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.gp.factorise import LARGEST_DENSE
 from trackably.gp.hyperparameter import Learned
@@ -45,10 +45,8 @@ def _value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
     return given[name]
 
 
-def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:
-    if not isinstance(kernel, Kernel):
-        what = f"the class {kernel.__name__}" if isinstance(kernel, type) else type(kernel).__name__
-        raise TypeError(f"kernel: expected a kernel such as SquaredExponential(), got {what}")
+def _prior(name: str, kernel: Kernel, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:
+    instance("kernel", kernel, Kernel, "a kernel such as SquaredExponential()")
     try:
         return Prior(kernel, noise_std, real(f"mean of {name}", mean))
     except ValueError as error:
