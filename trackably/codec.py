@@ -85,9 +85,10 @@ def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each
             return str(value)
         case np.ndarray():
             return value.tolist()
+        case np.generic():
+            return value.item()
         case Mapping():
-            plain = ((name.item() if isinstance(name, np.generic) else name, of) for name, of in value.items())
-            return {name: encode_unverified(of) for name, of in plain}
+            return {encode_unverified(name): encode_unverified(of) for name, of in value.items()}
         case Set():
             return sorted(map(encode_unverified, value))
         case tuple() | list():

@@ -19,8 +19,6 @@ from reprlib import repr as short
 from threading import Thread
 from typing import Any, TypeVar
 
-import numpy as np
-
 from trackably.arguments import instance, whole
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import NotTrackableError
@@ -92,17 +90,13 @@ class Request:
 
 def _as_text(value: object) -> str:
     """Return arguments as JSON. TypeError: one of them cannot be written in this way."""
-    return json.dumps(encode_unverified(value), default=_as_number, separators=(",", ":"))
-
-
-def _as_number(value: object) -> Any:
-    """Return a number of NumPy as one of Python. TypeError: `value` is anything else."""
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(
-        f"learn_many: an argument of type {type(value).__name__} cannot be compared between runs; give numbers, texts, "
-        "lists or objects of this library"
-    )
+    try:
+        return json.dumps(encode_unverified(value), separators=(",", ":"))
+    except TypeError as error:
+        raise TypeError(
+            f"learn_many: an argument cannot be compared between runs ({error}); give numbers, texts, lists or objects "
+            "of this library"
+        ) from None
 
 
 _QUESTIONS = DoubtfulInputWarning, IgnoresSamplesWarning

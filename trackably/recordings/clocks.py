@@ -10,7 +10,7 @@ from decimal import ROUND_FLOOR, Context, Decimal, Inexact, Overflow, Subnormal
 from functools import cached_property, lru_cache
 from typing import Literal
 
-from trackably.arguments import positive
+from trackably.arguments import positive, short
 
 # Numbers as written in a file: kept exactly, and rounded to float64 once, at the end.
 #
@@ -50,7 +50,7 @@ def exact(value: object, mark: str | None = None) -> Decimal:
             hint = _what_it_may_be(value, text, mark)
     except (Inexact, Overflow, Subnormal):
         hint = f" of more than {_LONGEST} digits"
-    raise ValueError(f"expected a finite number, got {shorten(value)}{hint}")
+    raise ValueError(f"expected a finite number, got {short(value)}{hint}")
 
 
 def _what_it_may_be(value: str, text: str, mark: str | None) -> str:
@@ -85,12 +85,6 @@ def _shortest(number: float) -> Decimal:
 def plain(number: Decimal) -> str:
     """Format a number for a message: without exponent and trailing zeros."""
     return f"{EXACT.normalize(number):f}"
-
-
-def shorten(value: object) -> str:
-    """Format a decoded value for a message: a number as it was written, anything else shortened."""
-    text = str(value) if isinstance(value, Decimal) else repr(value).replace("\n", " ")
-    return text if len(text) <= 80 else f"{text[:79]}…"
 
 
 _ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?( ?[Z+-].*)?)?", re.ASCII)
@@ -135,7 +129,7 @@ class DateTimes:
         ValueError: this is no text, or has another format.
         """
         if not isinstance(stamp, str):
-            raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
+            raise ValueError(f"expected a date and a time of day as text, got {short(stamp)}")
         try:
             moment = self._read(stamp)
         except ValueError:

@@ -26,10 +26,10 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 from zstandard import ZstdDecompressor
 
-from trackably.arguments import instance, text
+from trackably.arguments import instance, short, text
 from trackably.errors import InputError
 from trackably.files import open_input, path_of
-from trackably.recordings.clocks import CLOCKS, EXACT, NANOSECOND, Clock, Origin, clock_named, exact, shorten
+from trackably.recordings.clocks import CLOCKS, EXACT, NANOSECOND, Clock, Origin, clock_named, exact
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
@@ -361,7 +361,7 @@ def _pair(stamp: object) -> Decimal:
                 seconds, nanoseconds = map(exact, parts)
                 return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
     raise ValueError(
-        f"expected seconds and nanoseconds, got {shorten(stamp)} (give the unit of a stamp that is a number or a text)"
+        f"expected seconds and nanoseconds, got {short(stamp)} (give the unit of a stamp that is a number or a text)"
     )
 
 
