@@ -123,7 +123,6 @@ class CsvColumn(Recorded):
     time_column: str | Annotated[tuple[str, ...], LISTED] | None
     time_unit: Annotated[str | DateTimes, BeforeValidator(_known_clock)]
     value_column: str
-    noise_column: str | None = None
     separator: str | None = None
     decimal: Literal[".", ","] = "."
     encoding: str = "utf-8"
@@ -139,7 +138,6 @@ class McapField(Recorded):
     topic: str
     field: str
     time: Annotated[Stamp, BeforeValidator(_message_time)] = LOG_TIME
-    noise_field: str | None = None
 
 
 Source = Drawn | CsvColumn | McapField

@@ -359,15 +359,13 @@ class Field:
     `pose.position.x`, `joints[2].angle`, and `transforms[child_frame_id=base].transform.translation.x` for the entry of
     a list that has this name; `position[name=elbow]` is the entry of `position` where the list `name` beside it has
     `elbow`, as in ROS's JointState. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a `Stamp` in it.
-    `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
-    scaled too. TypeError, ValueError: as for a `Column`, or `topic` is no name, or `time` none of these.
+    TypeError, ValueError: as for a `Column`, or `topic` is no name, or `time` none of these.
     """
 
     topic: str
     path: str
     scale: float = 1.0
     time: Stamp = LOG_TIME
-    noise_std: str | None = None
     offset: float = 0.0
 
     def __post_init__(self) -> None:
@@ -379,7 +377,7 @@ class Field:
     @property
     def column(self) -> Column:
         """The field as a column of the messages on its topic."""
-        return Column(self.path, self.scale, self.noise_std, self.offset)
+        return Column(self.path, self.scale, self.offset)
 
 
 def read_mcap(

@@ -47,10 +47,8 @@ class Cleaning:
 class Recording:
     """`signals` by name: samples, each with their own times [s] since the common `origin` [ns].
 
-    If the file has a standard deviation for each sample, these are the `relative_noise` of the samples, to be used with
-    noise_std = 1. The origin is exact, on the file's own clock. The recording is `absolute` if that clock counts from
-    1970, as epoch stamps, dates and most log times do. `cleanings` are the reports of errors and repairs for each table
-    or topic.
+    The origin is exact, on the file's own clock. The recording is `absolute` if that clock counts from 1970, as epoch
+    stamps, dates and most log times do. `cleanings` are the reports of errors and repairs for each table or topic.
     """
 
     signals: Mapping[str, Samples]

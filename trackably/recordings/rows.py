@@ -23,9 +23,9 @@ from trackably.recordings.recording import Finding
 class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays by
-    signal: (n, 1), NaN if missing, or (n, 2) if each value has a standard deviation beside it. `dates` are the stamps
-    as they are written, if they are dates or times of day. `findings` are the errors that were found so far.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
+    by signal, NaN if missing. `dates` are the stamps as they are written, if they are dates or times of day. `findings`
+    are the errors that were found so far.
     """
 
     source: str
@@ -58,7 +58,7 @@ class Rows:
 
     def present(self, signal: str) -> npt.NDArray[np.bool_]:
         """Return a mask (n,) of the rows that have a value of the signal."""
-        return ~np.isnan(self.values[signal][:, 0])
+        return ~np.isnan(self.values[signal])
 
     def only(self, rows: Sequence[int]) -> "Rows":
         """Return these rows, in this order."""
@@ -83,7 +83,7 @@ class Rows:
 
     def all_zero(self) -> list[int]:
         """Return the rows in which every signal is zero."""
-        return np.flatnonzero(np.all([of[:, 0] == 0 for of in self.values.values()], axis=0)).tolist()
+        return np.flatnonzero(np.all([of == 0 for of in self.values.values()], axis=0)).tolist()
 
     def repeats(self, signal: str) -> list[list[int]]:
         """Return each group of two or more rows that have a value of the signal at the same time.
@@ -184,10 +184,7 @@ def keep_last_of_repeated(rows: Rows) -> Rows:
 
 
 def average_repeated(rows: Rows) -> Rows:
-    """Replace several values of a signal at one time by their mean.
-
-    Its standard deviation is that of the mean of independent samples. InputError: a row has no time.
-    """
+    """Replace several values of a signal at one time by their mean. InputError: a row without a time."""
     return _merge(rows, slice(None), "time repeated, averaged")
 
 
@@ -218,16 +215,14 @@ def chosen_repairs(repairs: Sequence[Repair | str]) -> tuple[Repair, ...]:
 def _merge(rows: Rows, part: slice, what: str) -> Rows:
     """Replace several values of a signal at one time by the mean of a `part` of them, in the first of their rows.
 
-    Other signals are kept in their rows. The standard deviation is that of a mean of independent samples, or NaN if one
-    of them is not positive: the mean would hide it, but NaN is refused later.
+    Other signals are kept in their rows.
     """
     values = {name: of.copy() for name, of in rows.values.items()}
     repeated: set[int] = set()
     for name, of in values.items():
         for together in rows.repeats(name):
-            column, *deviations = of[together][part].T
-            std = [math.hypot(*each) / len(each) if np.all(each > 0) else np.nan for each in deviations]
-            of[together], of[together[0]] = np.nan, [math.fsum(column) / len(column), *std]
+            chosen = of[together][part]
+            of[together], of[together[0]] = np.nan, math.fsum(chosen) / len(chosen)
             repeated.update(together[1:])
     return replace(rows, values=values).reported(sorted(repeated), what)
 
@@ -243,7 +238,6 @@ def repair(rows: Rows, repairs: Sequence[Repair]) -> Rows:
     _refuse_empty(rows)
     _refuse_disorder(rows)
     _refuse_repeats(rows)
-    _refuse_noise(rows)
     return rows
 
 
@@ -282,13 +276,6 @@ def _rows(count: int) -> str:
     return "1 row is" if count == 1 else f"{count} rows are"
 
 
-def _refuse_noise(rows: Rows) -> None:
-    for name, of in rows.values.items():
-        for row in np.flatnonzero(rows.present(name) & ~np.all(of[:, 1:] > 0, axis=1)).tolist():
-            got = "none" if np.isnan(of[row, 1]) else f"{of[row, 1]:g}"
-            raise InputError(f"{rows.where(row)}: expected a positive standard deviation of {name!r}, got {got}")
-
-
 def first_stamp(rows: Rows) -> Decimal:
     """Return the stamp [s] of the first sample."""
     stamps = rows.require_times()
@@ -310,4 +297,4 @@ def samples_since(origin: int, rows: Rows, name: str) -> Samples:
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
             f"float64, {times[bad[0]]:g} s after the origin {origin} ns; give an origin near the samples"
         )
-    return Samples(times, *rows.values[name][at].T)
+    return Samples(times, rows.values[name][at])

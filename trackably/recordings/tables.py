@@ -74,20 +74,16 @@ class Column:
     """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
 
     Then `offset` is added, in the new unit: 273.15 converts degrees Celsius to kelvins, and -0.012 removes a sensor's
-    value at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of the
-    values; it is scaled too. TypeError: a name is no text, or scale or offset no number. ValueError: one of these is
-    not finite, or the scale is zero.
+    value at zero. TypeError: the name is no text, or scale or offset no number. ValueError: one of these is not finite,
+    or the scale is zero.
     """
 
     name: str
     scale: float = 1.0
-    noise_std: str | None = None
     offset: float = 0.0
 
     def __post_init__(self) -> None:
         text("Column: name", self.name)
-        if self.noise_std is not None:
-            text(f"{self.name!r}: noise_std", self.noise_std)
         real(f"{self.name!r}: offset", self.offset)
         if not real(f"{self.name!r}: scale", self.scale):
             raise ValueError(f"{self.name!r}: expected a scale other than zero, got {self.scale}")
@@ -181,8 +177,7 @@ class Reading:
     @property
     def names(self) -> list[str]:
         """The columns that the file has to have, without duplicates."""
-        named = (*self.times, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
-        return list(dict.fromkeys(name for name in named if name is not None))
+        return list(dict.fromkeys((*self.times, *(column.name for column in self.columns.values()))))
 
     def _stamps(self, table: Table) -> Sequence[Any]:
         """Return the stamps as they are written: cells of one column, joined texts of several, or row numbers."""
@@ -197,12 +192,7 @@ class Reading:
         """Return the times and values of a table. InputError: a cell is no time stamp or no number."""
         name, written, clock = ", ".join(self.times) or "row number", self._stamps(table), self.clock
         stamps = replace(table, columns={name: written}).convert(name, lambda cell: clock.seconds(cell, table.mark))
-        values = {}
-        for signal, of in self.columns.items():
-            numbers = [table.numbers(of.name, of.scale, of.offset)]
-            if of.noise_std is not None:
-                numbers.append(table.numbers(of.noise_std, abs(of.scale)))
-            values[signal] = np.column_stack(numbers)
+        values = {signal: table.numbers(of.name, of.scale, of.offset) for signal, of in self.columns.items()}
         found = Rows(table.source, table.places, stamps, values)
         if not isinstance(clock, DateTimes):
             return found
