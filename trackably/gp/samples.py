@@ -143,7 +143,7 @@ class Samples:
 
     @property
     def gaps(self) -> list[tuple[float, float]]:
-        """The intervals (start, end) [s] without samples that are over 10 times longer than the median spacing.
+        """The start [s] and duration [s] of times without samples, over 10 times the median spacing, longest first.
 
         There are no gaps among fewer than 10 samples.
         """
@@ -151,7 +151,8 @@ class Samples:
             return []
         spacings = np.diff(self.times)
         before = np.flatnonzero(spacings > _WIDE * np.median(spacings))
-        return list(zip(self.times[before].tolist(), self.times[before + 1].tolist(), strict=True))
+        longest = before[np.argsort(-spacings[before], kind="stable")]
+        return list(zip(self.times[longest].tolist(), spacings[longest].tolist(), strict=True))
 
     @property
     def of_level(self) -> Samples:

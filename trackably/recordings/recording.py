@@ -100,6 +100,6 @@ def _gaps(samples: Samples) -> str:
     """Return a text about the longest gap in the times and the number of gaps; "" if there are none."""
     if not (gaps := samples.gaps):
         return ""
-    start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+    start, duration = gaps[0]
     others = f", the longest of {len(gaps)} such gaps" if len(gaps) > 1 else ""
-    return f", none for {end - start:.4g} s after {start:.6g} s{others}"
+    return f", none for {duration:.4g} s after {start:.6g} s{others}"
