@@ -61,7 +61,7 @@ status: .venv/installed
 	@dvc status --quiet || { dvc status; echo "results and code do not belong together: run 'dvc repro' and commit" >&2; exit 1; }
 
 checker: .venv/installed
-	python -m trackably.bundle checker.pyz
+	python -m pipeline.bundle checker.pyz
 
 attack: TAMPERINGS ?= 20000
 attack: REFERENCES ?= 2000

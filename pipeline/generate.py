@@ -73,7 +73,7 @@ def _sampled(experiment: Experiment, measured: Mapping[str, Samples], held_out: 
 
 
 def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:
-    column = Column(source.value_column, _scale(source), source.noise_column)
+    column = Column(source.value_column, _scale(source))
     given = ("separator", "decimal", "encoding", "skip", "missing", "columns")
     layout = CsvLayout(**{name: getattr(source, name) for name in given})
     counts_steps = source.time_unit == STEPS
@@ -83,7 +83,7 @@ def _read_csv(source: CsvColumn, sampling_time: float) -> Samples:
 
 
 def _read_mcap(source: McapField) -> Samples:
-    field = Field(source.topic, source.field, _scale(source), source.time, source.noise_field)
+    field = Field(source.topic, source.field, _scale(source), source.time)
     return read_mcap(source.file, {_SIGNAL: field}, source.repairs)[_SIGNAL]
 
 

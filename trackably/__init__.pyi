@@ -24,8 +24,6 @@ from trackably.errors import InputError as InputError
 from trackably.fleet.learn_many import Fleet as Fleet
 from trackably.fleet.learn_many import learn_many as learn_many
 from trackably.fleet.sources import Source as Source
-from trackably.fleet.sources import parts_of_csv as parts_of_csv
-from trackably.fleet.sources import parts_of_parquet as parts_of_parquet
 from trackably.fleet.sources import recordings_in as recordings_in
 from trackably.given.certify import CertifiedReference as CertifiedReference
 from trackably.given.certify import certify as certify

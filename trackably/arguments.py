@@ -19,14 +19,15 @@ _SECONDS = "(times - times[0]) / np.timedelta64(1, 's') are seconds"
 _LONGEST = 200  # most characters of a value in a message
 _SHORTENER = reprlib.Repr()
 _SHORTENER.maxother = 60  # most characters of other objects, such as dates
+_SHORTENER.maxstring = 80  # most characters of a text, such as a cell of a file
 
 
 def short(value: object) -> str:
-    """Return a value as a text for messages.
+    """Return a value as a text in one line for messages: a decimal number as it was written.
 
     Long lists and texts in it are shortened, and the whole text is cut after 200 characters.
     """
-    said = _SHORTENER.repr(value)
+    said = str(value) if isinstance(value, Decimal) else _SHORTENER.repr(value).replace("\n", " ")
     return said if len(said) <= _LONGEST else f"{said[:_LONGEST]}…"
 
 
@@ -115,8 +116,7 @@ def array(what: str, given: npt.ArrayLike, *shape: int | None) -> Array:
         raise ValueError(f"{what} must have shape ({described}{',' * (len(shape) == 1)}), got shape {found.shape}")
     if not np.all(is_finite := np.isfinite(found)):
         index = np.argwhere(~is_finite)[0].tolist()
-        where = f": the number at {index}" if index else ""
-        raise ValueError(f"{what}{where} must be finite, got {found[tuple(index)]}")
+        raise ValueError(f"{what}{index or ''} must be finite, got {found[tuple(index)]}")
     found.flags.writeable = False
     return found
 

@@ -85,9 +85,10 @@ def encode_unverified(value: object) -> Any:  # noqa: PLR0911  one form for each
             return str(value)
         case np.ndarray():
             return value.tolist()
+        case np.generic():
+            return value.item()
         case Mapping():
-            plain = ((name.item() if isinstance(name, np.generic) else name, of) for name, of in value.items())
-            return {name: encode_unverified(of) for name, of in plain}
+            return {encode_unverified(name): encode_unverified(of) for name, of in value.items()}
         case Set():
             return sorted(map(encode_unverified, value))
         case tuple() | list():
@@ -219,10 +220,6 @@ def _read_dataclass(wanted: Any, data: Any, where: str) -> Any:
 
 def _read_fields(wanted: Any, data: Any, where: str) -> Any:
     hints, required = _hints(wanted), _required_fields(wanted)
-    if wanted is Polytope and isinstance(data, dict):  # an end of a bound is a number, or an object if it moves in time
-        ends = {side: of for side, of in data.items() if side in ("lower", "upper") and isinstance(of, list)}
-        moving = (side for side, of in ends.items() if dict in map(type, of))
-        hints = hints | dict.fromkeys(moving, tuple[float | PolynomialPieces, ...])
 
     def make(**values: Any) -> Any:
         try:
@@ -239,6 +236,8 @@ def _read_fields(wanted: Any, data: Any, where: str) -> Any:
 def _hints(wanted: Any) -> dict[str, Any]:
     """Return the types of the fields of a dataclass, by name."""
     hints = get_type_hints(wanted)
+    if wanted is Polytope:  # an end of a bound is a number, or an object if it moves in time
+        hints |= dict.fromkeys(("lower", "upper"), tuple[float | PolynomialPieces, ...])
     return {field.name: hints[field.name] for field in fields(wanted)}
 
 

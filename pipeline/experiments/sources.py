@@ -18,7 +18,7 @@ from pipeline.experiments.fields import LISTED, GroundTruthName, NoisySteps, Pro
 from pipeline.yaml_file import Fields
 from trackably.recordings import CLOCKS, DateTimes
 from trackably.recordings.csv_file import MISSING
-from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, MessageTime, Stamp
+from trackably.recordings.mcap_file import LOG_TIME, PUBLISH_TIME, Stamp
 from trackably.recordings.rows import chosen_repairs
 
 STEPS = "steps"
@@ -123,7 +123,6 @@ class CsvColumn(Recorded):
     time_column: str | Annotated[tuple[str, ...], LISTED] | None
     time_unit: Annotated[str | DateTimes, BeforeValidator(_known_clock)]
     value_column: str
-    noise_column: str | None = None
     separator: str | None = None
     decimal: Literal[".", ","] = "."
     encoding: str = "utf-8"
@@ -138,8 +137,7 @@ class McapField(Recorded):
     file: Annotated[ProjectPath, Field(alias="mcap")]
     topic: str
     field: str
-    time: Annotated[MessageTime, BeforeValidator(_message_time)] = LOG_TIME
-    noise_field: str | None = None
+    time: Annotated[Stamp, BeforeValidator(_message_time)] = LOG_TIME
 
 
 Source = Drawn | CsvColumn | McapField

@@ -57,7 +57,7 @@ WRONG = {
     "masked": (lambda: Samples([0, 1], np.ma.array([1.0, 2.0], mask=[1, 0])), "some values are masked"),
     "columns": (
         lambda: Samples([0, 1], [[1], [2]]),
-        "values must be a non-empty one-dimensional array, got shape",
+        "samples: values must have shape (any,), got shape (2, 1)",
     ),
     "nothing but NaN": (
         lambda: learn(samples=pd.Series([NAN, NAN], index=[0.0, 1.0])),
@@ -69,7 +69,7 @@ WRONG = {
         "times as its index, got tuple",
     ),
     "endless": (lambda: Samples([0, INF, NAN], [0, 0, 0]), "samples: times[1] must be finite, got inf"),
-    "no number": (lambda: system([[1, NAN], [0, 1]], [[0], [1]]), "A: the number at [0, 1] must be finite, got nan"),
+    "no number": (lambda: system([[1, NAN], [0, 1]], [[0], [1]]), "A[0, 1] must be finite, got nan"),
     "too many": (lambda: Samples([0, 1], [0, 1, 2]), "samples: as many times as values are needed, got 2 and 3"),
     "repeated": (lambda: Samples([0, 1, 1], [0, 0, 0]), "times[2] = 1 s repeats times[1] = 1 s"),
     "unsorted": (lambda: Samples([0, 2, 1.5, 1], [0] * 4), "times[2] = 1.5 s lies before times[1] = 2 s"),

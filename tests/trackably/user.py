@@ -82,8 +82,6 @@ from trackably import (
     learn_reference,
     learn_stream,
     mobile_robot,
-    parts_of_csv,
-    parts_of_parquet,
     pendulum,
     read_csv,
     read_joint_trajectory,
@@ -145,12 +143,11 @@ assert_type(learn_stream(Samples([0], [0]), plant, kernel, "all_times", window=2
 soon = TrackableReference.load("reference.json", seconds=1.0)
 assert_type(soon, TrackableReference | Unchecked[TrackableReference])
 several = recordings_in("measured/*.csv", lambda path: read_csv(path, "t", "s", {"position": "y"}))
+assert_type(several, tuple[Source, ...])
 fleet = learn_many(several, plant, kernel, "recorded", folder="learned", workers=2, noise_std=0.01)
 assert_type(fleet, Fleet)
 assert_type(fleet.reference("axis"), TrackableReference)
 assert_type(learn_many(several, plant, kernel, "recorded", folder="l", learn=learn_stream).stream("a"), StreamReference)
-for parts_of in (parts_of_csv, parts_of_parquet):
-    assert_type(parts_of("all.parquet", "name", "t", "s", {"position": "y"}), tuple[Source, ...])
 read_parquet("axis.parquet", "t", "ISO 8601", {"position": Column("y")})
 curve = PolynomialPieces([0, 1, 2], [[0, 0.1], [0.1, 0]], "rest")
 certified = certify({"position": curve}, plant, "all_times")

@@ -19,8 +19,6 @@ from reprlib import repr as short
 from threading import Thread
 from typing import Any, TypeVar
 
-import numpy as np
-
 from trackably.arguments import instance, whole
 from trackably.certificates.claim import Written, as_claim
 from trackably.certificates.judge import NotTrackableError
@@ -38,6 +36,7 @@ from trackably.progress import line_of
 from trackably.recordings.recording import Recording
 from trackably.reference.explanation import IgnoresSamplesWarning
 from trackably.reference.learn import learn_reference
+from trackably.reference.request import samples_by_name
 from trackably.reference.trackable import TrackableReference
 from trackably.streams.learn import learn_stream
 from trackably.streams.reference import StreamReference
@@ -80,28 +79,24 @@ class Request:
             (version("trackably"), self.learn.__name__, self.plant, self.kernel, repr(self.claim), self.options)
         )
 
-    def fingerprint(self, samples: Samples | Mapping[str, Samples]) -> str:
+    def fingerprint(self, samples: Mapping[str, Samples]) -> str:
         """Return the SHA-256 of all data that the answer for these samples depends on, as 64 hexadecimal digits."""
         return digest((self._shared + _as_text(samples)).encode())
 
-    def learn_from(self, samples: Samples | Mapping[str, Samples]) -> Learned:
+    def learn_from(self, samples: Mapping[str, Samples]) -> Learned:
         """Return the reference of one recording. Raises and warns as `learn` does."""
         return self.learn(samples, self.plant, self.kernel, self.claim, progress=False, **self.options)
 
 
 def _as_text(value: object) -> str:
     """Return arguments as JSON. TypeError: one of them cannot be written in this way."""
-    return json.dumps(encode_unverified(value), default=_as_number, separators=(",", ":"))
-
-
-def _as_number(value: object) -> Any:
-    """Return a number of NumPy as one of Python. TypeError: `value` is anything else."""
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(
-        f"learn_many: an argument of type {type(value).__name__} cannot be compared between runs; give numbers, texts, "
-        "lists or objects of this library"
-    )
+    try:
+        return json.dumps(encode_unverified(value), separators=(",", ":"))
+    except TypeError as error:
+        raise TypeError(
+            f"learn_many: an argument cannot be compared between runs ({error}); give numbers, texts, lists or objects "
+            "of this library"
+        ) from None
 
 
 _QUESTIONS = DoubtfulInputWarning, IgnoresSamplesWarning
@@ -116,7 +111,8 @@ def answer(source: Source, request: Request, where: FleetFolder) -> Row:
     """
     kept = where.read_row(source.name)
     try:
-        samples = _samples(source.read())
+        measured = source.read()
+        samples = samples_by_name(measured.signals if isinstance(measured, Recording) else measured, request.plant)
     except (InputError, ValueError, TypeError, OSError) as error:
         row = Row(source.name, "unusable", str(error), _UNREAD)
         return row if row == kept else where.write(row)
@@ -163,12 +159,6 @@ def _questions() -> Iterator[list[str]]:
             asked.append(str(each.message))
         else:
             warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
-
-
-def _samples(measured: Measured) -> Samples | Mapping[str, Samples]:
-    found = measured.signals if isinstance(measured, Recording) else measured
-    instance("recording", found, Samples | Mapping, "Samples, samples by name or a Recording")
-    return found
 
 
 _LOOKED_EVERY = 0.5  # seconds between a worker's checks that its parent process runs
@@ -325,8 +315,8 @@ def learn_many(
     Parameters
     ----------
     recordings
-        By name: Samples, samples by name, or a Recording whose signals have the names of states. Or sources that are
-        read by the workers: `recordings_in(folder, read)`, `parts_of_csv`, `parts_of_parquet`.
+        By name: samples as of `learn_reference`, or a Recording whose signals have the names of states. Or sources
+        that are read by the workers: `recordings_in(folder, read)`.
     plant, kernel, claim
         As of `learn_reference`.
     folder

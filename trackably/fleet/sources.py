@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from glob import glob
@@ -13,16 +13,11 @@ from pathlib import Path
 from trackably.arguments import instance, text
 from trackably.errors import InputError
 from trackably.files import path_of
-from trackably.gp.samples import Samples
-from trackably.recordings.clocks import Clock, Origin
-from trackably.recordings.csv_file import PLAIN, CsvLayout, csv_table
-from trackably.recordings.parquet_file import parquet_table
 from trackably.recordings.recording import Recording
-from trackably.recordings.rows import Repair
-from trackably.recordings.tables import Column, Reading, Table, recording_of
+from trackably.reference.request import SamplesLike
 
-Measured = Samples | Mapping[str, Samples] | Recording
-"""Measured data: samples, samples by name, or a recording whose signals have the names of states."""
+Measured = SamplesLike | Recording
+"""Measured data: samples as `learn_reference` takes them, or a recording whose signals have the names of states."""
 
 
 @dataclass(frozen=True)
@@ -80,54 +75,3 @@ def sources_of(recordings: Mapping[str, Measured] | Iterable[Source]) -> tuple[S
     if count > 1:
         raise ValueError(f"recordings: each needs a name of its own, but {name!r} appears {count} times")
     return found
-
-
-def parts_of_csv(
-    path: str | Path,
-    by: str,
-    time: str | Sequence[str] | None,
-    time_unit: str | Clock,
-    signals: Mapping[str, Column | str],
-    layout: CsvLayout = PLAIN,
-    repairs: Sequence[Repair | str] = (),
-    origin: Origin = None,
-) -> tuple[Source, ...]:
-    """Return a source for each name in the column `by`, with the rows of this name; other arguments as in `read_csv`.
-
-    The file is read once, here; workers convert its cells to numbers. InputError: the file is unreadable, lacks a
-    column, or a row has no name.
-    """
-    reading = Reading(time, time_unit, signals, repairs, origin)
-    return _parts(reading, by, partial(csv_table, path, layout))
-
-
-def parts_of_parquet(
-    path: str | Path,
-    by: str,
-    time: str | None,
-    time_unit: str | Clock,
-    signals: Mapping[str, Column | str],
-    repairs: Sequence[Repair | str] = (),
-    origin: Origin = None,
-) -> tuple[Source, ...]:
-    """Return a source for each name or number in the column `by`; other arguments as in `read_parquet`.
-
-    InputError: the file is unreadable, lacks a column, or a row has no name; or pyarrow is not installed.
-    """
-    reading = Reading(time, time_unit, signals, repairs, origin)
-    return _parts(reading, by, partial(parquet_table, path))
-
-
-def _parts(reading: Reading, by: str, read: Callable[[Sequence[str]], Table]) -> tuple[Source, ...]:
-    """Return a source for each name in a column, in the order of first appearance, with the rows of this name.
-
-    `read` returns the table of some columns.
-    """
-    table = read([*dict.fromkeys((*reading.names, by))])
-    rows: dict[str, list[int]] = {}
-    for row, (place, name) in enumerate(zip(table.places, table.columns[by], strict=True)):
-        if not isinstance(name, str | int) or not str(name).strip():
-            got = "none" if name is None else repr(name)
-            raise InputError(f"{table.source}, {place}, column {by!r}: expected the name of a recording, got {got}")
-        rows.setdefault(str(name).strip(), []).append(row)
-    return tuple(Source(name, partial(recording_of, (reading, table.part(of)))) for name, of in rows.items())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import instance, numbers
+from trackably.arguments import array, instance
 from trackably.arrays import Array, ArrayLike
 from trackably.gp.factors.fourier import Ladder
 from trackably.gp.kernels.base import Kernel
@@ -96,15 +96,7 @@ class Samples:
             object.__setattr__(self, "relative_noise", np.ones(np.shape(self.times)))
         instance("samples: stencil", self.stencil, Stencil | Stencils, "a Stencil, or Stencils")
         for name in ("times", "values", "relative_noise"):
-            array = numbers(f"samples: {name}", getattr(self, name))
-            if array.ndim != 1 or array.size == 0:
-                raise ValueError(f"samples: {name} must be a non-empty one-dimensional array, got shape {array.shape}")
-            if bad := np.flatnonzero(~np.isfinite(array)).tolist():
-                raise ValueError(
-                    f"samples: {name}[{bad[0]}] must be finite, got {array[bad[0]]}; leave such samples out"
-                )
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, array(f"samples: {name}", getattr(self, name), None))
         for name in ("values", "relative_noise"):
             if self.times.shape != getattr(self, name).shape:
                 what = name.replace("_", " ")
@@ -151,7 +143,7 @@ class Samples:
 
     @property
     def gaps(self) -> list[tuple[float, float]]:
-        """The intervals (start, end) [s] without samples that are over 10 times longer than the median spacing.
+        """The start [s] and duration [s] of times without samples, over 10 times the median spacing, longest first.
 
         There are no gaps among fewer than 10 samples.
         """
@@ -159,7 +151,8 @@ class Samples:
             return []
         spacings = np.diff(self.times)
         before = np.flatnonzero(spacings > _WIDE * np.median(spacings))
-        return list(zip(self.times[before].tolist(), self.times[before + 1].tolist(), strict=True))
+        longest = before[np.argsort(-spacings[before], kind="stable")]
+        return list(zip(self.times[longest].tolist(), spacings[longest].tolist(), strict=True))
 
     @property
     def of_level(self) -> Samples:

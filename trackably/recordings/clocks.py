@@ -10,7 +10,7 @@ from decimal import ROUND_FLOOR, Context, Decimal, Inexact, Overflow, Subnormal
 from functools import cached_property, lru_cache
 from typing import Literal
 
-from trackably.arguments import positive
+from trackably.arguments import positive, short
 
 # Numbers as written in a file: kept exactly, and rounded to float64 once, at the end.
 #
@@ -50,7 +50,7 @@ def exact(value: object, mark: str | None = None) -> Decimal:
             hint = _what_it_may_be(value, text, mark)
     except (Inexact, Overflow, Subnormal):
         hint = f" of more than {_LONGEST} digits"
-    raise ValueError(f"expected a finite number, got {shorten(value)}{hint}")
+    raise ValueError(f"expected a finite number, got {short(value)}{hint}")
 
 
 def _what_it_may_be(value: str, text: str, mark: str | None) -> str:
@@ -85,12 +85,6 @@ def _shortest(number: float) -> Decimal:
 def plain(number: Decimal) -> str:
     """Format a number for a message: without exponent and trailing zeros."""
     return f"{EXACT.normalize(number):f}"
-
-
-def shorten(value: object) -> str:
-    """Format a decoded value for a message: a number as it was written, anything else shortened."""
-    text = str(value) if isinstance(value, Decimal) else repr(value).replace("\n", " ")
-    return text if len(text) <= 80 else f"{text[:79]}…"
 
 
 _ISO = re.compile(r"\d{4}-?(\d\d-?\d\d|W\d\d(-?\d)?)([T ]\d\d(:?\d\d(:?\d\d([.,]\d+)?)?)?( ?[Z+-].*)?)?", re.ASCII)
@@ -135,7 +129,7 @@ class DateTimes:
         ValueError: this is no text, or has another format.
         """
         if not isinstance(stamp, str):
-            raise ValueError(f"expected a date and a time of day as text, got {shorten(stamp)}")
+            raise ValueError(f"expected a date and a time of day as text, got {short(stamp)}")
         try:
             moment = self._read(stamp)
         except ValueError:
@@ -229,8 +223,6 @@ class Ticks:
 
 Clock = Ticks | DateTimes
 
-_SINCE, _UNTIL = Decimal(946684800), Decimal(4102444800)  # the years 2000 and 2100, in seconds since 1970
-_YEAR = Decimal("31556952")
 _LENGTHS = {"s": "1", "ms": "1e-3", "us": "1e-6", "µs": "1e-6", "ns": "1e-9", "min": "60", "h": "3600"}
 
 CLOCKS: Mapping[str, Clock] = {
@@ -241,10 +233,6 @@ CLOCKS: Mapping[str, Clock] = {
 """The clocks by name: units with the file's own zero, units since the UNIX epoch (1970, UTC), and ISO 8601 dates."""
 
 
-RECORDED = Ticks(NANOSECOND, absolute=True)
-"""The clock of MCAP recorders. `doubt` accepts all its times, because those of simulations count from zero."""
-
-
 def frames(rate: float) -> Ticks:
     """Return the clock of stamps that count frames or steps, `rate` [1/s] of them each second.
 
@@ -252,33 +240,6 @@ def frames(rate: float) -> Ticks:
     """
     written = Decimal(repr(positive("frames: rate", rate)))
     return Ticks(Context(prec=50).divide(Decimal(1), written))  # 50 digits: far more than a float64 has
-
-
-def doubt(clock: Clock, first: Decimal) -> str | None:
-    """Return a warning's text if the `first` time [s] of a clock is implausible; None otherwise.
-
-    Stamps since 1970 give a year from 2000 to 2100 in one unit only: in milliseconds, for example, and not in seconds.
-    The text names this unit.
-    """
-    if not isinstance(clock, Ticks) or clock is RECORDED or (clock.absolute and _is_likely(first)):
-        return None
-    count = Context(prec=50).divide(first, clock.length)
-    units = {name: other for name, other in CLOCKS.items() if isinstance(other, Ticks) and other.absolute}
-    likely = [name for name, other in units.items() if _is_likely(other.seconds(count))]
-    if not likely or (not clock.absolute and units[likely[0]].length > clock.length):
-        return None  # 1.7e9 ms from a file's own zero are 20 days, and no date in s
-    unit = likely[0]
-    year = 1970 + int(units[unit].seconds(count) / _YEAR)
-    if units[unit].length != clock.length:
-        return f"time: the first stamp, {count:f}, is far from the present in this unit; is it {unit!r}, of {year}?"
-    return (
-        f'time: the first stamp, {count:f}, looks like {unit!r} of {year}; with that unit, or with origin="first", '
-        "times count from the first sample"
-    )
-
-
-def _is_likely(seconds: Decimal) -> bool:
-    return _SINCE <= seconds < _UNTIL
 
 
 def clock_named(clock: object) -> Clock:

@@ -6,7 +6,7 @@ import codecs
 import csv
 import io
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,18 +73,15 @@ class CsvLayout:
     encoding: str = "utf-8"
     comment: str = "#"
     skip: Collection[int] = ()
-    missing: Collection[str] = MISSING
-    columns: Collection[str] = ()
+    missing: Sequence[str] = MISSING
+    columns: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         text("CSV layout: encoding", self.encoding)
         text("CSV layout: comment", self.comment)
-        for name in ("skip", "missing", "columns"):
-            given = getattr(self, name)
-            if isinstance(given, str) or not isinstance(given, Collection):
-                raise TypeError(f"CSV layout: {name}: expected a list, got {given!r}")
-        names("CSV layout: missing", [*self.missing])
-        names("CSV layout: columns", [*self.columns])
+        instance("CSV layout: skip", self.skip, tuple | list | range | Set, "a list of line numbers")
+        names("CSV layout: missing", self.missing)
+        names("CSV layout: columns", self.columns)
         if self.decimal not in DECIMAL_MARKS:
             raise ValueError(f"CSV layout: expected a point or a comma as decimal mark, got {self.decimal!r}")
         if self.separator is not None and not re.fullmatch(r'[^"\r\n]', text("CSV layout: separator", self.separator)):
@@ -220,7 +217,7 @@ def read_csv(
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps, for example milliseconds that are read as seconds since 1970.
+        If rows are sorted or dropped because of their times, and the clock seems to start again.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 from types import SimpleNamespace
-from typing import ClassVar, Literal, TypeGuard
+from typing import TypeGuard
 
 from google.protobuf.message import Message as Protobuf
 from lz4.frame import LZ4FrameDecompressor
@@ -26,10 +26,10 @@ from mcap_protobuf.decoder import DecoderFactory as ProtobufDecoders
 from mcap_ros2.decoder import DecoderFactory as Ros2Decoders
 from zstandard import ZstdDecompressor
 
-from trackably.arguments import instance, text
+from trackably.arguments import instance, short, text
 from trackably.errors import InputError
 from trackably.files import open_input, path_of
-from trackably.recordings.clocks import EXACT, NANOSECOND, RECORDED, Clock, Origin, clock_named, exact, shorten
+from trackably.recordings.clocks import EXACT, NANOSECOND, Clock, Origin, clock_named, exact
 from trackably.recordings.recording import Recording
 from trackably.recordings.rows import Repair
 from trackably.recordings.tables import (
@@ -303,25 +303,8 @@ _PAIRS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"), ("seconds", "n
 
 
 @dataclass(frozen=True)
-class RecordTime:
-    """The time at which a message was recorded, its `log_time`, or at which it was published, its `publish_time`."""
-
-    attribute: Literal["log_time", "publish_time"]
-    field: ClassVar[None] = None
-
-    @property
-    def clock(self) -> Clock:
-        """The recorder's clock."""
-        return RECORDED
-
-    def of(self, message: Received, _content: object) -> tuple[object, str]:
-        """Return the time stamp of a message on the recorder's clock, and "", as no list entries lead to it."""
-        return getattr(message.message, self.attribute), ""
-
-
-@dataclass(frozen=True)
 class Stamp:
-    """The time stamp in the `field` of a message.
+    """The time stamp in the `field` of a message, or of the recorder's record of it.
 
     `unit` is the name of a clock in `CLOCKS`, or a clock. Without one, the field has seconds and nanoseconds, as stamps
     of ROS and Protobuf have. TypeError: the field is no text. ValueError: an unknown name.
@@ -329,6 +312,7 @@ class Stamp:
 
     field: str
     unit: str | Clock | None = None
+    of_record: bool = False
 
     def __post_init__(self) -> None:
         instance("Stamp: field", self.field, str, "the path of a field, as 'header.stamp'")
@@ -339,18 +323,20 @@ class Stamp:
         """The clock of the stamps."""
         return clock_named("epoch s" if self.unit is None else self.unit)
 
-    def of(self, _message: Received, content: object) -> tuple[object, str]:
-        """Return the time stamp in a message, None if it is unset, and the entries of lists on the way to it.
+    def of(self, message: Received, content: object) -> tuple[object, str]:
+        """Return the time stamp of a message, None if it is unset, and the entries of lists on the way to it.
 
         LookupError: the message has no such field. ValueError: the field has no seconds and nanoseconds.
         """
-        found, entries = locate(content, self.field)
+        found, entries = (getattr(message.message, self.field), "") if self.of_record else locate(content, self.field)
         return found if found is None or self.unit is not None else _pair(found), entries
 
 
-MessageTime = RecordTime | Stamp
-LOG_TIME = RecordTime("log_time")
-PUBLISH_TIME = RecordTime("publish_time")
+LOG_TIME = Stamp("log_time", "epoch ns", of_record=True)
+"""The time at which a message was recorded."""
+
+PUBLISH_TIME = Stamp("publish_time", "epoch ns", of_record=True)
+"""The time at which a message was published."""
 
 
 def _pair(stamp: object) -> Decimal:
@@ -361,7 +347,7 @@ def _pair(stamp: object) -> Decimal:
                 seconds, nanoseconds = map(exact, parts)
                 return EXACT.add(seconds, EXACT.multiply(nanoseconds, NANOSECOND))
     raise ValueError(
-        f"expected seconds and nanoseconds, got {shorten(stamp)} (give the unit of a stamp that is a number or a text)"
+        f"expected seconds and nanoseconds, got {short(stamp)} (give the unit of a stamp that is a number or a text)"
     )
 
 
@@ -373,27 +359,25 @@ class Field:
     `pose.position.x`, `joints[2].angle`, and `transforms[child_frame_id=base].transform.translation.x` for the entry of
     a list that has this name; `position[name=elbow]` is the entry of `position` where the list `name` beside it has
     `elbow`, as in ROS's JointState. `time` selects the time of a message: LOG_TIME, PUBLISH_TIME or a `Stamp` in it.
-    `noise_std` is the path of the standard deviation of each sample, in the unit of the message; it is
-    scaled too. TypeError, ValueError: as for a `Column`, or `topic` is no name, or `time` none of these.
+    TypeError, ValueError: as for a `Column`, or `topic` is no name, or `time` none of these.
     """
 
     topic: str
     path: str
     scale: float = 1.0
-    time: MessageTime = LOG_TIME
-    noise_std: str | None = None
+    time: Stamp = LOG_TIME
     offset: float = 0.0
 
     def __post_init__(self) -> None:
         if not text("Field: topic", self.topic):
             raise ValueError("Field: topic: expected the name of a topic, got ''")
-        instance("Field: time", self.time, MessageTime, 'LOG_TIME, PUBLISH_TIME or a Stamp, as Stamp("header.stamp")')
+        instance("Field: time", self.time, Stamp, 'LOG_TIME, PUBLISH_TIME or a Stamp, as Stamp("header.stamp")')
         _ = self.column
 
     @property
     def column(self) -> Column:
         """The field as a column of the messages on its topic."""
-        return Column(self.path, self.scale, self.noise_std, self.offset)
+        return Column(self.path, self.scale, self.offset)
 
 
 def read_mcap(
@@ -428,7 +412,7 @@ def read_mcap(
     """
     path = path_of("path", path)
     check_signals(signals, Field, 'a Field, as {"position": Field("/topic", "path.in.message")}')
-    groups: dict[tuple[str, MessageTime], dict[str, Column]] = {}
+    groups: dict[tuple[str, Stamp], dict[str, Column]] = {}
     for name, of in signals.items():
         groups.setdefault((of.topic, of.time), {})[name] = of.column
     readings = {
@@ -448,7 +432,7 @@ def read_mcap(
 _ONE_NUMBER = "; a path leads to one number: position[0] or position[name=elbow] is an entry of a list"
 
 
-def _table(source: str, reading: Reading, messages: Sequence[Received], time: MessageTime) -> Table:
+def _table(source: str, reading: Reading, messages: Sequence[Received], time: Stamp) -> Table:
     """Return a table with a row for each message, and None for a missing field.
 
     InputError: a field is in no message, or a message is damaged.

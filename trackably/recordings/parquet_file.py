@@ -39,7 +39,7 @@ def read_parquet(
     Warns
     -----
     DoubtfulInputWarning
-        For implausible stamps.
+        As in `read_csv`.
 
     Raises
     ------
@@ -50,15 +50,7 @@ def read_parquet(
         For a wrong argument, before anything is read.
     """
     reading = Reading(time, time_unit, signals, repairs, origin)
-    return recording_of((reading, parquet_table(path, reading.names)))
-
-
-def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
-    """Return the columns `wanted` of a Parquet file; dates become text in ISO 8601.
-
-    InputError: the file is unreadable, a column is missing or does not hold one number, text or date in each cell, or
-    pyarrow is not installed.
-    """
+    wanted = reading.names
     path = path_of("path", path)
     with optional(f"{path}: Parquet"):
         from pyarrow import ArrowException, parquet, timestamp, types  # noqa: PLC0415
@@ -69,7 +61,7 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
             raise InputError(f"{path}: there is no column {missing[0]!r}; there are {listed}")
         if _size(parquet.read_metadata(path), wanted) > LARGEST:
             raise InputError(f"{path}: its columns unpack to more than {LARGEST} bytes: split the file")
-        table = parquet.read_table(path, columns=list(wanted))
+        table = parquet.read_table(path, columns=wanted)
     except (ArrowException, OSError) as error:
         raise InputError(f"{path}: cannot be read as Parquet ({error})") from error
     if not table.num_rows:
@@ -83,7 +75,7 @@ def parquet_table(path: str | Path, wanted: Sequence[str]) -> Table:
         is_date = types.is_timestamp(column.type) or types.is_date(column.type)
         cells = column.cast("timestamp[ns]").cast(timestamp("ns", "UTC")).cast("string") if is_date else column
         columns[name] = [None if is_none(cell) else cell for cell in cells.to_pylist()]
-    return Table(str(path), [f"row {row}" for row in range(1, table.num_rows + 1)], columns)
+    return recording_of((reading, Table(str(path), [f"row {row}" for row in range(1, table.num_rows + 1)], columns)))
 
 
 def _size(metadata: Any, wanted: Sequence[str]) -> int:

@@ -47,10 +47,8 @@ class Cleaning:
 class Recording:
     """`signals` by name: samples, each with their own times [s] since the common `origin` [ns].
 
-    If the file has a standard deviation for each sample, these are the `relative_noise` of the samples, to be used with
-    noise_std = 1. The origin is exact, on the file's own clock. The recording is `absolute` if that clock counts from
-    1970, as epoch stamps, dates and most log times do. `cleanings` are the reports of errors and repairs for each table
-    or topic.
+    The origin is exact, on the file's own clock. The recording is `absolute` if that clock counts from 1970, as epoch
+    stamps, dates and most log times do. `cleanings` are the reports of errors and repairs for each table or topic.
     """
 
     signals: Mapping[str, Samples]
@@ -102,6 +100,6 @@ def _gaps(samples: Samples) -> str:
     """Return a text about the longest gap in the times and the number of gaps; "" if there are none."""
     if not (gaps := samples.gaps):
         return ""
-    start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+    start, duration = gaps[0]
     others = f", the longest of {len(gaps)} such gaps" if len(gaps) > 1 else ""
-    return f", none for {end - start:.4g} s after {start:.6g} s{others}"
+    return f", none for {duration:.4g} s after {start:.6g} s{others}"

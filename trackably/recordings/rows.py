@@ -1,4 +1,4 @@
-"""Turn rows of a file into a recording: repair errors as the user chooses, and refuse the remaining ones."""
+"""Turn rows of a file into samples: repair errors as the user chooses, and refuse the remaining ones."""
 
 import math
 from bisect import bisect_right
@@ -15,18 +15,17 @@ from trackably.arguments import instance
 from trackably.arrays import Array
 from trackably.errors import InputError
 from trackably.gp.samples import Samples
-from trackably.recordings.clocks import EXACT, Origin, origin_seconds, plain, zero_of
-from trackably.recordings.recording import Cleaning, Finding, Recording
+from trackably.recordings.clocks import EXACT, origin_seconds, plain
+from trackably.recordings.recording import Finding
 
 
 @dataclass(frozen=True)
 class Rows:
     """n rows of one table or topic, the `source`: each has a time stamp, and values of some or all signals.
 
-    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays by
-    signal: (n, 1), NaN if missing, or (n, 2) if each value has a standard deviation beside it. `dates` are the stamps
-    as they are written, if they are dates or times of day. The rows `as_utc`, to be reported before any repair, have
-    dates that name no zone and are taken as UTC.
+    `places` names each row, "line 12" or "message 3". `stamps` [s] are exact, None if missing. `values` are arrays (n,)
+    by signal, NaN if missing. `dates` are the stamps as they are written, if they are dates or times of day. `findings`
+    are the errors that were found so far.
     """
 
     source: str
@@ -34,7 +33,7 @@ class Rows:
     stamps: Sequence[Decimal | None]
     values: Mapping[str, Array]
     dates: Sequence[str | None] = ()
-    as_utc: Sequence[int] = ()
+    findings: tuple[Finding, ...] = ()
 
     def __len__(self) -> int:
         return len(self.places)
@@ -59,7 +58,7 @@ class Rows:
 
     def present(self, signal: str) -> npt.NDArray[np.bool_]:
         """Return a mask (n,) of the rows that have a value of the signal."""
-        return ~np.isnan(self.values[signal][:, 0])
+        return ~np.isnan(self.values[signal])
 
     def only(self, rows: Sequence[int]) -> "Rows":
         """Return these rows, in this order."""
@@ -70,12 +69,21 @@ class Rows:
             stamps=[self.stamps[row] for row in rows],
             values={name: of[chosen] for name, of in self.values.items()},
             dates=[self.dates[row] for row in rows if self.dates],
-            as_utc=(),
         )
+
+    def without(self, dropped: Sequence[int], what: str) -> "Rows":
+        """Return the other rows; the `dropped` ones are reported as `what`."""
+        gone = set(dropped)
+        return self.reported(dropped, what).only([row for row in range(len(self)) if row not in gone])
+
+    def reported(self, found: Sequence[int], what: str) -> "Rows":
+        """Return the same rows, with one more finding: `what` was found in the rows `found`, if there are any."""
+        finding = (Finding(what, len(found), self.places[min(found)]),) if found else ()
+        return replace(self, findings=(*self.findings, *finding))
 
     def all_zero(self) -> list[int]:
         """Return the rows in which every signal is zero."""
-        return np.flatnonzero(np.all([of[:, 0] == 0 for of in self.values.values()], axis=0)).tolist()
+        return np.flatnonzero(np.all([of == 0 for of in self.values.values()], axis=0)).tolist()
 
     def repeats(self, signal: str) -> list[list[int]]:
         """Return each group of two or more rows that have a value of the signal at the same time.
@@ -136,53 +144,47 @@ def describe_restart(rows: Rows) -> str:
 _HOUR, _DAY = 3600, 86400  # [s]
 
 
-Repaired = tuple[Rows, tuple[Finding, ...]]
-"""The rows after a repair, and what was found."""
-
-Repair = Callable[[Rows], Repaired]
-"""A function that repairs one kind of error in rows."""
+Repair = Callable[[Rows], Rows]
+"""A function that repairs one kind of error in rows, and adds to their `findings`."""
 
 
-def drop_rows_without_time(rows: Rows) -> Repaired:
+def drop_rows_without_time(rows: Rows) -> Rows:
     """Drop rows without a time."""
-    return _without(rows, [row for row, stamp in enumerate(rows.stamps) if stamp is None], "no time, dropped")
+    return rows.without([row for row, stamp in enumerate(rows.stamps) if stamp is None], "no time, dropped")
 
 
-def drop_zero_rows(rows: Rows) -> Repaired:
+def drop_zero_rows(rows: Rows) -> Rows:
     """Drop rows in which every signal is zero, which some devices write after losing their target.
 
     If only one signal is read, a true zero looks the same: read all axes of the device together with this repair.
     """
-    return _without(rows, rows.all_zero(), "zero in every signal, dropped")
+    return rows.without(rows.all_zero(), "zero in every signal, dropped")
 
 
-def drop_rows_out_of_order(rows: Rows) -> Repaired:
+def drop_rows_out_of_order(rows: Rows) -> Rows:
     """Drop the fewest rows such that times never decrease: for wrong stamps. InputError: a row without a time."""
-    return _without(rows, out_of_order(rows.require_times()), "out of order, dropped")
+    return rows.without(out_of_order(rows.require_times()), "out of order, dropped")
 
 
-def sort_rows(rows: Rows) -> Repaired:
+def sort_rows(rows: Rows) -> Rows:
     """Sort the rows by time: for correct stamps written late. InputError: a row without a time."""
     stamps = rows.require_times()
-    moved = out_of_order(stamps)
-    return rows.only(sorted(range(len(rows)), key=stamps.__getitem__)), _finding(rows, moved, "out of order, sorted")
+    in_order = sorted(range(len(rows)), key=stamps.__getitem__)
+    return rows.reported(out_of_order(stamps), "out of order, sorted").only(in_order)
 
 
-def keep_first_of_repeated(rows: Rows) -> Repaired:
+def keep_first_of_repeated(rows: Rows) -> Rows:
     """Keep the first of several values of a signal at one time. InputError: a row without a time."""
     return _merge(rows, slice(1), "time repeated, first kept")
 
 
-def keep_last_of_repeated(rows: Rows) -> Repaired:
+def keep_last_of_repeated(rows: Rows) -> Rows:
     """Keep the last of several values of a signal at one time. InputError: a row without a time."""
     return _merge(rows, slice(-1, None), "time repeated, last kept")
 
 
-def average_repeated(rows: Rows) -> Repaired:
-    """Replace several values of a signal at one time by their mean.
-
-    Its standard deviation is that of the mean of independent samples. InputError: a row has no time.
-    """
+def average_repeated(rows: Rows) -> Rows:
+    """Replace several values of a signal at one time by their mean. InputError: a row without a time."""
     return _merge(rows, slice(None), "time repeated, averaged")
 
 
@@ -210,59 +212,33 @@ def chosen_repairs(repairs: Sequence[Repair | str]) -> tuple[Repair, ...]:
     return tuple(REPAIRS[repair] if isinstance(repair, str) else repair for repair in repairs)
 
 
-def _without(rows: Rows, dropped: Sequence[int], what: str) -> Repaired:
-    gone = set(dropped)
-    return rows.only([row for row in range(len(rows)) if row not in gone]), _finding(rows, dropped, what)
-
-
-def _finding(rows: Rows, found: Sequence[int], what: str) -> tuple[Finding, ...]:
-    return (Finding(what, len(found), rows.places[min(found)]),) if found else ()
-
-
-def _merge(rows: Rows, part: slice, what: str) -> Repaired:
+def _merge(rows: Rows, part: slice, what: str) -> Rows:
     """Replace several values of a signal at one time by the mean of a `part` of them, in the first of their rows.
 
-    Other signals are kept in their rows. The standard deviation is that of a mean of independent samples, or NaN if one
-    of them is not positive: the mean would hide it, but NaN is refused later.
+    Other signals are kept in their rows.
     """
     values = {name: of.copy() for name, of in rows.values.items()}
     repeated: set[int] = set()
     for name, of in values.items():
         for together in rows.repeats(name):
-            column, *deviations = of[together][part].T
-            std = [math.hypot(*each) / len(each) if np.all(each > 0) else np.nan for each in deviations]
-            of[together], of[together[0]] = np.nan, [math.fsum(column) / len(column), *std]
+            chosen = of[together][part]
+            of[together], of[together[0]] = np.nan, math.fsum(chosen) / len(chosen)
             repeated.update(together[1:])
-    return replace(rows, values=values), _finding(rows, sorted(repeated), what)
+    return replace(rows, values=values).reported(sorted(repeated), what)
 
 
-def recording_from_rows(tables: Sequence[Rows], absolute: bool, repairs: Sequence[Repair], origin: Origin) -> Recording:
-    """Return the signals of one or more tables or topics, with times [s] since `origin` [ns].
-
-    "first" is the first sample of all signals. None means "first" if the stamps are `absolute`, otherwise the file's
-    own zero. InputError, with the place: an error is left that no chosen repair removes, or a signal has no value.
-    """
-    repaired = [_repair_and_check(rows, repairs) for rows in tables]
-    zero = zero_of(origin, absolute, min(_first(rows) for rows, _ in repaired))
-    signals = {name: _samples(rows, name, zero) for rows, _ in repaired for name in rows.values}
-    return Recording(signals, zero, tuple(cleaning for _, cleaning in repaired), absolute)
-
-
-def _repair_and_check(rows: Rows, repairs: Sequence[Repair]) -> tuple[Rows, Cleaning]:
-    count = len(rows)
-    findings = [*_finding(rows, rows.as_utc, "no time zone, taken as UTC")]
+def repair(rows: Rows, repairs: Sequence[Repair]) -> Rows:
+    """Return the rows after the repairs. InputError, with the place: an error is left, or a signal has no value."""
     for name in rows.values:
-        findings += _finding(rows, np.flatnonzero(~rows.present(name)).tolist(), f"no value of {name}")
-    for repair in repairs:
-        rows, found = repair(rows)
-        findings += found
+        rows = rows.reported(np.flatnonzero(~rows.present(name)).tolist(), f"no value of {name}")
+    for each in repairs:
+        rows = each(rows)
     if len(rows.values) > 1:  # if there is only one signal, a zero is an ordinary value
-        findings += _finding(rows, rows.all_zero(), "zero in every signal, kept")
+        rows = rows.reported(rows.all_zero(), "zero in every signal, kept")
     _refuse_empty(rows)
     _refuse_disorder(rows)
     _refuse_repeats(rows)
-    _refuse_noise(rows)
-    return rows, Cleaning(rows.source, count, tuple(findings))
+    return rows
 
 
 def _refuse_empty(rows: Rows) -> None:
@@ -300,20 +276,14 @@ def _rows(count: int) -> str:
     return "1 row is" if count == 1 else f"{count} rows are"
 
 
-def _refuse_noise(rows: Rows) -> None:
-    for name, of in rows.values.items():
-        for row in np.flatnonzero(rows.present(name) & ~np.all(of[:, 1:] > 0, axis=1)).tolist():
-            got = "none" if np.isnan(of[row, 1]) else f"{of[row, 1]:g}"
-            raise InputError(f"{rows.where(row)}: expected a positive standard deviation of {name!r}, got {got}")
-
-
-def _first(rows: Rows) -> Decimal:
+def first_stamp(rows: Rows) -> Decimal:
     """Return the stamp [s] of the first sample."""
     stamps = rows.require_times()
     return min(stamps[int(np.argmax(rows.present(name)))] for name in rows.values)
 
 
-def _samples(rows: Rows, name: str, origin: int) -> Samples:
+def samples_since(origin: int, rows: Rows, name: str) -> Samples:
+    """Return a signal, with times [s] since the `origin` [ns]. InputError: float64 does not hold or separate them."""
     stamps = rows.require_times()
     at = np.flatnonzero(rows.present(name))
     zero = origin_seconds(origin)
@@ -327,4 +297,4 @@ def _samples(rows: Rows, name: str, origin: int) -> Samples:
             f"{rows.where(int(at[bad[0] + 1]))}: this time and that of {rows.places[at[bad[0]]]} are one and the same "
             f"float64, {times[bad[0]]:g} s after the origin {origin} ns; give an origin near the samples"
         )
-    return Samples(times, *rows.values[name][at].T)
+    return Samples(times, rows.values[name][at])

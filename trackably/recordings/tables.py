@@ -15,8 +15,8 @@ import numpy as np
 from trackably.arguments import instance, names, real, text, whole
 from trackably.arrays import Array
 from trackably.errors import DoubtfulInputWarning, InputError
-from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, doubt, exact, scale_once
-from trackably.recordings.recording import Recording
+from trackably.recordings.clocks import Clock, DateTimes, Origin, clock_named, exact, scale_once, zero_of
+from trackably.recordings.recording import Cleaning, Recording
 from trackably.recordings.rows import (
     Repair,
     Rows,
@@ -24,7 +24,9 @@ from trackably.recordings.rows import (
     describe_restart,
     drop_rows_out_of_order,
     drop_rows_without_time,
-    recording_from_rows,
+    first_stamp,
+    repair,
+    samples_since,
     sort_rows,
 )
 
@@ -72,20 +74,16 @@ class Column:
     """The column `name`; its numbers are multiplied by `scale` (1e-3 converts millimetres to metres).
 
     Then `offset` is added, in the new unit: 273.15 converts degrees Celsius to kelvins, and -0.012 removes a sensor's
-    value at zero. `noise_std` names the column with the standard deviation of each sample, in the file's unit of the
-    values; it is scaled too. TypeError: a name is no text, or scale or offset no number. ValueError: one of these is
-    not finite, or the scale is zero.
+    value at zero. TypeError: the name is no text, or scale or offset no number. ValueError: one of these is not finite,
+    or the scale is zero.
     """
 
     name: str
     scale: float = 1.0
-    noise_std: str | None = None
     offset: float = 0.0
 
     def __post_init__(self) -> None:
         text("Column: name", self.name)
-        if self.noise_std is not None:
-            text(f"{self.name!r}: noise_std", self.noise_std)
         real(f"{self.name!r}: offset", self.offset)
         if not real(f"{self.name!r}: scale", self.scale):
             raise ValueError(f"{self.name!r}: expected a scale other than zero, got {self.scale}")
@@ -113,11 +111,6 @@ class Table:
     mark: str | None = None
     what: str = "column"
     advice: str = ""
-
-    def part(self, chosen: Sequence[int]) -> Table:
-        """Return these rows, given as positions from 0, in this order."""
-        columns = {name: [column[i] for i in chosen] for name, column in self.columns.items()}
-        return replace(self, places=[self.places[i] for i in chosen], columns=columns)
 
     def numbers(self, name: str, scale: float = 1.0, offset: float = 0.0) -> Array:
         """Return the numbers of a column, scaled, NaN for no value. InputError: a cell is no number."""
@@ -177,38 +170,34 @@ class Reading:
         return {name: Column(of) if isinstance(of, str) else of for name, of in self.signals.items()}
 
     @property
+    def times(self) -> tuple[str, ...]:
+        """The columns with the time stamps; none if rows are counted."""
+        return (self.time,) if isinstance(self.time, str) else tuple(self.time or ())
+
+    @property
     def names(self) -> list[str]:
         """The columns that the file has to have, without duplicates."""
-        times = (self.time,) if isinstance(self.time, str) else self.time or ()
-        named = (*times, *(name for column in self.columns.values() for name in (column.name, column.noise_std)))
-        return list(dict.fromkeys(name for name in named if name is not None))
+        return list(dict.fromkeys((*self.times, *(column.name for column in self.columns.values()))))
 
-    def _stamped(self, table: Table) -> tuple[str, Table]:
-        """Return the name of the column with the stamps, and a table that has it."""
-        if isinstance(self.time, str):
-            return self.time, table
-        if self.time is None:
-            return "row number", replace(table, columns={"row number": range(len(table.places))})
-        name, rows = ", ".join(self.time), zip(*(table.columns[part] for part in self.time), strict=True)
-        joined = [None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows]
-        return name, replace(table, columns={name: joined})
+    def _stamps(self, table: Table) -> Sequence[Any]:
+        """Return the stamps as they are written: cells of one column, joined texts of several, or row numbers."""
+        if not self.times:
+            return range(len(table.places))
+        first, *others = (table.columns[name] for name in self.times)
+        rows = zip(first, *others, strict=True)
+        joined = (None if None in row else " ".join(str(cell).strip() for cell in row) for row in rows)
+        return list(joined) if others else first
 
     def rows(self, table: Table) -> Rows:
         """Return the times and values of a table. InputError: a cell is no time stamp or no number."""
-        (name, stamped), clock = self._stamped(table), self.clock
-        stamps = stamped.convert(name, lambda cell: clock.seconds(cell, table.mark))
-        dates: Sequence[str | None] = ()
-        as_utc: list[int] = []
-        if isinstance(clock, DateTimes):
-            dates = stamped.columns[name]
-            as_utc = [row for row, date in enumerate(dates) if date and clock.is_taken_as_utc(date)]
-        values = {}
-        for name, of in self.columns.items():
-            numbers = [table.numbers(of.name, of.scale, of.offset)]
-            if of.noise_std is not None:
-                numbers.append(table.numbers(of.noise_std, abs(of.scale)))
-            values[name] = np.column_stack(numbers)
-        return Rows(table.source, table.places, stamps, values, dates, as_utc)
+        name, written, clock = ", ".join(self.times) or "row number", self._stamps(table), self.clock
+        stamps = replace(table, columns={name: written}).convert(name, lambda cell: clock.seconds(cell, table.mark))
+        values = {signal: table.numbers(of.name, of.scale, of.offset) for signal, of in self.columns.items()}
+        found = Rows(table.source, table.places, stamps, values)
+        if not isinstance(clock, DateTimes):
+            return found
+        as_utc = [row for row, date in enumerate(written) if date and clock.is_taken_as_utc(date)]
+        return replace(found, dates=written).reported(as_utc, "no time zone, taken as UTC")
 
 
 def check_signals(signals: Mapping[str, Any], wanted: type | UnionType, described: str) -> None:
@@ -224,16 +213,17 @@ def recording_of(*tables: tuple[Reading, Table]) -> Recording:
     """Return the recording of tables whose clocks count from one zero, with the same repairs and origin.
 
     Raises InputError. At the line that called the reader, warns if the clock seems to start again, and rows are sorted
-    or dropped because of that; with the default origin, warns of implausible stamps.
+    or dropped because of that.
     """
     reading, _ = tables[0]
     rows, repairs = [of.rows(table) for of, table in tables], chosen_repairs(reading.repairs)
-    for (of, table), read in zip(tables, rows, strict=True):
-        timed, _ = drop_rows_without_time(read)
-        questions = [doubt(of.clock, stamp) for stamp in timed.require_times()[:1] if reading.origin is None]
-        if {sort_rows, drop_rows_out_of_order} & {*repairs}:
-            questions += [describe_restart(timed)]
-        for question in filter(None, questions):
-            # shown at the line that calls the reader
-            warnings.warn(f"{table.source}: {question}", DoubtfulInputWarning, stacklevel=3)
-    return recording_from_rows(rows, reading.clock.absolute, repairs, reading.origin)
+    if {sort_rows, drop_rows_out_of_order} & {*repairs}:
+        for timed in map(drop_rows_without_time, rows):
+            if question := describe_restart(timed):
+                # shown at the line that calls the reader
+                warnings.warn(f"{timed.source}: {question}", DoubtfulInputWarning, stacklevel=3)
+    repaired, absolute = [repair(read, repairs) for read in rows], reading.clock.absolute
+    zero = zero_of(reading.origin, absolute, min(map(first_stamp, repaired)))
+    signals = {name: samples_since(zero, of, name) for of in repaired for name in of.values}
+    cleanings = (Cleaning(of.source, len(read), of.findings) for read, of in zip(rows, repaired, strict=True))
+    return Recording(signals, zero, tuple(cleanings), absolute)

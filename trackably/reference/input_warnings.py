@@ -197,9 +197,9 @@ def _of_times(claim: Claim, name: str, samples: Samples, sampling_time: float) -
         )
 
     if gaps := samples.gaps:
-        start, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+        start, duration = gaps[0]
         yield (
-            f"samples: there is none of {name} for {end - start:.4g} s after {start:.6g} s, where there is usually one "
+            f"samples: there is none of {name} for {duration:.4g} s after {start:.6g} s, where there is usually one "
             f"every {usual:.3g} s: is a part missing? What is learned in this gap follows from kernel and bounds alone"
         )
 
@@ -266,7 +266,7 @@ def _of_units(
     range of the samples, and one if the prior mean is far outside of the bounds: `mean` is given for windows only, as
     other claims refuse such a mean.
     """
-    off = _reached_by_most(_outside(samples, bounds)) if bounds else 0.0
+    off = _reached_by_most(-bounds.margin(samples.values, samples.times)) if bounds else 0.0
     if bounds and off > _BEYOND * bounds.width:
         yield (
             f"samples: most of {name} are more than {off:.3g} outside of its bounds {bounds}, around "
@@ -288,8 +288,3 @@ def _of_units(
 def _reached_by_most(values: Array) -> float:
     """Return the largest of `values` for which more than half of them are at least as large."""
     return float(np.quantile(values, 1 - _MOST, method="lower"))
-
-
-def _outside(samples: Samples, bounds: Interval) -> Array:
-    """Return how far each sample is outside of the bounds, shape (n,); negative inside."""
-    return -bounds.margin(samples.values, samples.times)

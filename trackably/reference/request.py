@@ -8,7 +8,7 @@ from typing import Protocol, Self, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from trackably.arguments import is_number, numbers, real
+from trackably.arguments import instance, is_number, numbers, real
 from trackably.checker.certificate import AllPhases, Claim, Window
 from trackably.gp.factorise import LARGEST_DENSE
 from trackably.gp.hyperparameter import Learned
@@ -16,9 +16,10 @@ from trackably.gp.joint import JointPrior
 from trackably.gp.kernels.base import Kernel
 from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
+from trackably.gp.stencil import Stencil
 from trackably.reference.condensed import Centres, Condensation, checked_centres, condense, represented
 from trackably.systems.constrained import ConstrainedSystem
-from trackably.systems.sampling import default_sample, kinds_by_name, relative_to_first, sampled_signals
+from trackably.systems.sampling import default_sample, kinds_by_name, sampled_signals
 from trackably.systems.tightening import Tightening, require_plant
 from trackably.systems.trajectories import Quantity
 
@@ -44,10 +45,8 @@ def _value_of(given: T | Mapping[str, T], name: str, what: str) -> T:
     return given[name]
 
 
-def _prior(name: str, kernel: object, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:
-    if not isinstance(kernel, Kernel):
-        what = f"the class {kernel.__name__}" if isinstance(kernel, type) else type(kernel).__name__
-        raise TypeError(f"kernel: expected a kernel such as SquaredExponential(), got {what}")
+def _prior(name: str, kernel: Kernel, noise_std: float | tuple[float, float] | None, mean: float) -> Prior:
+    instance("kernel", kernel, Kernel, "a kernel such as SquaredExponential()")
     try:
         return Prior(kernel, noise_std, real(f"mean of {name}", mean))
     except ValueError as error:
@@ -68,11 +67,8 @@ class SeriesLike(Protocol):
 
 
 @runtime_checkable
-class FrameLike(Protocol):
+class FrameLike(SeriesLike, Protocol):
     """Columns of values over one index of times: a pandas DataFrame."""
-
-    @property
-    def index(self) -> Iterable[object]: ...
 
     @property
     def columns(self) -> Iterable[object]: ...
@@ -83,22 +79,29 @@ class FrameLike(Protocol):
 _SECONDS_OF_DATES = "set frame.index = (frame.index - frame.index[0]).total_seconds()"
 
 
-def _of_column(what: str, column: SeriesLike) -> Samples:
-    """Return the values of a column at the times [s] of its index; values that are NaN are left out.
+def _samples(what: str, given: object) -> Samples:
+    """Return samples, or a column's values at the times [s] of its index; values that are NaN are left out.
 
-    Times may be durations (timedelta64). TypeError: they are dates, whose zero is unknown, or the index only counts
-    rows. ValueError as `Samples` raises it, for example if times are not in order.
+    Times may be durations (timedelta64). TypeError: `given` is neither, times are dates, whose zero is unknown, or the
+    index only counts rows. ValueError as `Samples` raises it, for example if times are not in order.
     """
-    if type(column.index).__name__ == "RangeIndex":
+    if isinstance(given, Samples):
+        return given
+    if not isinstance(given, SeriesLike) or isinstance(given, FrameLike):
+        raise TypeError(
+            f"{what}: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
+            f"times as its index, got {type(given).__name__}; `recording.samples(name)` gives those of a recording"
+        )
+    if type(given.index).__name__ == "RangeIndex":
         raise TypeError(
             f"{what}: expected an index of times in seconds, got row numbers; set it by `frame.set_index(times)`"
         )
-    times = np.asarray(column.index)
-    if times.dtype.kind == "M" or hasattr(column.index, "tz"):
+    times = np.asarray(given.index)
+    if times.dtype.kind == "M" or hasattr(given.index, "tz"):
         raise TypeError(f"{what}: index: expected times in seconds, got dates; {_SECONDS_OF_DATES}")
     if times.dtype.kind == "m":
         times = times / np.timedelta64(1, "s")
-    times, values = numbers(f"{what}: index", times), numbers(what, column.to_numpy())
+    times, values = numbers(f"{what}: index", times), numbers(what, given.to_numpy())
     there = ~np.isnan(values)
     if len(there) and not there.any():
         raise ValueError(f"{what}: expected numbers, but every value is NaN")
@@ -113,14 +116,14 @@ SamplesLike = Samples | SeriesLike | FrameLike | Mapping[str, Samples | SeriesLi
 class Measurements:
     """Samples of a `plant`, `given` by name, with the noise `noise_std` of each name.
 
-    `kinds` has, for each flat output, the names of the samples that depend on it; their noise is relative to that of
-    the first name. If a name has many samples, they are replaced by fewer ones according to the option `centres`, whose
-    number is multiplied by `times` (see `represented`).
+    `kinds` has, for each flat output, the names of the samples that depend on it, with their stencils; their noise is
+    relative to that of the first name. If a name has many samples, they are replaced by fewer ones according to the
+    option `centres`, whose number is multiplied by `times` (see `represented`).
     """
 
     plant: ConstrainedSystem
     given: Mapping[str, Samples]
-    kinds: list[tuple[str, ...]]
+    kinds: tuple[dict[str, Stencil], ...]
     noise_std: Noise
     centres: Centres
     times: int = 1
@@ -130,7 +133,7 @@ class Measurements:
         """Check the arguments, and return the measurements. TypeError and ValueError as in `learn_reference`."""
         require_plant(plant)
         given, centres = samples_by_name(samples, plant), checked_centres(centres)
-        return cls(plant, given, _kinds(plant, given), noise_std, centres)
+        return cls(plant, given, kinds_by_name(plant, given), noise_std, centres)
 
     @cached_property
     def all(self) -> dict[str, Samples]:
@@ -138,16 +141,21 @@ class Measurements:
 
         ValueError: several names depend on one flat output, and the noise of one is unknown.
         """
+        found, known = dict(self.given), self.known_noise
         for names in self.kinds:
-            unknown = [name for name in names if not 0 < self.known_noise.get(name, 0.0) < np.inf]
-            if len(names) > 1 and unknown:
+            first, *others = names
+            unknown = [name for name in names if not 0 < known.get(name, 0.0) < np.inf]
+            if others and unknown:
                 got = _value_of(self.noise_std, unknown[0], "noise_std")
                 raise ValueError(
                     f"noise_std: expected a number for each of {' and '.join(names)}, which depend on the same flat "
                     f"output, as {dict.fromkeys(names, 0.1)}, each in the unit of its samples; got {got!r} for "
                     f"{unknown[0]}"
                 )
-        return relative_to_first(self.given, self.kinds, self.known_noise)
+            for name in others:
+                relative = found[name].relative_noise * known[name] / known[first]
+                found[name] = replace(found[name], relative_noise=relative)
+        return found
 
     @cached_property
     def fewer(self) -> dict[str, Samples]:
@@ -180,10 +188,11 @@ class Measurements:
         ValueError: the samples have other names.
         """
         given = samples_by_name(samples, self.plant, what)
-        if _kinds(self.plant, given) != self.kinds:
-            expected = ", ".join(name for names in self.kinds for name in names)
-            raise ValueError(f"{what}: expected samples of {expected}, like `samples`, got {', '.join(given)}")
-        return replace(self, given=given, times=1)
+        if kinds_by_name(self.plant, given) != self.kinds:
+            raise ValueError(
+                f"{what}: expected samples of {', '.join(self.given)}, like `samples`, got {', '.join(given)}"
+            )
+        return replace(self, given={name: given[name] for name in self.given}, times=1)
 
     def learn_enough(
         self,
@@ -248,31 +257,14 @@ class Measurements:
         }
 
 
-def _kinds(plant: ConstrainedSystem, names: Iterable[str]) -> list[tuple[str, ...]]:
-    """Return, for each flat output, the sampled names that depend on it. ValueError as `kinds_by_name`."""
-    return [tuple(kinds) for kinds in kinds_by_name(plant, names)]
-
-
 def samples_by_name(given: SamplesLike, plant: ConstrainedSystem, what: str = "samples") -> dict[str, Samples]:
     """Return samples by the sampled name. TypeError: `given` is no form of samples that is accepted."""
     if isinstance(given, FrameLike):
-        return {str(name): _of_column(f"{what}[{str(name)!r}]", given[name]) for name in given.columns}
-    if isinstance(given, Samples | SeriesLike):
-        return {default_sample(plant): _samples(what, given)}
-    if not isinstance(given, Mapping):
-        raise TypeError(
-            f"{what}: expected Samples(times, values), a mapping from names to such Samples, or a pandas table with "
-            f"times as its index, got {type(given).__name__}; `recording.samples(name)` gives those of a recording"
-        )
-    return {name: _samples(what, of_name, f" of {name}") for name, of_name in given.items()}
-
-
-def _samples(what: str, given: object, of: str = "") -> Samples:
-    if isinstance(given, SeriesLike) and not isinstance(given, FrameLike):
-        return _of_column(f"{what}{of}", given)
-    if not isinstance(given, Samples):
-        raise TypeError(f"{what}: expected Samples(times, values){of}, got {type(given).__name__}")
-    return given
+        given = {str(name): given[name] for name in given.columns}
+    if isinstance(given, Mapping):
+        return {name: _samples(f"{what} of {name}", of_name) for name, of_name in given.items()}
+    found = _samples(what, given)
+    return {default_sample(plant): found}
 
 
 # The prior mean: if all times are claimed, it has to be an equilibrium within the bounds.

@@ -76,22 +76,6 @@ def sampled_signals(plant: ConstrainedSystem, given: Mapping[str, Samples]) -> t
     return tuple(_join({name: (given[name], stencil) for name, stencil in kinds.items()}) for kinds in every)
 
 
-def relative_to_first(
-    samples: Mapping[str, Samples], kinds: Iterable[Iterable[str]], noise_std: Mapping[str, float]
-) -> dict[str, Samples]:
-    """Return samples with their noise as multiples of a common σ_n: that of the first name of each flat output.
-
-    `kinds` has, for each flat output, the names whose samples depend on it. `noise_std` has σ_n by name; only names
-    that share a flat output need an entry.
-    """
-    found = dict(samples)
-    for first, *others in kinds:
-        for name in others:
-            relative = found[name].relative_noise * noise_std[name] / noise_std[first]
-            found[name] = replace(found[name], relative_noise=relative)
-    return found
-
-
 def _join(kinds: Mapping[str, tuple[Samples, Stencil]]) -> Samples:
     """Join the samples of one flat output, which are given by name with their stencils; sort them by time."""
     parts = [samples for samples, _ in kinds.values()]

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.bundle import write_bundle
 from tests.trackably.checker.changes import changed
 from tests.trackably.checker.files import file_of
 from tests.trackably.checker.tight import VALID
-from trackably.bundle import write_bundle
 
 KINDS = [*VALID, "tank", "redundant inputs in the plane", "pushed cart"]
 

@@ -49,7 +49,7 @@ SYSTEM = encode(GENERAL.plant.system)
         (Periodic, encode(SE), "$.type must be one of periodic, got 'squared_exponential'"),
         (Reference, changed(encode(GENERAL), "signals.0.kernel.left.right.period", "1"), "left.right.period"),
         (LinearSystem, changed(SYSTEM, "A.1", [1.0, 2.0]), "must be lists of one length, got [[1.0, "),
-        (Reference, changed(encode(GENERAL), "plant.state_set.lower", 1.0), "state_set: set: expected 2 lower"),
+        (Reference, changed(encode(GENERAL), "plant.state_set.lower", [1.0]), "state_set: set: expected 2 lower"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_its_place(wanted: type, data: Any, complaint: str) -> None:

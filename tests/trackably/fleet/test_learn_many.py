@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.trackably.fleet.recordings import KERNEL, PLANT, TWO_MOTIONS, contents, learned, motion, unreadable
@@ -60,7 +61,7 @@ def test_failures_are_rows_with_their_sentence_and_the_others_go_on(tmp_path):
         Source("unreadable", unreadable),
         Source("no samples of it", lambda: {"speed": motion(0)}),
         Source("outside", lambda: Samples([0.0, 0.1], [30.0, 30.0])),
-        Source("fine", lambda: motion(0)),
+        Source("fine, from a table of pandas", lambda: pd.Series(motion(0).values, motion(0).times)),
     ]
     stiff = SquaredExponential(signal_std=1.0, lengthscale=(0.2, 0.3))
     learn = partial(learned, sources, tmp_path, (0.0, 0.1), stiff, method="hyperparameters")

@@ -104,7 +104,7 @@ HEAD = "k,position,velocity,force\n"
 STILL = HEAD + "0,0,0,0\n1,0,0,0\n"
 UNUSABLE = {
     "a step is left out": (HEAD + "0,0,0,0\n2,0,0,0\n", {}, "bad.csv: line 3: rows must be successive steps"),
-    "no input": (HEAD + "0,0,0,\n", {}, "inputs: the number at [0, 0] must be finite"),
+    "no input": (HEAD + "0,0,0,\n", {}, "inputs[0, 0] must be finite"),
     "a word": (HEAD + "0,0,0,0\n1,0,fast,0\n", {}, "bad.csv, line 3, column 'velocity': expected a finite number"),
     "a column twice": (STILL.replace("velocity", "position"), {}, "expected one column 'position', got 2"),
     "half a set": (STILL, {"input_set": {"lower": [0]}}, "bad.json: input_set: expected lower with upper"),

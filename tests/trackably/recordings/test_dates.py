@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackably import InputError, parts_of_csv, read_csv
+from trackably import InputError, read_csv
 from trackably.recordings import CLOCKS, DateTimes, frames
 
 DATES = {
@@ -81,8 +81,6 @@ def test_a_date_and_a_time_of_day_in_two_columns_are_one_stamp(tmp_path):
     found = read_csv(path, ("Date", "Time"), unit, {"x": "x"}, repairs=["drop_rows_without_time"])
     assert found["x"].times.tolist() == [0.0, 0.75]
     assert "no time zone, taken as UTC: 2, first in line 2" in str(found)
-    sources = parts_of_csv(path, "x", ["Date", "Time"], unit, {"x": "x"}, repairs=["drop_rows_without_time"])
-    assert sources[1].read()["x"].values.tolist() == [1.0]
     with pytest.raises(
         InputError, match=r"line 2, column 'Date, Time': expected a stamp like .*, got '14.11.2023 23:5"
     ):

@@ -1,13 +1,11 @@
 """What readers are asked for is checked before a file is read: one sentence names the argument and what came."""
 
 import re
-from decimal import Decimal
 from functools import partial
 
 import pytest
 
-from trackably.recordings import CLOCKS, DateTimes, read_csv
-from trackably.recordings.clocks import doubt
+from trackably.recordings import DateTimes, read_csv
 from trackably.recordings.mcap_file import Field
 
 csv = partial(read_csv, **{"path": "a.csv", "time": "t", "time_unit": "s", "signals": {"y": "y"}})
@@ -30,16 +28,3 @@ def test_wrong_arguments_are_named(name):
     call, sentence = WRONG[name]
     with pytest.raises((TypeError, ValueError), match=re.escape(sentence)):
         call()
-
-
-NOW = 1714564800  # 2024-05-01
-COUNTS = {"epoch s": NOW, "epoch ms": NOW * 10**3, "epoch us": NOW * 10**6, "epoch ns": NOW * 10**9}
-
-
-@pytest.mark.parametrize("said", COUNTS)
-@pytest.mark.parametrize("meant", COUNTS)
-def test_stamps_since_1970_tell_their_unit(said, meant):
-    clock = CLOCKS[said]
-    question = doubt(clock, clock.seconds(Decimal(COUNTS[meant])))
-    wanted = f"the first stamp, {COUNTS[meant]}, is far from the present in this unit; is it '{meant}', of 2024?"
-    assert question == (None if said == meant else f"time: {wanted}")

@@ -6,7 +6,7 @@ import pytest
 
 from tests.trackably.recordings.csv_files.files import COMMAS, read
 from trackably.errors import InputError
-from trackably.recordings import Column, CsvLayout, DateTimes
+from trackably.recordings import CsvLayout, DateTimes
 
 RESTART = "t,x\n7,0\n7.1,1\n7.2,2\n0,3\n0.1,4\n"
 REFUSALS = {
@@ -80,11 +80,6 @@ REFUSALS = {
         ", line 4: 'x' has a second value at 1 s, the first is in line 3; 2 rows are repeated ",
     ),
     "no value at all": ("t,x\n0,\n1,\n", {}, ": 'x' has no value in any of the 2 rows that were not left out"),
-    "noise of zero": (
-        "t,x,s\n0,1,0.1\n1,2,0\n",
-        {"signals": {"x": Column("x", noise_std="s")}},
-        ", line 3: expected a positive standard dev",
-    ),
     "closer than a float64 can tell": (
         "t,x\n1,1\n1.00000000000000000001,2\n",
         {},

@@ -5,7 +5,7 @@ import pytest
 from tests.trackably.recordings.csv_files.files import pairs, read
 from tests.trackably.recordings.csv_files.test_csv_refusals import RESTART
 from trackably.errors import DoubtfulInputWarning
-from trackably.recordings import Column, Finding
+from trackably.recordings import Finding
 
 BOTH = {"x": "x", "y": "y"}
 
@@ -39,7 +39,6 @@ def test_chosen_repairs_are_done_and_reported(tmp_path):
 def test_repeats_become_one(tmp_path, repair, kept, word):
     recording = read(tmp_path / "a.csv", "t,x,y\n0,9,9\n1,1,\n1,2,1\n1,6,\n2,8,8\n", signals=BOTH, repairs=[repair])
     assert pairs(recording, "x") == [(0, 9), (1, kept), (2, 8)]
-    assert set(recording["x"].relative_noise) == {1.0}
     assert pairs(recording, "y") == [(0, 9), (1, 1), (2, 8)]
     assert recording.cleanings[0].findings[1:] == (Finding(f"time repeated, {word}", 2, "line 4"),)
 
@@ -47,9 +46,3 @@ def test_repeats_become_one(tmp_path, repair, kept, word):
 def test_sorting_warns_of_a_clock_that_starts_again(tmp_path):
     with pytest.warns(DoubtfulInputWarning, match="at line 5 the clock seems to start again"):
         read(tmp_path / "a.csv", RESTART, repairs=["sort_rows"])
-
-
-def test_an_average_has_the_noise_of_an_average(tmp_path):
-    signals = {"x": Column("x", noise_std="s")}
-    recording = read(tmp_path / "a.csv", "t,x,s\n0,0,1\n1,1,3\n1,2,4\n", signals=signals, repairs=["average_repeated"])
-    assert recording["x"].relative_noise.tolist() == [1.0, 2.5]

@@ -32,19 +32,19 @@ def test_every_encoding_compression_and_time(path, write, of):
         {
             "angle": Field(TOPIC, "joints[1].angle", time=time, offset=1),
             "y": Field(TOPIC, "position.y", time=time),
-            "effort": Field(TOPIC, "effort", scale=-2, time=time, noise_std="std"),
+            "effort": Field(TOPIC, "effort", scale=-2, time=time),
         },
     )
     assert recording.origin == getattr(STATES[0], of)
     expected = {
-        "angle": [(s, s.angles[1] + 1, 1.0) for s in STATES],
-        "y": [(s, 0.0, 1.0) for s in STATES],
-        "effort": [(s, -2 * s.effort, 2 * s.std) for s in STATES if s.effort is not None],
+        "angle": [(s, s.angles[1] + 1) for s in STATES],
+        "y": [(s, 0.0) for s in STATES],
+        "effort": [(s, -2 * s.effort) for s in STATES if s.effort is not None],
     }
     assert list(recording.signals) == [*expected]
     for name, signal in recording.signals.items():
-        found = zip(signal.times.tolist(), signal.values.tolist(), signal.relative_noise.tolist(), strict=True)
-        assert [*found] == [((getattr(s, of) - recording.origin) / 10**9, *values) for s, *values in expected[name]]
+        found = zip(signal.times.tolist(), signal.values.tolist(), strict=True)
+        assert [*found] == [((getattr(s, of) - recording.origin) / 10**9, value) for s, value in expected[name]]
     (cleaning,) = recording.cleanings
     assert (cleaning.source, cleaning.rows) == (f"{path}, {TOPIC}", len(STATES))
     assert cleaning.findings == (Finding("no value of effort", 1, "message 4"),)

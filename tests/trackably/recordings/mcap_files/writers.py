@@ -17,7 +17,7 @@ from mcap_protobuf.writer import Writer as ProtobufWriter
 from mcap_ros2.writer import Writer as Ros2Writer
 
 from trackably.errors import InputError
-from trackably.recordings.mcap_file import LOG_TIME, Field, MessageTime, read_mcap
+from trackably.recordings.mcap_file import LOG_TIME, Field, Stamp, read_mcap
 
 TOPIC = "/robot/state"
 START = 1700000000_000000001
@@ -176,7 +176,7 @@ def write_ros2(path: Path, compression: CompressionType) -> None:
 WRITERS: dict[str, WriteFile] = {"json": write_json, "protobuf": write_protobuf, "ros2": write_ros2}
 
 
-def refusal(path: Path, field: str = "x", time: MessageTime = LOG_TIME, topic: str = TOPIC, **more: Any) -> str:
+def refusal(path: Path, field: str = "x", time: Stamp = LOG_TIME, topic: str = TOPIC, **more: Any) -> str:
     """The sentence with which reading is refused, without the file that it names."""
     with pytest.raises(InputError) as caught:
         read_mcap(path, {"x": Field(topic, field, time=time, **more)})

@@ -72,7 +72,7 @@ DOUBTFUL = {
     "degrees beside radians": (asked(9 * np.sin(TIMES) - 40), r"same unit\? Column\(.*np\.radians"),
     "degrees within a few widths": (asked(4 * TIMES), r"around 6: are both in the same unit\?"),
     "kelvins": (asked(293 + np.sin(TIMES)), r"are both in the same unit\?"),
-    "a gap": (asked(times=TIMES + 5.0 * (TIMES > 1.3)), r"none of position for 5\.2 s after 1\.2 s, .* every 0\.2 s"),
+    "gaps": (asked(times=TIMES + 3 * (TIMES > 0.7) + 5 * (TIMES > 1.3)), r"for 5\.2 s after 4\.2 s, .* every 0\.2 s"),
     "radians": (asked(np.mod(4 * TIMES, 2 * np.pi), plant=WIDE), r"is it an angle\? np.unwrap\(values\) counts turns"),
     "degrees": (asked(np.mod(5 - 99 * TIMES, 360) - 180, plant=WIDE), r"np.unwrap\(values, period=360\) counts turns"),
     "an outlier": (asked(np.where(FOURTH, 1e6, SAMPLES.values)), r"position is 1e\+06 at 0\.6 s, beside -0\.8"),

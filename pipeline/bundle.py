@@ -1,7 +1,7 @@
-"""Write the checker as one file that runs on a bare Python: `python -m trackably.bundle OUT`.
+"""Write the checker as one file that runs on a bare Python: `python -m pipeline.bundle OUT`.
 
-The file is a zip application with this package and mpmath inside; `python -I -S OUT certificate.json` runs it. Equal
-sources give equal bytes: names are sorted, and all times are those of 1980.
+The file is a zip application of the checker and mpmath; `python -I -S OUT certificate.json` runs it. Equal sources give
+equal bytes: names are sorted, and all times are those of 1980.
 """
 
 import sys
@@ -57,7 +57,7 @@ def _license(distribution: str) -> bytes:
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
-        sys.exit("usage: python -m trackably.bundle OUT")
+        sys.exit("usage: python -m pipeline.bundle OUT")
     try:
         write_bundle(Path(sys.argv[1]))
     except OSError as error:
