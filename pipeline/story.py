@@ -60,7 +60,7 @@ def told_of_unconstrained(margins: Mapping[str, list[MarginProfile]]) -> Told:
     ]
     if not broken:
         return Told("The unconstrained mean keeps all bounds at all times that were looked at: no constraint is felt.")
-    part = len({row for profile in profiles for row in profile.violated_steps}) / len(profiles[0].at_steps)
+    part = len({row for profile in profiles for row in profile.violated}) / len(profiles[0].at_steps)
     return Told(
         f"The system cannot follow the unconstrained mean: {_listed(broken)}. Bounds are broken during "
         f"{100 * part:.2g} % of the time."
@@ -130,7 +130,7 @@ def told_of_truth(results: Results) -> Told:
 def _by_start(counted: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the name of each reference of undisturbed loops, with the metrics by initial state."""
     for reference, of in counted.items():
-        if reference not in ("horizon", "online", "disturbed", "price_of_room"):
+        if reference not in ("horizon", "online", "tightness", "disturbed", "price_of_room"):
             yield reference, {start: found for start, found in of.items() if isinstance(found, Mapping)}
 
 

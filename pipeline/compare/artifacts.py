@@ -147,7 +147,7 @@ def _table(path: Path) -> Leaves:
 
 
 def _recording(log: Log) -> Parts:
-    """Return the parts of a log: the columns of every series, attachments, and metadata with units."""
+    """Return the parts of a log: the columns of every series, attachments, and metadata."""
     parts: Parts = {}
     for series in log.series:
         places = [*_distinct(f"t = {t:.12g} s" for t in series.times.tolist())]
@@ -156,9 +156,7 @@ def _recording(log: Log) -> Parts:
             parts[series.topic, field] = {place: Leaf(field, value) for place, value in values}
     for name, data in log.attachments.items():
         parts[f"attachment {name}", ""] = _told(from_json(data))
-    units = {series.topic: dict(series.units) for series in log.series if series.units}
-    metadata = {record: dict(content) for record, content in log.metadata.items()}
-    parts["metadata", ""] = json_leaves({**metadata, "unit": units})
+    parts["metadata", ""] = json_leaves({record: dict(content) for record, content in log.metadata.items()})
     return parts
 
 

@@ -198,17 +198,19 @@ _MARKS: Final = "so^"
 
 
 @with_style
-def tightness(found: Mapping[str, Mapping[str, Array]], baseline: str, least: float, noise_std: float) -> Figure:
+def tightness(
+    found: Mapping[str, Mapping[str, Sequence[float]]], baseline: str, least: float, noise_std: float
+) -> Figure:
     """Draw price, misfit and error of references by their labels over the upper bound of the state, tightest last.
 
     The price is J minus `least`, the l of the reference `baseline`. References have the styles of other figures, in
     which `baseline` is the first one. `noise_std` is drawn beside the misfit.
     """
     figure, (panels,) = panels_of(2.7, 1, 3)
-    uppers = sorted({upper for of in found.values() for upper in of["uppers"].tolist()}, reverse=True)
+    uppers = sorted({upper for of in found.values() for upper in of["uppers"]}, reverse=True)
     _, *styles = reference_styles((baseline, *found)).values()
     for of, style, marker in zip(found.values(), styles, cycle(_MARKS), strict=False):
-        curves = (of["objectives"] - least, of["misfits"], of["errors"])
+        curves = (np.array(of["objectives"]) - least, of["misfits"], of["errors"])
         for axes, values in zip(panels, curves, strict=True):
             axes.plot(of["uppers"], values, **style, marker=marker, markersize=3.5)
     labels = (r"price $J - \min l$ [–]", "misfit of the samples [–]", "error to the truth [–]")

@@ -10,7 +10,6 @@ import numpy as np
 
 from pipeline.experiments import Experiment
 from pipeline.experiments.fields import Relearning
-from pipeline.experiments.model import with_learned_means
 from pipeline.loops.trajectory import Course
 from pipeline.storage.archive import Sampled
 from trackably.arrays import Array, ArrayLike
@@ -158,8 +157,6 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
     if wanted is None:
         return None
     stream = _stream(experiment, wanted, sampled)
-
-    experiment = with_learned_means(experiment, sampled.samples)
 
     def learner(samples: tuple[Samples, ...]) -> LearningResult:
         problem = ConstrainedProblem(samples, experiment.learned_prior, experiment.search_space(samples))

@@ -12,7 +12,6 @@ from pipeline.loops import disturbed as runs
 from pipeline.loops.trajectory import by_reference
 from pipeline.storage.archive import read_stage
 from pipeline.storage.logs import below
-from pipeline.storage.results import read_numbers
 from pipeline.story import table_of_methods
 from tests.pipeline.committed import BY_NAME, EXPERIMENTS, RESULTS, content, fitted, loops
 from trackably.checker import Proved, Refuted, check
@@ -49,30 +48,17 @@ def test_prices_are_differences_of_objectives_and_sums_over_bounds(name: str) ->
 
 
 @BY_NAME
-def test_active_bounds_survive_their_log(name: str) -> None:
-    series = {series.topic: series for series in read_stage(RESULTS[name], "fit").series}
-    for active in fitted(name).learned["joint"].active_bounds:
-        topic = series[f"/active_bounds/joint/{active.name}"]
-        (row,) = np.flatnonzero(topic.times == active.time)
-        logged = {field: float(values[row]) for field, values in topic.fields.items()}
-        side = {"lower": -1.0, "upper": 1.0}[active.side]
-        assert logged == {"side": side, "multiplier": active.multiplier, "price": active.price}
-
-
-@BY_NAME
 def test_summary_and_tables_hold_what_the_metrics_say(name: str) -> None:
-    metrics, summary, margins = (
-        content(RESULTS[name].metrics),
-        content(RESULTS[name].summary),
-        read_numbers(RESULTS[name].folder / "margins.csv"),
-    )
+    metrics, summary = content(RESULTS[name].metrics), content(RESULTS[name].summary)
     widths = {quantity.name: quantity.bounds.width for quantity in EXPERIMENTS[name].plant.quantities}
-    assert list(margins) == ["time", *metrics]
+    margins = {series.topic: series.fields for series in read_stage(RESULTS[name], "verification").series}
+    assert list(margins) == [f"/margins/{method}" for method in metrics]
     for method in ("unconstrained", "joint"):
         assert summary[f"objective_{method}"] == metrics[method]["objective"]
         relative = [metrics[method][f"worst_{name}_margin"] / width for name, width in widths.items()]
         assert summary[f"worst_relative_margin_{method}"] == pytest.approx(min(relative), rel=1e-12)
-        assert min(margins[method]) == summary[f"worst_relative_margin_{method}"]
+        logged = [min(margins[f"/margins/{method}"][f"{name}_margin"]) / width for name, width in widths.items()]
+        assert min(logged) == summary[f"worst_relative_margin_{method}"]
     assert summary["price_joint"] == metrics["joint"]["price"]
     rows = {row[0]: row[-1] for row in table_of_methods(RESULTS[name]).rows}
     assert rows == {method: found["proof"].startswith("proved for") for method, found in metrics.items()}
