@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from math import isinf
+from os.path import commonprefix
 from textwrap import indent
 
 from pipeline.compare.artifacts import Absent, Found
@@ -21,7 +22,7 @@ def shown(value: Found) -> str:
 def differing_text(base: Found, new: Found) -> tuple[str, str]:
     """Format two values; long texts are cut so that their first difference is visible."""
     if isinstance(base, str) and isinstance(new, str) and max(len(base), len(new)) > _LONG - 2:
-        same = next((i for i, (a, b) in enumerate(zip(base, new, strict=False)) if a != b), min(len(base), len(new)))
+        same = len(commonprefix([base, new]))  # noqa: RUF071  letter by letter is meant
         base, new = (f"…{text[same - 8 :]}" if same > 8 else text for text in (base, new))
     return shown(base), shown(new)
 
