@@ -12,7 +12,7 @@ from tqdm import tqdm
 from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.experiments import Experiment
 from pipeline.layout import layout_of
-from pipeline.loops.trajectory import LOGGED, ON, Courses, by_reference, read_loops
+from pipeline.loops.trajectory import LOGGED, Courses, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
     EXACT,
@@ -220,17 +220,12 @@ class _Figures:
         return panels
 
     def loops(self) -> Drawings:
-        """Return the figures of closed loops, of steps without a plan, and of references learned again."""
+        """Return the figures of closed loops, and of references learned again."""
         experiment, closed = self.experiment, self.closed
         plant, wanted, units = experiment.plant, experiment.control, experiment.units
         courses, steps = by_reference(closed), experiment.loop_steps
         shown = steps.start + min(wanted.shown, LOGGED, len(steps))
-        found: Drawings = {
-            "closed-loop": lambda: loops.closed_loop(courses, plant, shown, units),
-        }
-        lost = courses[UNCONSTRAINED.name][ON]
-        if lost.infeasible.size:
-            found["infeasibility"] = lambda: loops.infeasibility(lost, plant, wanted.horizon, units)
+        found: Drawings = {"closed-loop": lambda: loops.closed_loop(courses, plant, shown, units)}
         if "/online" in closed:
             found["relearning"] = lambda: loops.relearned(closed["/online"], closed["/offers"], plant, units)
         return found
