@@ -80,8 +80,6 @@ def _files(results: Results) -> Iterator[tuple[Path, str]]:
         yield path, f"what refutes the reference `{method}`" if refutes else f"the certificate of `{method}`"
     for path in sorted(results.folder.glob("*.mcap")):
         yield path, f"log: {_LOGS.get(path.stem, path.stem)}"
-    for path in sorted(results.folder.glob("layout.json")):
-        yield path, "the layout for viewers of these logs"
 
 
 _HERE = Path(__file__).parent
