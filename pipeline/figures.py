@@ -133,7 +133,7 @@ class _Figures:
 
     def _tracking(self) -> Figure:
         times = np.linspace(0, self.last_step * self.experiment.plant.sampling_time, _POINTS)
-        held_out, truths = self.fitted.sampled.held_out_by_name, self.experiment.truths
+        held_out, truths = self.fitted.sampled.held_out, self.experiment.truths
         observed = {
             name: references.Shown(
                 samples, held_out=held_out.get(name), truth=truths[name](times) if name in truths else None

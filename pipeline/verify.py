@@ -134,7 +134,7 @@ def errors_of(experiment: Experiment, sampled: Sampled, reference: Reference) ->
     known = {
         "misfit": None,
         "rmse": {name: Samples(times, truth(times)) for name, truth in experiment.truths.items()},
-        "held_out": sampled.held_out_by_name,
+        "held_out": sampled.held_out,
     }
     found: dict[str, float] = {}
     for kind, others in known.items():

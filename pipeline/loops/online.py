@@ -181,7 +181,7 @@ def relearn(experiment: Experiment, sampled: Sampled, controller: Controller) ->
 
 def _stream(experiment: Experiment, wanted: Relearning, sampled: Sampled) -> tuple[Samples, ...]:
     """Return the first samples of every signal together with the samples that arrive while the loop runs."""
-    later = sampled.held_out_by_name
+    later = dict(sampled.held_out)
     if (stream := wanted.stream) is not None:
         step = experiment.plant.sampling_time
         later |= {name: stream.samples(truth, step) for name, truth in experiment.truths.items()}

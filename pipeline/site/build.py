@@ -75,11 +75,10 @@ def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Pag
 
 def _files(results: Results) -> Iterator[tuple[Path, str]]:
     for path in results.proofs:
-        refutes = path.name.endswith(".counterexample.json")
-        method = path.name.split(".")[0]
-        yield path, f"what refutes the reference `{method}`" if refutes else f"the certificate of `{method}`"
+        method, *refutes = path.stem.split(".")
+        yield path, f"{'what refutes the reference' if refutes else 'the certificate of'} `{method}`"
     for path in sorted(results.folder.glob("*.mcap")):
-        yield path, f"log: {_LOGS.get(path.stem, path.stem)}"
+        yield path, f"log: {_LOGS[path.stem]}"
 
 
 _HERE = Path(__file__).parent

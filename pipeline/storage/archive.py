@@ -23,16 +23,14 @@ from trackably.systems.pieces import Signal
 
 @dataclass(frozen=True)
 class Sampled:
-    """`samples` of the states `names`, in the order of the flat outputs, and later samples `held_out` of some of them.
+    """`samples` of the states `names`, in the order of the flat outputs, and later samples `held_out` by their names.
 
-    If several names show one flat output, their samples are one entry, under the first of these names. `held_out` has
-    one entry for each of `held_out_names`.
+    If several names show one flat output, their samples are one entry, under the first of these names.
     """
 
     names: tuple[str, ...]
     samples: tuple[Samples, ...]
-    held_out_names: tuple[str, ...] = ()
-    held_out: tuple[Samples, ...] = ()
+    held_out: Mapping[str, Samples]
 
     @property
     def only(self) -> Samples:
@@ -60,10 +58,6 @@ class Sampled:
         found = self.by_name if others is None else others
         return {name: math.sqrt(of.mean_square(of.values - measured[name](of.times))) for name, of in found.items()}
 
-    @property
-    def held_out_by_name(self) -> dict[str, Samples]:
-        return dict(zip(self.held_out_names, self.held_out, strict=True))
-
 
 _SAMPLES = "samples.json"
 _WRITTEN_BY = {"samples": "generate", "verification": "verify"}  # other logs have the names of their stages
@@ -72,7 +66,7 @@ _OF_SYSTEM = ("system", "state_set", "input_set", "disturbance", "margin")  # en
 
 def write_samples(results: Results, sampled: Sampled, truths: Mapping[str, tuple[Array, Array]]) -> None:
     """Write the samples, and the known ground truths by name as (times [s], values)."""
-    topics = {"samples": sampled.by_name, "held_out": sampled.held_out_by_name}
+    topics = {"samples": sampled.by_name, "held_out": sampled.held_out}
     series = [
         Series(f"/{topic}/{name}", samples.times, {name: samples.values})
         for topic, by_name in topics.items()
