@@ -1,4 +1,4 @@
-"""Read systems and sets from the mappings in files: params.yaml, and files for the command line.
+"""Read systems and sets from the mappings in files such as params.yaml.
 
 Each ValueError begins with the name of the wrong field.
 """

@@ -1,4 +1,4 @@
-"""Sets have one grammar; `trackably/given/test_command.py` sees that the command line has the same."""
+"""Sets have one grammar."""
 
 import numpy as np
 import pytest
