@@ -50,7 +50,7 @@ def closing(comparison: Comparison) -> str:
     return f"{rows}{told}: {'within tolerance' if comparison.within else 'NOT within tolerance'}"
 
 
-_WIDEST = 24  # widest column of values; a reason in place of a value may be longer, and shifts the rest of its line
+_WIDTH = 24  # of a column of values; a reason in place of a value may be longer, and shifts the rest of its line
 
 
 _WORST_FIRST = (Status.DIFFERENT, Status.MISSING, Status.EXTRA, Status.WITHIN, Status.IDENTICAL)
@@ -88,9 +88,8 @@ def _claim_lines(claims: Sequence[JudgedClaim]) -> Iterator[str]:
         return
     rows = [("expected", "BASE", "NEW", "claim [source]")]
     rows += [(c.expected, verdict(c.base), verdict(c.new), f"{c.text} [{c.source}]") for c in claims]
-    widths = [min(_WIDEST, max(len(row[column]) for row in rows)) for column in range(3)]
     for *cells, claim in rows:
-        yield "  ".join((*(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)), claim))
+        yield "  ".join((*(cell.ljust(_WIDTH) for cell in cells), claim))
 
 
 def _environment_lines(comparison: Comparison) -> Iterator[str]:
