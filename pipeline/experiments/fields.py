@@ -20,7 +20,6 @@ from pydantic import (
     model_validator,
 )
 
-from pipeline.experiments.written import fields_of, read_part
 from pipeline.published.ground_truth import GROUND_TRUTHS, GroundTruth, draw
 from pipeline.yaml_file import Fields
 from trackably.arguments import is_number
@@ -35,6 +34,7 @@ from trackably.gp.prior import Prior
 from trackably.gp.samples import Samples
 from trackably.learning.space import MOST_STARTS
 from trackably.reference.condensed import Centres, checked_centres
+from trackably.systems.written import fields_of, read_part
 
 T = TypeVar("T")
 

@@ -1,7 +1,7 @@
 """Systems, sets and disturbances as written in params.yaml, and bounds that are tightened for disturbances."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
@@ -9,13 +9,13 @@ from typing import Annotated, Any
 from pydantic import Field, PlainValidator, PositiveFloat, model_validator
 
 from pipeline.experiments.fields import LISTED, read_by
-from pipeline.experiments.written import OF_DISTURBANCES, disturbance_set_of, fields_of, set_of, system_of
 from pipeline.yaml_file import Fields
 from trackably.reference.truth import Truth
 from trackably.systems.constrained import ConstrainedSystem, System
-from trackably.systems.disturbances import DisturbanceSet, ModelError
+from trackably.systems.disturbances import ConvexHull, DisturbanceSet, ModelError, Zonotope
 from trackably.systems.polytopes import Polytope
 from trackably.systems.tightening import Tightening, tightening
+from trackably.systems.written import fields_of, objects, set_of, system_of
 
 Vector = Annotated[tuple[float, ...], LISTED]
 Matrix = Annotated[tuple[Vector, ...], LISTED]
@@ -40,6 +40,27 @@ SetField = Annotated[Polytope, PlainValidator(read_by(set_of))]
 TruthField = Annotated[
     Truth, PlainValidator(read_by(lambda written: Truth(**fields_of(written, _OF_TRUTH, ["noise"]))))
 ]
+
+
+_SETS: Mapping[tuple[str, ...], Callable[..., DisturbanceSet]] = {
+    ("lower", "upper"): Zonotope.box,
+    ("vertices",): ConvexHull,
+    ("centre", "generators"): Zonotope,
+}
+_OF_SETS = tuple(name for form in _SETS for name in form)
+
+
+def disturbance_set_of(written: object) -> DisturbanceSet:
+    """Return the box (`lower`, `upper`), the convex hull of `vertices`, or the zonotope that a mapping describes.
+
+    The zonotope has the points `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1. ValueError or TypeError: `written`
+    describes no set.
+    """
+    given = fields_of(written, _OF_SETS)
+    form = tuple(name for name in _OF_SETS if name in given)
+    if form not in _SETS:
+        raise ValueError("expected lower with upper, vertices, or centre with generators")
+    return _SETS[form](*(objects(given[name]) for name in form))
 
 
 DisturbanceSetField = Annotated[DisturbanceSet, PlainValidator(read_by(disturbance_set_of))]
@@ -73,8 +94,8 @@ class Disturbance(Fields):
     def _gathered(cls, written: object) -> object:
         if not isinstance(written, dict):
             return written
-        others = {name: of for name, of in written.items() if name not in OF_DISTURBANCES}
-        return {**others, "": {name: of for name, of in written.items() if name in OF_DISTURBANCES}}
+        others = {name: of for name, of in written.items() if name not in _OF_SETS}
+        return {**others, "": {name: of for name, of in written.items() if name in _OF_SETS}}
 
 
 @lru_cache(maxsize=64)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.experiments.written import set_of
+from trackably.systems.written import set_of
 
 BOX, ROWS = {"lower": [-1, -2], "upper": [1, 2]}, {"rows": [[1, 1], [1, -1]], "lower": [-1, -2], "upper": [3, 4]}
 SETS = {

@@ -12,7 +12,6 @@ import pytest
 from mpmath import mp
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
-from pipeline.experiments.written import set_of
 from tests.splines.naive import value_of
 from tests.trackably.certificates import naive
 from tests.trackably.certificates.decoded import as_read
@@ -39,6 +38,7 @@ from trackably.systems.linear import LinearSystem
 from trackably.systems.pieces import PolynomialPieces
 from trackably.systems.polytopes import Polytope
 from trackably.systems.reference import Reference
+from trackably.systems.written import set_of
 
 T, END = 0.05, 4.0
 AXIS = LinearSystem([[1, T], [0, 1]], [[T**2 / 2], [T]], T)

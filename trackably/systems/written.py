@@ -1,4 +1,4 @@
-"""Read systems and sets from the mappings in params.yaml.
+"""Read systems and sets from the mappings in files such as params.yaml.
 
 Each ValueError begins with the name of the wrong field.
 """
@@ -13,7 +13,6 @@ import numpy as np
 from trackably.arguments import numbers
 from trackably.arrays import ArrayLike
 from trackably.systems.constrained import System
-from trackably.systems.disturbances import ConvexHull, DisturbanceSet, Zonotope
 from trackably.systems.library import model_of
 from trackably.systems.linear import LinearSystem
 from trackably.systems.polytopes import Ends, Polytope
@@ -53,29 +52,14 @@ def set_of(written: object) -> Polytope:
 
     ValueError or TypeError: `written` describes no set.
     """
-    return made_of(written, _SETS, "lower with upper, H with h, or all four; or rows with lower and upper")
-
-
-def disturbance_set_of(written: object) -> DisturbanceSet:
-    """Return the box (`lower`, `upper`), the convex hull of `vertices`, or the zonotope that a mapping describes.
-
-    The zonotope has the points `centre` + Σ_j ξ_j `generators`[j] for all |ξ_j| ≤ 1. ValueError or TypeError: `written`
-    describes no set.
-    """
-    return made_of(written, _DISTURBANCES, "lower with upper, vertices, or centre with generators")
-
-
-Forms = Mapping[tuple[str, ...], Callable[..., T]]
-"""The fields that describe something together, and the function that makes it of them."""
-
-
-def made_of(written: object, forms: Forms[T], said: str) -> T:
-    """Return what the fields of a mapping describe. ValueError: they are none of the forms, which are `said`."""
-    given = fields_of(written, dict.fromkeys(name for form in forms for name in form))
-    for form, make in forms.items():
-        if {*form} == {*given}:
-            return make(*(_ends(name, given[name]) if name in _FREE else objects(given[name]) for name in form))
-    raise ValueError(f"expected {said}; got {', '.join(given) or 'no field'}")
+    given = fields_of(written, _PARTS)
+    known = tuple(name for name in _PARTS if name in given)
+    if known not in _SETS:
+        raise ValueError(
+            "expected lower with upper, H with h, or all four; or rows with lower and upper; got "
+            f"{', '.join(known) or 'no field'}"
+        )
+    return _SETS[known](*(_ends(name, given[name]) if name in _FREE else objects(given[name]) for name in known))
 
 
 def _ends(name: str, written: Any) -> Any:
@@ -119,15 +103,11 @@ def read_part(written: Mapping[str, Any], name: str, read: Callable[[Any], T]) -
 
 
 _FREE = {"lower": -math.inf, "upper": math.inf}
-_SETS: Forms[Polytope] = {
-    ("rows", "lower", "upper"): Polytope,
+_PARTS = ("rows", "lower", "upper", "H", "h")
+_SETS: Mapping[tuple[str, ...], Callable[..., Polytope]] = {
     ("lower", "upper"): Polytope.box,
     ("H", "h"): Polytope.halfspaces,
     ("lower", "upper", "H", "h"): _cut_box,
+    ("rows", "lower", "upper"): Polytope,
 }
-_DISTURBANCES: Forms[DisturbanceSet] = {
-    ("lower", "upper"): Zonotope.box,
-    ("vertices",): ConvexHull,
-    ("centre", "generators"): Zonotope,
-}
-OF_DISTURBANCES = tuple(name for form in _DISTURBANCES for name in form)
+"""The fields that describe a set together, and the function that makes it of them."""
