@@ -466,7 +466,7 @@ READ = """
 import sys
 from pathlib import Path
 from trackably.errors import InputError
-from trackably.files import read_yaml
+from trackably.given.command import read_plant
 from trackably.recordings import read_csv
 from trackably.recordings.mcap_file import Field, Stamp, read_mcap
 
@@ -479,7 +479,7 @@ def refusal(read, *of):
 
 for path in map(Path, sys.argv[1:]):
     if path.suffix == ".yaml":
-        said = refusal(read_yaml, path)
+        said = refusal(read_plant, path)
     elif path.suffix == ".mcap":
         said = [refusal(read_mcap, path, {"x": Field("/x", "x", time=Stamp(of, "s"))}) for of in "xt"][-1]
     else:

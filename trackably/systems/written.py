@@ -1,4 +1,4 @@
-"""Read systems and sets from the mappings in files such as params.yaml.
+"""Read systems and sets from the mappings in files: params.yaml, and files for the command line.
 
 Each ValueError begins with the name of the wrong field.
 """

@@ -1,4 +1,4 @@
-"""Sets have one grammar."""
+"""Sets have one grammar; `trackably/given/test_command.py` sees that the command line has the same."""
 
 import numpy as np
 import pytest
