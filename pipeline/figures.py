@@ -1,4 +1,4 @@
-"""Stage 5: all results → figures."""
+"""Stage 5: all results → figures, and the layout in which viewers show the logs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from pipeline.drawings import algorithm1, loops, predictions, references, style
 from pipeline.experiments import Experiment
+from pipeline.layout import layout_of
 from pipeline.loops.trajectory import LOGGED, Courses, by_reference, read_loops
 from pipeline.methods import (
     AS_PUBLISHED,
@@ -26,7 +27,7 @@ from pipeline.methods import (
 )
 from pipeline.published.periodic import interval_growth_rates
 from pipeline.published.scalar import interval_sets
-from pipeline.storage.archive import Fitted, read_fit
+from pipeline.storage.archive import Fitted, read_fit, topics_of
 from pipeline.storage.logs import below
 from pipeline.storage.results import Results, read_numbers
 from pipeline.verify import margins_of
@@ -34,7 +35,7 @@ from trackably.arrays import Array
 from trackably.checker.form import read_certificate
 from trackably.control.error_set import ErrorSet
 from trackably.exports import figures as curves
-from trackably.files import read_json
+from trackably.files import read_json, write_json
 from trackably.systems.reference import Reference
 from trackably.systems.tightening import Tightening
 
@@ -44,12 +45,16 @@ _CURVE_POINTS = 1001
 
 
 def figures(experiment: Experiment, results: Results) -> None:
-    """Draw and save every figure of the experiment, and remove figures of an earlier run that are no longer drawn."""
+    """Draw and save every figure of the experiment, and remove figures of an earlier run that are no longer drawn.
+
+    The layout for viewers of the logs is written too.
+    """
     drawn = drawings(experiment, results)
     for name, draw in tqdm(drawn.items(), desc=f"{experiment.name}: figures", disable=None):
         style.save(draw(), results.figure(name))
     for old in {*results.figures.glob("*.svg")} - {results.figure(name) for name in drawn}:
         old.unlink()
+    write_json(results.layout, layout_of(experiment.plant, topics_of(results)))
 
 
 def drawings(experiment: Experiment, results: Results) -> Drawings:

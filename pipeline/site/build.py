@@ -60,7 +60,7 @@ def page_of(experiment: Experiment, results: Results, notebook: str = "") -> Pag
         "summary": read_json(results.summary),
         "proved": [method for method in metrics if results.certificate(method).exists()],
         "figures": sorted(results.figures.glob("*.svg")),
-        "files": [*results.proofs, *sorted(results.folder.glob("*.mcap"))],
+        "files": [*results.proofs, *sorted(results.folder.glob("*.mcap")), *results.folder.glob("layout.json")],
         "notebook": notebook,
     }
 

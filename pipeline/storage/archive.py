@@ -164,3 +164,9 @@ def read_stage(results: Results, stage: str) -> Log:
     if log.metadata.get("experiment", {}).get("written_by") != stage:
         raise InputError(f"{path}: expected the log of the stage {stage}, got another log")
     return log
+
+
+def topics_of(results: Results) -> dict[str, Series]:
+    """Return the topics with messages in all logs of an experiment, by name. Raises as `read_stage`."""
+    logs = (read_stage(results, stage) for stage in ("samples", "fit", "verification", "control"))
+    return {of.topic: of for log in logs for of in log.series if len(of.times)}

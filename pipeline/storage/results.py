@@ -48,6 +48,11 @@ class Results:
         return self.folder / "control.json"
 
     @property
+    def layout(self) -> Path:
+        """The layout for viewers of the logs."""
+        return self.folder / "layout.json"
+
+    @property
     def proofs(self) -> list[Path]:
         """The existing files with certificates and counterexamples."""
         return sorted((self.folder / "certificates").glob("*.json"))

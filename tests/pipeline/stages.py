@@ -58,7 +58,7 @@ def run_all_here(folder: Path, experiment: str, text: str, stages: tuple[str, ..
 
 def is_shown(name: str) -> bool:
     """Whether a file is one that the last stage writes, from what the others left."""
-    return "/figures/" in name
+    return "/figures/" in name or name.endswith("/layout.json")
 
 
 def written(folder: Path) -> dict[str, bytes]:
