@@ -41,6 +41,8 @@ from trackably.systems.tightening import Tightening
 
 Drawings = dict[str, Callable[[], Figure]]
 _POINTS = 1501
+_STEPS_OF_TUBE = 12
+_SCHEME, _POINTS_OF_SCHEME = 2.0, 301  # end of curves / time of the last sample, and number of points
 _CURVE_POINTS = 1001
 
 
@@ -94,6 +96,10 @@ class _Figures:
     @property
     def last_step(self) -> int:
         return self.experiment.verified(self.fitted.sampled.samples).last_step
+
+    def truth(self, times: Array) -> Array | None:
+        """Return the ground truth of the first sampled name at `times` [s]; None if it is not known."""
+        return next((truth(times) for truth in self.experiment.truths.values()), None)
 
     def references(self) -> Drawings:
         """Return the figures of references: margins, and states and inputs unless a figure of the paper shows them."""
@@ -152,9 +158,17 @@ class _Figures:
         traces, learned, plant = self.fitted.traces, self.fitted.learned, self.experiment.plant
         if SOUND.name not in traces:
             return {}
-        sound = learned[SOUND.name]
-        final_step, (prior,) = sound.final_step or 0, sound.prior.parts
-        found: Drawings = {"prediction": lambda: self._prediction(round(1.5 * final_step), final_step)}
+        sound, samples = learned[SOUND.name], self.fitted.sampled.only
+        final_step, last_sample = sound.final_step or 0, round(float(samples.times[-1]) / plant.sampling_time)
+        (prior,) = sound.prior.parts
+        found: Drawings = {
+            "scheme": self._scheme,
+            "tube": lambda: algorithm1.tube(sound.reference, np.arange(_STEPS_OF_TUBE, dtype=float)),
+            "asymptotic": lambda: algorithm1.asymptotic(
+                sound.reference, samples, last_sample, final_step, round(1.5 * final_step)
+            ),
+            "prediction": lambda: self._prediction(round(1.5 * final_step), final_step),
+        }
         if AS_PUBLISHED.name in traces:
             printed = self.experiment.published.iterations
             found["convergence"] = lambda: algorithm1.convergence(
@@ -166,19 +180,23 @@ class _Figures:
             )
         return found
 
+    def _scheme(self) -> Figure:
+        samples = self.fitted.sampled.only
+        times = np.linspace(0, _SCHEME * float(samples.times[-1]), _POINTS_OF_SCHEME)
+        return algorithm1.scheme(self.shown[JOINT.name], samples, times, self.truth(times))
+
     def _prediction(self, last_step: int, final_step: int | None = None) -> Figure:
         """Draw the references of a scalar system up to a step; a second panel shows some of the steps.
 
         These are the steps around those at which a reference leaves X, or without `final_step` the first ones.
         """
         published, steps = self.experiment.published.prediction, np.arange(last_step + 1.0)
-        times = steps * self.experiment.plant.sampling_time
         return predictions.prediction(
             self.fitted.sampled.only,
             self.with_curves if final_step is None else self.shown,
             HYPERPARAMETERS.name,
             steps,
-            true_reference=next((truth(times) for truth in self.experiment.truths.values()), None),
+            true_reference=self.truth(steps * self.experiment.plant.sampling_time),
             published=read_numbers(published) if published else None,
             final_step=final_step,
         )

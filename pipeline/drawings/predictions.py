@@ -76,7 +76,7 @@ def prediction(
         axes.set(xlabel=step_label(plant.sampling_time), xlim=(first, last), title=title)
         if axes is panels[0] and final_step is None:
             pad_limits(axes, X)
-        state_bounds(axes, X, named=axes is panels[0])
+        state_bounds(axes, X, side="right" if axes is panels[0] else None)
     panels[0].set_ylabel(r"state $x$ [–]")
     if closer:
         shown = steps[(steps >= first) & (steps <= last)]

@@ -17,6 +17,8 @@ from trackably.exports.figures import BOUND, INK, SHEETS, plain_label
 from trackably.files import write_atomically
 from trackably.systems.intervals import Interval
 
+COLUMN: Final = 3.5
+"""Width [in] of a figure that spans a column."""
 GREY: Final = "#666666"
 TRUTH: Final[dict[str, Any]] = {"color": INK, "linewidth": 0.8, "zorder": 2.9, "label": "true signal"}
 DOTTED: Final[dict[str, Any]] = {"linewidth": 0.8, "linestyle": ":"}
@@ -48,16 +50,17 @@ def direct_label(axes: Axes, x: float, y: float, text: str, **style: Any) -> Non
     axes.text(x, y, text, **{"fontsize": 7, "zorder": 6, **style})
 
 
-def state_bounds(axes: Axes, states: Interval, named: bool) -> None:
-    """Draw the bounds of X that lie within the limits of the axes, with labels at their right ends if `named`."""
+def state_bounds(axes: Axes, states: Interval, side: str | None = "right") -> None:
+    """Draw the bounds of X that lie within the limits of the axes, with labels at the given side; None: no labels."""
     bottom, top = axes.get_ylim()
     for bound in (states.lower, states.upper):
         if bottom < bound < top:
             axes.axhline(bound, **BOUND)
-            if named:
-                style: dict[str, Any] = {"fontsize": 7, "ha": "right", "zorder": 6, "textcoords": "offset points"}
+            if side:
+                x, indent = (1, -2) if side == "right" else (0, 3)
+                style: dict[str, Any] = {"fontsize": 7, "ha": side, "zorder": 6, "textcoords": "offset points"}
                 where = axes.get_yaxis_transform()
-                axes.annotate(r"bound of $\mathcal{X}$", (1, bound), (-2, 1.5), xycoords=where, **style)
+                axes.annotate(r"bound of $\mathcal{X}$", (x, bound), (indent, 1.5), xycoords=where, **style)
 
 
 def axis_label(name: str, units: Units) -> str:

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.drawings import references
+from pipeline.drawings import algorithm1, references
 from pipeline.drawings.style import axis_label, svg
 from tests.pipeline.committed import fitted
+
+FITTED = fitted("example1")
 
 
 def drawn_path() -> Figure:
@@ -30,7 +32,7 @@ def test_what_the_unconstrained_path_breaks_is_marked_and_nothing_else() -> None
 
 def test_the_sessions_own_style_neither_shows_nor_changes() -> None:
     def drawn() -> bytes:
-        return svg(drawn_path())
+        return svg(algorithm1.tube(FITTED.learned["sound"].reference, np.arange(12)))
 
     expected = drawn()
     assert b"<text" not in expected, "letters are paths, so that fonts do not matter"
