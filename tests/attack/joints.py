@@ -24,8 +24,9 @@ class Stream:
         self.rng = np.random.default_rng(seed)
         order = int(self.rng.integers(1, 4))
         chosen = dict([("velocity", 2.0), ("acceleration", 10.0), ("jerk", 200.0)][:order])
-        position = None if self.rng.random() < 0.3 else [(-1.5, 1.5)] * 3
-        self.joints = Joints(position=position, names=_NAMES, **chosen)
+        turning = self.rng.random() < 0.3
+        position = None if turning else [(-1.5, 1.5)] * 3
+        self.joints = Joints(position=position, names=_NAMES, continuous=turning, **chosen)
         self.gate = Gate(self.joints, lead=float(self.rng.choice([0.0, 0.01, 0.05])))
         self.now = float(self.rng.uniform(0, 100))
         self.running = self.gate.at_rest(self.rng.uniform(-1, 1, 3), self.now)

@@ -162,7 +162,9 @@ if isinstance(repaired, CertifiedReference) and repaired.moved is not None:
     assert_type(repaired.moved["position"].rms, float)
 at_steps = certify_table(Table([[0.0, 0.0], [0.0, 0.1]], [[1.0]]), plant, tolerance=1e-3)
 assert_type(at_steps, CertifiedTable | RefutedTable | Unproved)
-arm = Joints(position={"elbow": (-2, 2)}, velocity=1.0, jerk={"elbow": 40}, names=["elbow", "wrist"])
+arm = Joints(
+    position={"elbow": (-2, 2)}, velocity=1.0, jerk={"elbow": 40}, continuous=["wrist"], names=["elbow", "wrist"]
+)
 assert_type(arm.plant(0.01), ConstrainedSystem)
 Joints.from_urdf("arm.urdf", acceleration=4.0)
 moves = JointTrajectory.through([0.0, 1.0], [[0.0, 0.0], [0.1, 0.2]], names=arm.names)

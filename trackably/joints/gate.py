@@ -50,7 +50,7 @@ class Gate:
     point of the chunk that it reaches within all limits. Its degree is 2 R − 1, where R is the order of the highest
     limited derivative. At its ends, it has the positions and derivatives below order R of the two motions. A chunk that
     does not end at rest is followed by the shortest stop that keeps all limits, among some durations; if there is none,
-    the chunk is cut at an earlier point.
+    the chunk is cut at an earlier point. Positions of continuous joints may differ by whole turns.
 
     ValueError: `lead` is negative, or `tolerance` is not positive.
     """
@@ -87,7 +87,7 @@ class Gate:
         if given.span[1] <= start + _CLOSEST:
             over = f"the chunk ends at {given.span[1]:.6g} s, but a new motion can begin at {start:.6g} s only"
             return GateAnswer("kept", running, over)
-        if (entry := self._entry(given, before)) is None:
+        if (entry := self._entry(self._turn(given, before), before)) is None:
             return GateAnswer("kept", running, "no point of the chunk can be reached")
         if (stopping := self._stopping(entry)) is None:
             return GateAnswer("kept", running, "no stop was found behind the chunk")
@@ -139,6 +139,14 @@ class Gate:
         start = max(start, begins + _CLOSEST)
         inner = ends[(begins < ends) & (ends < start - _CLOSEST)]
         return replace(motion.on(np.array([begins, *inner, start])), rests=False)
+
+    def _turn(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory:
+        """Return the chunk `given`, with whole turns added to continuous joints to move it near the end of `before`."""
+        t = max(before.span[1], given.span[0])
+        turns = np.where(self.joints.is_turning, np.rint((before(before.span[1]) - given(t)) / (2 * np.pi)), 0.0)
+        c = given.coefficients.copy()
+        c[:, :, 0] += 2 * np.pi * turns[:, None]
+        return replace(given, coefficients=c)
 
     def _entry(self, given: JointTrajectory, before: JointTrajectory) -> JointTrajectory | None:
         """Return a motion from the end of `before`, a part of the running motion, to the end of the chunk `given`.

@@ -9,6 +9,7 @@ from typing import Any, Self
 from xml.etree import ElementTree
 
 import numpy as np
+import numpy.typing as npt
 
 from trackably.arguments import is_number, names, numbers, real
 from trackably.arrays import Array
@@ -30,7 +31,8 @@ class Joints:
     """Named joints with limits of their position and of its time derivatives, each of shape (J, 2): [lower, upper].
 
     A number l means [−l, l]; give both ends for a position. None means no limit, and so do two infinite ends. Units are
-    those of the positions (rad or m), per s, s², s³ and s⁴.
+    those of the positions (rad or m), per s, s², s³ and s⁴. Joints that are `continuous` turn without end: their
+    positions have no limits, and may differ by whole turns of 2π at the start of a motion.
 
     ValueError: no joint or no limit, names that repeat or are unknown, a limit that is empty, NaN or infinite at one
     end, or a position that is limited by one number. TypeError: a limit is no number and no pair.
@@ -42,6 +44,7 @@ class Joints:
     jerk: Array
     snap: Array
     names: tuple[str, ...]
+    continuous: frozenset[str] = frozenset()
 
     def __init__(
         self,
@@ -52,12 +55,20 @@ class Joints:
         snap: Limits = None,
         *,
         names: Sequence[str] | None = None,
+        continuous: Sequence[str] | bool = (),
     ) -> None:
         given = dict(zip(ORDERS, (position, velocity, acceleration, jerk, snap), strict=True))
         known = _names(names, given)
-        vars(self).update({order: _limits(order, given[order], known) for order in ORDERS}, names=known)
+        turning = frozenset(known if continuous is True else continuous or ())
+        if unknown := sorted(turning - {*known}):
+            raise ValueError(f"joints: continuous: there is no joint {unknown[0]!r}, only {', '.join(known)}")
+        limits = {order: _limits(order, given[order], known) for order in ORDERS}
+        vars(self).update(limits, names=known, continuous=turning)
         if not np.any(np.isfinite(self.limits)):
             raise ValueError("joints: give at least one limit of position, velocity, acceleration, jerk or snap")
+        for name in known:
+            if name in turning and np.any(np.isfinite(self.position[known.index(name)])):
+                raise ValueError(f"joints: {name} is continuous, so its position must have no limits")
 
     @property
     def limits(self) -> Array:
@@ -69,6 +80,11 @@ class Joints:
         """The highest derivative that is limited for some joint: the length of the chains of integrators."""
         return int(np.max(np.flatnonzero(np.any(np.isfinite(self.limits), axis=(1, 2)))))
 
+    @property
+    def is_turning(self) -> npt.NDArray[np.bool_]:
+        """Whether each joint is continuous: shape (J,)."""
+        return np.array([name in self.continuous for name in self.names])
+
     def widened(self, part: float) -> Self:
         """Return limits that are wider by the fraction `part`, for example by 1e-9 for rounding errors.
 
@@ -78,7 +94,7 @@ class Joints:
         """
         widths = np.nan_to_num(np.diff(self.limits, axis=2), posinf=0.0)
         wide = self.limits + real("widened: part", part) * widths / 2 * [-1.0, 1.0]
-        return type(self)(*wide.tolist(), names=self.names)
+        return type(self)(*wide.tolist(), names=self.names, continuous=tuple(self.continuous))
 
     def plant(self, sampling_time: float) -> ConstrainedSystem:
         """Return the joints as a plant: for each joint, a chain of integrators from its input to its position.
@@ -205,7 +221,12 @@ def _of_urdf(path: Path) -> dict[str, Any]:
         velocity[name] = _number(said, "velocity", name) if limit is not None else None
     if not position:
         raise ValueError("expected a revolute, continuous or prismatic joint that mimics no other one, got none")
-    return {"names": [*position], "position": position, "velocity": velocity}
+    return {
+        "names": [*position],
+        "position": position,
+        "velocity": velocity,
+        "continuous": [n for n, of in position.items() if of is None],
+    }
 
 
 def _number(said: Mapping[str, str], field: str, joint: str, default: float | None = None) -> float:

@@ -77,3 +77,13 @@ def test_a_chunk_that_breaks_a_limit_is_not_run_and_the_reason_names_it_but_its_
     assert answer.kind == "kept"
     assert gate(repair_joints(given, ARM).trajectory, running, 0.0).kind == "stitched"
     assert 'the velocity of "a" is not shown to keep [-2, 2] from 0.45 s to 0.5 s' in answer.reason
+
+
+def test_turning_joints_are_met_whole_turns_away():
+    wheel = Joints(velocity=2.0, acceleration=5.0, names=["wheel"], continuous=True)
+    gate = Gate(wheel)
+    running = gate.at_rest([20 * np.pi + 0.01], 0.0)
+    given = JointTrajectory.through([0.2, 0.7, 1.2], [[0.0], [0.1], [0.2]], [[0.0], [0.2], [0.0]], names=["wheel"])
+    answer = gate(given, running, 0.0)
+    assert answer.kind == "stitched"
+    assert answer.running.trajectory(9.0)[0] == pytest.approx(20 * np.pi + 0.2)

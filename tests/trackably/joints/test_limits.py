@@ -28,6 +28,7 @@ def test_a_urdf_says_positions_and_velocities(tmp_path):
     arm = file(tmp_path, "arm.urdf", URDF)
     joints = Joints.from_urdf(arm, acceleration={"shoulder": 4.0})
     assert joints.names == ("shoulder", "wheel", "free", "slide")
+    assert joints.continuous == {"wheel", "free"}
     assert joints.position.tolist() == [[-1.5, 2.0], [-np.inf, np.inf], [-np.inf, np.inf], [0.0, 0.3]]
     assert joints.velocity[:, 1].tolist() == [1.2, 5.0, np.inf, 0.1]
     assert joints.order == 2
